@@ -1,0 +1,29 @@
+"""Errors a person may cause or meet, each with one sentence and an exit code."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class NaoHilError(Exception):
+    """Base of all errors with a message meant for the user: what is wrong, and what would be right."""
+
+    exit_code: ClassVar[int] = 3
+
+
+class ConfigurationError(NaoHilError):
+    """A wrong option, file or parameter (exit code 2)."""
+
+    exit_code = 2
+
+
+class LinkError(NaoHilError):
+    """A process, a link or a device failed (exit code 3)."""
+
+
+class FrameError(NaoHilError):
+    """A message from the wire that is not a valid frame; names the field at fault."""
+
+
+class LeaseRefused(LinkError):
+    """Another controller holds the robot; names the holder."""

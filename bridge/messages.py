@@ -1,0 +1,250 @@
+"""The frames and messages of the contract, typed, in msgpack.
+
+Arrays have fixed orders and lengths; units are SI; angles are radians. `docs/protocol.md` is the
+specification of the same for other languages. Unknown fields are ignored, missing or ill-typed ones raise
+`FrameError` naming the field.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Final, TypeVar
+
+import msgspec
+
+from bridge.errors import FrameError
+from bridge.joints import N_JOINTS
+
+SCHEMA_VERSION: Final = 1
+"""Version of every message; a receiver refuses a version it does not know."""
+
+Joints = Annotated[tuple[float, ...], msgspec.Meta(min_length=N_JOINTS, max_length=N_JOINTS)]
+"""25 floats in `bridge.joints.JOINTS` order."""
+Vec2 = tuple[float, float]
+Vec3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+"""(x, y, z, w)."""
+Fsr = Annotated[tuple[float, ...], msgspec.Meta(min_length=8, max_length=8)]
+"""Left foot FL, FR, RL, RR, then the right foot in the same order."""
+
+
+class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
+    """What the robot measures at the end of one DCM cycle (key `sensors`)."""
+
+    version: int = SCHEMA_VERSION
+    seq: int
+    """Cycle number, from 0 at the start or the last reset of the robot."""
+    time: float
+    """Robot time, s: `seq` times the cycle time (simulation time on the emulator)."""
+    position: Joints
+    """Measured joint angles, rad (hands: 0 closed .. 1 open)."""
+    stiffness: Joints
+    """Stiffness in force, 0..1 (share of the motor current limit), negative: free."""
+    current: Joints
+    """Motor currents, A, absolute values."""
+    temperature: Joints
+    """Motor temperatures, degrees Celsius."""
+    fsr: Fsr
+    """Force on each foot sensor along the sole normal, N."""
+    accelerometer: Vec3
+    """Specific force in the Torso frame, m/s^2: upright at rest (0, 0, +9.81)."""
+    gyroscope: Vec3
+    """Angular velocity in the Torso frame, rad/s, right-handed."""
+    angle: Vec2
+    """Fused torso AngleX (roll) and AngleY (pitch), rad."""
+    touch: Annotated[tuple[float, ...], msgspec.Meta(min_length=14, max_length=14)]
+    """Buttons, 0 or 1, in LoLA's order: chest, head front, middle, rear, left foot bumper left, right,
+    left hand back, left, right, right foot bumper left, right, right hand back, left, right."""
+    battery: Annotated[tuple[float, ...], msgspec.Meta(min_length=4, max_length=4)]
+    """Charge (0..1), current (A), status, temperature (degrees Celsius)."""
+    sonar: Vec2
+    """Left and right distance, m."""
+    command: int = -1
+    """`reply_to` of the actuator frame in force at this frame's cycle; -1 when none has come yet."""
+    missed: int = 0
+    """Cycles, since `seq` 0, that a controller was expected to serve and did not in time."""
+    wall: int = 0
+    """Wall clock of the robot side when the frame was sent, ns since the Unix epoch."""
+
+
+class ActuatorFrame(msgspec.Struct, frozen=True, kw_only=True):
+    """What the controller asks for (key `actuators`)."""
+
+    version: int = SCHEMA_VERSION
+    reply_to: int
+    """`seq` of the sensor frame this answers."""
+    lease: int = 0
+    """Number that the robot gave with the lease; 0 in process, where there is none."""
+    position: Joints
+    """Wanted joint angles, rad (hands: 0..1)."""
+    stiffness: Joints
+    """Wanted stiffness, 0..1; negative: free."""
+    wall: int = 0
+    """Wall clock of the controller when the frame was sent, ns since the Unix epoch."""
+
+
+class Contact(msgspec.Struct, frozen=True, kw_only=True):
+    """Ground reaction on one foot (ground truth)."""
+
+    force: Vec3
+    """Sum of the contact forces on the foot, world frame, N."""
+    cop: Vec2 | None
+    """Centre of pressure in the foot's sole frame (below the AnkleRoll origin), m; None without contact."""
+
+
+class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
+    """Ground truth of the emulator at one sensor frame (key `world/truth`); never seen by a controller."""
+
+    version: int = SCHEMA_VERSION
+    seq: int
+    time: float
+    torso_position: Vec3
+    """Torso frame origin, world frame, m."""
+    torso_orientation: Quaternion
+    torso_velocity: Vec3
+    """Velocity of the Torso frame origin, world frame, m/s."""
+    torso_angular_velocity: Vec3
+    """World frame, rad/s."""
+    joints: Joints
+    """True joint angles, rad."""
+    com: Vec3
+    """Centre of mass, world frame, m."""
+    zmp: Vec2 | None
+    """Centre of pressure of both feet together on the ground, world frame x and y, m; None in flight."""
+    left: Contact
+    right: Contact
+    fell: bool
+    """Torso tilt over 45 deg, or torso below half its start height, or anything but a foot on the ground."""
+
+
+class Info(msgspec.Struct, frozen=True, kw_only=True):
+    """What a robot is and how its clock runs (query `info`)."""
+
+    version: int = SCHEMA_VERSION
+    robot: str
+    """Robot id: the second part of every key."""
+    body: str
+    """Data-sheet name, for example `nao-v3`."""
+    side: str
+    """`emulator`, `lola` or `naoqi`."""
+    mode: str
+    """`real-time` or `lockstep`."""
+    cycle: float
+    """Cycle time, s."""
+    absent: tuple[str, ...]
+    """Joints of the frame that this body does not have; their slots are ignored and read 0."""
+    boot: int
+    """Number of this start of the robot process; a new number means that everything began anew."""
+    software: str
+
+
+class LeaseRequest(msgspec.Struct, frozen=True, kw_only=True):
+    """Ask for, give back, or look at the lease (query `lease`)."""
+
+    version: int = SCHEMA_VERSION
+    op: str
+    """`acquire`, `release` or `status`."""
+    controller: str
+    """Name of the controller, also the last part of its liveliness token."""
+
+
+class LeaseReply(msgspec.Struct, frozen=True, kw_only=True):
+    """Answer to a `LeaseRequest`."""
+
+    version: int = SCHEMA_VERSION
+    granted: bool
+    lease: int
+    """The number to put into each actuator frame; 0 unless granted."""
+    holder: str
+    """Name of the controller that holds the lease now; empty when nobody does."""
+    message: str
+
+
+class Notice(msgspec.Struct, frozen=True, kw_only=True):
+    """One sentence from the robot side about something it refused, changed or saw (key `notices`)."""
+
+    version: int = SCHEMA_VERSION
+    seq: int
+    level: str
+    """`info`, `warning` or `error`."""
+    code: str
+    """Short stable name, for example `frame-refused`."""
+    text: str
+
+
+class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
+    """What the walker is doing, for people and recordings (key `walk/telemetry`)."""
+
+    version: int = SCHEMA_VERSION
+    seq: int
+    """`seq` of the sensor frame it belongs to."""
+    state: str
+    """`approach`, `walk`, `stopping`, `stand` or `fallen`."""
+    phase: str
+    """`DSL`, `SSL`, `DSR`, `SSR`, `start`, `stop` or `stand`."""
+    step: int
+    """Steps completed."""
+    steps: int
+    """Steps asked for; 0: without end."""
+    zmp: Vec2
+    """Planned ZMP in the walk frame (x forward, y left, origin between the feet at the start), m."""
+    com: Vec2
+    """Planned centre of mass in the walk frame, m."""
+    left: Vec3
+    """Planned left sole in the walk frame, m."""
+    right: Vec3
+    tick: float = 0.0
+    """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""
+
+
+Message = (
+    SensorFrame
+    | ActuatorFrame
+    | TruthFrame
+    | Info
+    | LeaseRequest
+    | LeaseReply
+    | Notice
+    | WalkTelemetry
+)
+M = TypeVar("M", bound=Message)
+
+_encoder = msgspec.msgpack.Encoder()
+_decoders: dict[type[Any], msgspec.msgpack.Decoder[Any]] = {}
+
+
+def encode(message: Message) -> bytes:
+    """Msgpack map of a message, field names as keys."""
+    return _encoder.encode(message)
+
+
+def decode(payload: bytes, kind: type[M]) -> M:
+    """A message of the given kind from msgpack.
+
+    Raises:
+        FrameError: not msgpack, a missing, ill-typed, wrongly sized or non-finite field, or another schema
+            version; the message names the field and what would be right.
+    """
+    decoder = _decoders.get(kind)
+    if decoder is None:
+        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind, strict=False)
+    try:
+        message: M = decoder.decode(payload)
+    except msgspec.ValidationError as error:
+        raise FrameError(f"{kind.__name__} refused: {error}.") from None
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FrameError(
+            f"{kind.__name__} refused: {len(payload)} bytes that are not one whole msgpack map ({error})."
+        ) from None
+    if message.version != SCHEMA_VERSION:
+        raise FrameError(
+            f"{kind.__name__} refused: schema version {message.version}; this side speaks {SCHEMA_VERSION}."
+        )
+    return message
+
+
+def require_finite(name: str, values: tuple[float, ...]) -> None:
+    """Raise `FrameError` naming the array, the element and the value, unless all values are finite numbers."""
+    for i, value in enumerate(values):
+        if not math.isfinite(value):
+            raise FrameError(f"`{name}[{i}]` is {value}; a finite number is expected.")

@@ -1,0 +1,1 @@
+"""What needs both sides: the command line, runs, experiments, figures and benchmarks."""

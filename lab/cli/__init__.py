@@ -1,0 +1,1 @@
+"""The `nao-hil` command: one module per sub-command."""

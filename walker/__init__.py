@@ -1,0 +1,1 @@
+"""The controller: kinematics, planning, stabilising and the walking state machine."""
