@@ -17,7 +17,7 @@ class _Sheet(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """Base: frozen, and a misspelt key is an error."""
 
 
-class Lengths(_Sheet):
+class Lengths(_Sheet, frozen=True):
     """Named lengths of the vendor's drawings, m."""
 
     NeckOffsetZ: float
@@ -35,7 +35,7 @@ class Lengths(_Sheet):
     FootHeight: float
 
 
-class Motor(_Sheet):
+class Motor(_Sheet, frozen=True):
     """A motor type, at the motor shaft."""
 
     no_load_speed_rpm: Positive
@@ -46,7 +46,7 @@ class Motor(_Sheet):
     source: str
 
 
-class JointSheet(_Sheet):
+class JointSheet(_Sheet, frozen=True):
     """One joint: its range and its drive."""
 
     lower: float
@@ -58,7 +58,7 @@ class JointSheet(_Sheet):
     gear_ratio: Positive
 
 
-class Link(_Sheet):
+class Link(_Sheet, frozen=True):
     """The rigid body that a joint moves (or the torso)."""
 
     mass: Positive
@@ -69,7 +69,7 @@ class Link(_Sheet):
     """About the centre of mass, zero-pose aligned axes, kg m^2."""
 
 
-class CouplingRow(_Sheet):
+class CouplingRow(_Sheet, frozen=True):
     """Range of one joint at one position of another; between rows: linear (assumed)."""
 
     at: float
@@ -78,7 +78,7 @@ class CouplingRow(_Sheet):
     upper: float
 
 
-class Coupling(_Sheet):
+class Coupling(_Sheet, frozen=True):
     """Anti-collision tables: AnkleRoll by AnklePitch for each leg, HeadPitch by |HeadYaw|."""
 
     LAnkleRoll: tuple[CouplingRow, ...]
@@ -86,7 +86,7 @@ class Coupling(_Sheet):
     HeadPitch: tuple[CouplingRow, ...]
 
 
-class Fsr(_Sheet):
+class Fsr(_Sheet, frozen=True):
     """Places of the four force sensors of each foot (FL, FR, RL, RR), AnkleRoll frame, m."""
 
     L: tuple[Vec3, Vec3, Vec3, Vec3]
@@ -95,7 +95,7 @@ class Fsr(_Sheet):
     """Largest force one cell reports, N."""
 
 
-class InertialUnit(_Sheet):
+class InertialUnit(_Sheet, frozen=True):
     """Places of the inertial sensors in the Torso frame, and what they resolve."""
 
     accelerometer: Vec3
@@ -112,7 +112,7 @@ class InertialUnit(_Sheet):
     """rad/s per count"""
 
 
-class Foot(_Sheet):
+class Foot(_Sheet, frozen=True):
     """Shape of the left foot; the right one mirrors y."""
 
     sole: tuple[tuple[float, float], ...]
@@ -121,7 +121,7 @@ class Foot(_Sheet):
     """Middle of the sole (FM of the thesis, after 2.18), AnkleRoll frame projected to the ground, m."""
 
 
-class Body(_Sheet):
+class Body(_Sheet, frozen=True):
     """A robot body. Numbers only: the tree of joints, the same for every NAO, is in `topology`."""
 
     name: str
