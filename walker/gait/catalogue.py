@@ -1,32 +1,44 @@
-"""Gaits by name, with their parameters from TOML."""
+"""Gaits by name, with their parameters: the shipped ones, changed where the user says so."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.config import load_toml
+import msgspec
+
+from bridge.config import from_dict, load_toml, unknown_name
 from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from walker.gait.reference import Gait
 from walker.gait.static import StaticGait, StaticParameters
 
-_PARAMETERS = Path(__file__).with_name("parameters")
+_SHIPPED: Final = Path(__file__).with_name("parameters")
 
-GAITS: Final[dict[str, tuple[type, Callable[[Any, Body], Gait]]]] = {
+GAITS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Any, Body], Gait]]]] = {
     "static": (StaticParameters, StaticGait),
 }
 """Name of a gait -> (type of its parameters, its phase machine)."""
 
 
-def make_gait(name: str, body: Body, file: Path | None = None) -> Gait:
-    """A gait with the parameters of `file`, or the shipped ones.
+def gait_parameters(name: str, changes: Mapping[str, Any] | None = None) -> msgspec.Struct:
+    """The shipped parameters of a gait, with some of them changed.
 
     Raises:
-        ConfigurationError: unknown gait, bad file, or parameters that the body cannot walk.
+        ConfigurationError: unknown gait, unknown or ill-typed parameter.
     """
     if name not in GAITS:
-        raise ConfigurationError(f"There is no gait `{name}`; there is: {', '.join(GAITS)}.")
-    kind, build = GAITS[name]
-    return build(load_toml(file or _PARAMETERS / f"{name}.toml", kind), body)
+        raise ConfigurationError(unknown_name("gait", name, GAITS))
+    kind, _ = GAITS[name]
+    shipped = load_toml(_SHIPPED / f"{name}.toml", kind)
+    return from_dict(msgspec.to_builtins(shipped) | dict(changes or {}), f"gait {name}", kind)
+
+
+def make_gait(name: str, parameters: msgspec.Struct, body: Body) -> Gait:
+    """A gait in its initial stand.
+
+    Raises:
+        ConfigurationError: parameters that this body cannot walk; names the violated bound.
+    """
+    return GAITS[name][1](parameters, body)

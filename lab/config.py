@@ -1,0 +1,43 @@
+"""The configuration of a run: what the command line and `--config FILE` say, checked as one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from bridge.config import from_dict, load_toml
+from bridge.errors import ConfigurationError
+
+Mode = Literal["real-time", "lockstep"]
+
+
+class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A whole run, both sides of it. Written beside every result; can be given back with `--config`."""
+
+    robot: str = "nao-v3"
+    """Body: a name of `nao-hil robots`, or the path of a data sheet."""
+    gait: str = "static"
+    mode: Mode = "real-time"
+    steps: Annotated[int, msgspec.Meta(ge=0)] = 10
+    """Steps to walk, the closing step included; 0: no bound."""
+    duration: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
+    """Time to walk, s; 0: no bound."""
+    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    parameters: dict[str, Any] = {}
+    """Gait parameters that differ from the shipped ones."""
+
+
+def run_config(file: Path | None, **options: Any) -> RunConfig:
+    """The defaults, overridden by the file, overridden by the options that are not None.
+
+    Raises:
+        ConfigurationError: unreadable file, unknown key, or an impossible value.
+    """
+    base = load_toml(file, RunConfig) if file else RunConfig()
+    given = {k: v for k, v in options.items() if v is not None}
+    config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
+    if config.steps == 1:
+        raise ConfigurationError("options: steps is 1; a walk has at least 2, one out and one to close the feet.")
+    return config
