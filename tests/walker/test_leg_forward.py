@@ -1,0 +1,133 @@
+"""The thesis' chain of transforms against a product of exponentials written here from the data sheet."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from bridge.datasheet import BODIES, load_body
+from bridge.joints import LEG_JOINTS
+from walker.kinematics import transforms as tf
+from walker.kinematics.leg import foot_in_torso, leg_chain, leg_steps, sole_in_torso
+
+SIDES = ("L", "R")
+CASES = [(name, 10_000 if name == "nao-v3" else 500) for name in BODIES]
+
+
+def random_angles(body, side, n, seed):
+    joints = [body.joints[name] for name in LEG_JOINTS[side]]
+    low, high = [j.lower for j in joints], [j.upper for j in joints]
+    return np.random.default_rng(seed).uniform(low, high, (n, 6))
+
+
+def product_of_exponentials(body, side, angles):
+    """Poses of the six links, shape (6, n, 4, 4), from screw axes through zero-pose points in the Torso."""
+    sign, length = (1.0 if side == "L" else -1.0), body.lengths
+    hip = np.array([0.0, sign * length.HipOffsetY, -length.HipOffsetZ])
+    knee = hip - [0.0, 0.0, length.ThighLength]
+    ankle = knee - [0.0, 0.0, length.TibiaLength]
+    roll, pitch, slanted = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, -sign]
+    screws = [(slanted, hip), (roll, hip), (pitch, hip), (pitch, knee), (pitch, ankle), (roll, ankle)]
+    total = np.broadcast_to(np.eye(4), (len(angles), 4, 4))
+    links = []
+    for (axis, point), q in zip(screws, angles.T, strict=True):
+        unit = np.array(axis) / np.linalg.norm(axis)
+        x, y, z = unit
+        hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        s, c = np.sin(q)[:, None, None], np.cos(q)[:, None, None]
+        screw = np.zeros((len(q), 4, 4))
+        screw[:, :3, :3] = np.eye(3) + s * hat + (1.0 - c) * (hat @ hat)
+        screw[:, :3, 3] = point - screw[:, :3, :3] @ point
+        screw[:, 3, 3] = 1.0
+        total = total @ screw
+        zero_pose = np.eye(4)
+        zero_pose[:3, 3] = point
+        links.append(total @ zero_pose)
+    return np.array(links)
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize(("name", "n"), CASES)
+def test_chain_is_the_product_of_exponentials(name, n, side):
+    body = load_body(name)
+    angles = random_angles(body, side, n, seed=1)
+    expected = product_of_exponentials(body, side, angles)
+    for i, q in enumerate(angles.tolist()):
+        chain = leg_chain(body, side, q)
+        got = np.array([chain[frame] for frame in (3, 4, 5, 6, 7, 8)])
+        assert np.abs(got - expected[:, i]).max() < 1e-12
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize(("name", "n"), CASES)
+def test_foot_multiplied_out_is_the_product_of_exponentials(name, n, side):
+    body = load_body(name)
+    angles = random_angles(body, side, n, seed=2)
+    expected = product_of_exponentials(body, side, angles)[5]
+    got = np.array([foot_in_torso(body, side, q) for q in angles.tolist()])
+    assert np.abs(got - expected).max() < 1e-12
+
+
+def test_straight_legs_stand_below_the_hips():
+    # Thesis, table 1.1 and (2.9), (2.17), (2.18): 85 + 100 + 102.74 + 45.11 mm, and d_9^FM = (20, -+3.4, 0) mm.
+    body = load_body("nao-v3")
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        chain = leg_chain(body, side, [0.0] * 6)
+        assert chain[8][:3, 3] == pytest.approx([0.0, sign * 0.050, -0.28774], abs=1e-15)
+        assert chain[9][:3, 3] == pytest.approx([0.0, sign * 0.050, -0.33285], abs=1e-15)
+        assert chain["FM"][:3, 3] == pytest.approx([0.020, sign * 0.0534, -0.33285], abs=1e-15)
+        assert sole_in_torso(body, side, [0.0] * 6) == pytest.approx(chain[9], abs=1e-15)
+
+
+def test_hip_rotation_is_the_printed_matrix():
+    # (2.22), right leg, written out with psi_k = -45 degrees.
+    c, s = math.cos(-math.pi / 4), math.sin(-math.pi / 4)
+    for phi in (-1.1, -0.3, 0.0, 0.7):
+        cp, sp = math.cos(phi), math.sin(phi)
+        printed = np.array(
+            [
+                [cp, -c * sp, -s * sp],
+                [c * sp, c * c * cp + s * s, c * cp * s - s * c],
+                [s * sp, s * cp * c - c * s, s * s * cp + c * c],
+            ]
+        )
+        steps = leg_steps(load_body("nao-v3"), "R", [phi, 0.0, 0.0, 0.0, 0.0, 0.0])
+        assert (steps[1] @ steps[2] @ steps[3])[:3, :3] == pytest.approx(printed, abs=1e-15)
+
+
+def test_left_leg_swaps_the_slants_of_the_right():
+    # Text after (2.12): H_L0^L1 = H_R2^R3, H_L2^L3 = H_R0^R1, H_L1^L2(phi) = H_R1^R2(-phi).
+    body, phi = load_body("nao-v3"), 0.4
+    left = leg_steps(body, "L", [phi, 0.0, 0.0, 0.0, 0.0, 0.0])
+    right = leg_steps(body, "R", [-phi, 0.0, 0.0, 0.0, 0.0, 0.0])
+    for of_left, of_right in ((1, 3), (2, 2), (3, 1)):
+        assert np.array_equal(left[of_left], right[of_right])
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_legs_mirror_each_other(name):
+    body = load_body(name)
+    mirror = np.diag([1.0, -1.0, 1.0, 1.0])
+    for q in random_angles(body, "L", 200, seed=3):
+        # Mirrored at y = 0 the rolls change sign, the pitches and the slanted HipYawPitch do not.
+        mirrored = q * [1.0, -1.0, 1.0, 1.0, 1.0, -1.0]
+        left, right = leg_chain(body, "L", q.tolist()), leg_chain(body, "R", mirrored.tolist())
+        assert mirror @ left[8] @ mirror == pytest.approx(right[8], abs=1e-14)
+        assert (mirror @ left["FM"])[:3, 3] == pytest.approx(right["FM"][:3, 3], abs=1e-14)
+
+
+def test_rotation_order_is_roll_then_pitch_then_yaw():
+    # (2.4): roll first, about fixed axes; scipy's lower-case letters are the fixed axes.
+    for roll, pitch, yaw in np.random.default_rng(4).uniform(-3.0, 3.0, (50, 3)):
+        expected = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
+        assert tf.rotation(roll, pitch, yaw) == pytest.approx(expected, abs=1e-14)
+
+
+def test_inverse_transform_undoes():
+    # (2.8)
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        H = tf.homogeneous(tf.rotation(*rng.uniform(-3.0, 3.0, 3)), rng.normal(size=3))
+        assert tf.inverse(H) @ H == pytest.approx(np.eye(4), abs=1e-14)
+        assert tf.inverse(H) == pytest.approx(np.linalg.inv(H), abs=1e-13)
