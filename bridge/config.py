@@ -38,7 +38,7 @@ def load_toml(path: str | Path, kind: type[T]) -> T:
         ConfigurationError: unreadable, not TOML, or not a `kind`; names the file and the key.
     """
     try:
-        text = Path(path).read_bytes().decode("utf-8")
+        text = Path(path).read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise ConfigurationError(
             f"{path}: cannot be read ({error.strerror}); give a readable TOML file"
@@ -72,7 +72,7 @@ def from_dict(data: dict[str, Any], where: str, kind: type[T]) -> T:
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
     """Sentence for a name that is not in a list: the name, the nearest known one, and the list."""
-    known = sorted(known)
+    known = sorted(map(str, known))
     return f"unknown {what} {name!r}{_did_you_mean(name, known)}; known: {', '.join(known) or 'none'}"
 
 
@@ -87,7 +87,7 @@ def _convert(value: Any, kind: Any, path: str, where: str) -> Any:
         return msgspec.convert(value, kind, strict=True)
     except (msgspec.ValidationError, OverflowError) as error:
         # A check of the struct itself may name a place below this one; our path is the more exact.
-        reason = str(error).split(" - at `$")[0]
+        reason = str(error).split(" - at `$")[0].replace("`object`", "`table`")
         raise ConfigurationError(f"{where}: {path or 'the file'}: {reason[:1].lower()}{reason[1:]}") from error
 
 
@@ -101,6 +101,8 @@ def _check(value: Any, kind: Any, path: str, where: str) -> None:
     if origin in (Union, types.UnionType):
         kind = _member(value, kind, path, where)
         origin = get_origin(kind)
+    if origin is Literal and isinstance(value, str) and value not in get_args(kind):
+        raise ConfigurationError(f"{where}: {path}: {unknown_name('value', value, get_args(kind))}")
     if isinstance(value, dict) and isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         _check_struct(value, kind, path, where)
     elif isinstance(value, dict) and origin is dict:

@@ -1,0 +1,202 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import bridge.datasheet
+from bridge.config import from_dict, load_toml, parse_toml, unknown_name
+from bridge.datasheet.model import Body
+from bridge.errors import ConfigurationError
+
+
+class _Push(msgspec.Struct, tag="push", forbid_unknown_fields=True):
+    impulse: float
+
+
+class _Tilt(msgspec.Struct, tag="tilt"):
+    angle: float = 0.0
+
+
+class _Servo(msgspec.Struct, rename="kebab"):
+    """Does not forbid unknown fields: the loader has to."""
+
+    dry_friction: float
+    play: float = 0.0
+
+
+class _File(msgspec.Struct):
+    title: str
+    servos: dict[str, _Servo] = {}
+    row: tuple[float, ...] = ()
+    pair: tuple[int, float] = (0, 0.0)
+    events: list[_Push | _Tilt] = []
+    level: Literal["ideal", "worn"] = "ideal"
+    note: _Servo | None = None
+    gains: dict[Literal["p", "d"], float] = {}
+
+
+class _Range(msgspec.Struct):
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if self.lower > self.upper:
+            raise ValueError("lower must not be above upper")
+
+
+class _Holder(msgspec.Struct):
+    ranges: dict[str, _Range]
+
+
+def _error(text: str) -> str:
+    with pytest.raises(ConfigurationError) as info:
+        parse_toml(text, "my.toml", _File)
+    message = str(info.value)
+    assert message.startswith("my.toml: ")
+    assert "\n" not in message
+    return message
+
+
+def test_reads_what_is_right() -> None:
+    text = """
+        title = "a"
+        row = [1, 2.5]
+        pair = [3, 4]
+        level = "worn"
+        note = { dry-friction = 2 }
+        servos.knee = { dry-friction = 0.1, play = 0.02 }
+        gains = { p = 1 }
+        [[events]]
+        type = "push"
+        impulse = 3
+        [[events]]
+        type = "tilt"
+    """
+    assert parse_toml(text, "my.toml", _File) == _File(
+        title="a",
+        row=(1.0, 2.5),
+        pair=(3, 4.0),
+        level="worn",
+        note=_Servo(2.0),
+        servos={"knee": _Servo(0.1, 0.02)},
+        gains={"p": 1.0},
+        events=[_Push(3.0), _Tilt(0.0)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "right"),
+    [
+        ("titel = 'a'", "unknown key 'titel'", "did you mean 'title'?"),
+        ("title = 'a'\nservos.knee.dry-frictoin = 1", "'servos.knee.dry-frictoin'", "mean 'dry-friction'?"),
+        ("title = 'a'\nservos.knee = { dry-friction = 1, xyz = 1 }", "'servos.knee.xyz'", "dry-friction, play"),
+        ("title = 'a'\nservos.knee.play = 1", "missing key 'servos.knee.dry-friction'", ""),
+        ("title = 'a'\nrow = [1.0, 'x']", "row[1]: ", "expected `float`, got `str`"),
+        ("title = 'a'\npair = [1.5, 1]", "pair[0]: ", "expected `int`, got `float`"),
+        ("title = 'a'\npair = [1]", "pair: ", "length 2"),
+        ("title = 'a'\nrow = 1", "row: ", "expected `array`, got `int`"),
+        ("title = 1", "title: ", "expected `str`, got `int`"),
+        (
+            "title = 'a'\nlevel = 'wron'",
+            "level: unknown value 'wron'",
+            "did you mean 'worn'?; known: ideal, worn",
+        ),
+        ("title = 'a'\nlevel = 1", "level: ", "expected `str`, got `int`"),
+        ("title = 'a'\nservos.knee = 1", "servos.knee: ", "expected `table`, got `int`"),
+        ("title = 'a'\nrow = [nan]", "row[0]: is nan", "finite"),
+        ("title = 'a'\nservos.knee.dry-friction = inf", "servos.knee.dry-friction: is inf", "finite"),
+        ("title = 'a'\nevents = [{ impulse = 1 }]", "missing key 'events[0].type'", "push, tilt"),
+        ("title = 'a'\nevents = [{ type = 'psh' }]", "events[0].type", "did you mean 'push'?"),
+        ("title = 'a'\nevents = [{ type = 'push', impulse = '1' }]", "events[0].impulse", "`float`"),
+        ("title = 'a'\nnote = { dry-friction = 1, plya = 1 }", "'note.plya'", "did you mean 'play'?"),
+        ("title = 'a'\ngains.q = 1", "'gains.q'", "known: d, p"),
+        ("title = 'a'\ntitle = 'b'", "not valid TOML", ""),
+        ("title = ", "not valid TOML", "Invalid value"),
+        ("title = 'a'\nrow = [1,,2]", "not valid TOML", "line 2"),
+        ("title = 'a'\nrow = [" + "1" * 5000 + "]", "", ""),
+        ("title = " + "[" * 100_000, "nested too deeply", ""),
+    ],
+)
+def test_says_where_and_what_would_be_right(text: str, place: str, right: str) -> None:
+    message = _error(text)
+    assert place in message
+    assert right in message
+
+
+def test_errors_of_a_struct_s_own_check_are_configuration_errors() -> None:
+    with pytest.raises(ConfigurationError, match=r"^f: ranges\.knee: lower must not be above upper$"):
+        parse_toml("ranges.knee = { lower = 2, upper = 1 }", "f", _Holder)
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="No such file"):
+        load_toml(tmp_path / "none.toml", _File)
+    with pytest.raises(ConfigurationError, match=str(tmp_path)):
+        load_toml(tmp_path, _File)
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes(b"title = '\xe4'")
+    with pytest.raises(ConfigurationError, match="UTF-8"):
+        load_toml(latin, _File)
+    with pytest.raises(ConfigurationError):
+        load_toml("nul\0.toml", _File)
+
+
+def test_a_file_with_a_byte_order_mark_and_windows_line_ends(tmp_path: Path) -> None:
+    file = tmp_path / "windows.toml"
+    file.write_bytes(b"\xef\xbb\xbftitle = 'a'\r\nrow = [1]\r\n")
+    assert load_toml(file, _File).row == (1.0,)
+
+
+def test_unknown_name_suggests_only_what_is_near() -> None:
+    near = unknown_name("gait", "Statc", ["static", "huang"])
+    assert near == "unknown gait 'Statc', did you mean 'static'?; known: huang, static"
+    assert unknown_name("gait", "zzz", ["static"]) == "unknown gait 'zzz'; known: static"
+
+
+_FIELDS = ["title", "servos", "row", "pair", "events", "level", "note", "gains", "type", "dry-friction", "play"]
+_LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.datetimes()
+_VALUES = st.recursive(
+    _LEAVES | st.sampled_from(["push", "tilt", "ideal"]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(_FIELDS) | st.text(max_size=4), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+@given(data=st.dictionaries(st.sampled_from(_FIELDS) | st.text(max_size=4), _VALUES, max_size=6))
+@settings(max_examples=200, deadline=None)
+def test_any_data_is_read_or_refused(data: dict[str, Any]) -> None:
+    try:
+        assert isinstance(from_dict({"title": "a"} | data, "f", _File), _File)
+    except ConfigurationError as error:
+        assert str(error).startswith("f: ")
+
+
+@given(text=st.text(max_size=60))
+@settings(max_examples=200, deadline=None)
+def test_any_text_is_read_or_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError):
+        parse_toml(text, "f", Body)
+
+
+_SHEET = (Path(bridge.datasheet.__file__).parent / "bodies" / "nao-v3.toml").read_text("utf-8")
+
+
+@given(
+    at=st.integers(0, len(_SHEET) - 1),
+    cut=st.integers(0, 30),
+    put=st.text(alphabet="[]{}=\".,'-#\n0123456789eaxinf_ ", max_size=8) | st.text(max_size=4),
+)
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_a_damaged_data_sheet_is_read_or_refused(at: int, cut: int, put: str) -> None:
+    try:
+        assert isinstance(parse_toml(_SHEET[:at] + put + _SHEET[at + cut :], "f", Body), Body)
+    except ConfigurationError as error:
+        assert str(error).startswith("f: ")
