@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -26,6 +26,7 @@ COORDINATE = st.floats(-0.3, 0.3)
 ACCELERATION = st.floats(-5.0, 5.0)
 
 
+@settings(deadline=None)
 @given(
     com=st.tuples(COORDINATE, COORDINATE, st.floats(0.1, 0.4)),
     acceleration=st.tuples(ACCELERATION, ACCELERATION, ACCELERATION),
@@ -70,6 +71,7 @@ def test_linear_pendulum_moves_as_its_equation_integrates():
     assert pendulum.after(end, *start, zmp) == pytest.approx(solution.y[:, -1], rel=1e-7)
 
 
+@settings(deadline=None)
 @given(x=COORDINATE, v=st.floats(-1.0, 1.0), a=ACCELERATION, z=st.floats(0.1, 0.4))
 def test_linear_pendulum_agrees_with_the_general_one(x, v, a, z):
     pendulum = LinearPendulum(z)
@@ -99,6 +101,7 @@ def test_even_load_is_in_the_middle_of_the_four_places():
 FORCES = st.lists(st.floats(0.0, 25.0), min_size=8, max_size=8)
 
 
+@settings(deadline=None)
 @given(
     fsr=FORCES,
     left=st.tuples(COORDINATE, COORDINATE, st.floats(-1.0, 1.0)),
