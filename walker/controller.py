@@ -52,8 +52,8 @@ class Controller:
         self._gait = gait
         self._order = order
         self._cycle = cycle
-        self._pose = PoseMaker(body)
         self._reference = gait.stand()
+        self._pose = PoseMaker(body, self._reference)
         self._approach: Approach | None = None
         self._state: State = "approach"
         self._seq: int | None = None

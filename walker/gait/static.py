@@ -46,11 +46,11 @@ class StaticGait:
 
     Args:
         parameters: of the gait.
-        body: gives the middle of the sole, the leg lengths and the foot height.
+        body: gives the middle and the outline of the sole, and the lengths.
 
     Raises:
-        ConfigurationError: a step that the legs cannot reach, or a single step so fast that the neglected
-            acceleration term breaks the margin condition (3.5).
+        ConfigurationError: a weight shift so fast that the neglected acceleration term breaks the margin
+            condition (3.5).
     """
 
     name = "static"
@@ -59,7 +59,6 @@ class StaticGait:
         self._p = parameters
         self._centre = body.foot.centre
         self._hip_height = parameters.l_GH + body.lengths.FootHeight
-        self._check_reach(body)
         self._check_margin(body)
         half = 0.5 * parameters.l_FA
         self._left = Foot(0.0, half)
@@ -165,20 +164,6 @@ class StaticGait:
     def _middle(self) -> tuple[float, float]:
         (xl, yl), (xr, yr) = self._foot_centre("L"), self._foot_centre("R")
         return 0.5 * (xl + xr), 0.5 * (yl + yr)
-
-    def _check_reach(self, body: Body) -> None:
-        """The rear leg at the start of single support is the longest reach of the gait."""
-        p, length = self._p, body.lengths
-        across = p.l_FA + self._centre[1] - length.HipOffsetY
-        reach = math.hypot(p.l_GH, p.l_SW, across)
-        longest = length.ThighLength + length.TibiaLength
-        if reach > longest:
-            allowed = longest**2 - p.l_GH**2 - across**2
-            hint = f"at most {math.sqrt(allowed):.3f} m" if allowed > 0 else "a smaller gait height l_GH"
-            raise ConfigurationError(
-                f"static gait: with l_GH = {p.l_GH} m a step length l_SW = {p.l_SW} m stretches the rear leg "
-                f"{1e3 * (reach - longest):.1f} mm beyond its {longest:.4f} m; l_SW must be {hint}."
-            )
 
     def _check_margin(self, body: Body) -> None:
         """Condition (3.5): the acceleration term stays below the distance to the border of the sole."""

@@ -1,0 +1,23 @@
+"""Who may look on while robot and controller run: statistics, recordings, progress."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+
+
+class Observer(Protocol):
+    """Told of a run in its own order; the same in process, in lockstep and in real time."""
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        """A boundary of the DCM cycle, with the ground truth of the same instant."""
+        ...
+
+    def command(self, frame: ActuatorFrame) -> None:
+        """The actuator frame that was put in force, after the guard."""
+        ...
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        """What the walker says of its walk."""
+        ...

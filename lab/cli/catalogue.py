@@ -1,0 +1,43 @@
+"""`nao-hil robots` and `nao-hil gaits`: what there is."""
+
+from __future__ import annotations
+
+import json
+
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from bridge.datasheet import BODIES, load_body, total_mass
+from lab.cli import options
+from walker.gait import GAITS, gait_parameters
+
+
+def robots(as_json: options.Json = False) -> int:
+    """List the robot bodies there are data sheets for."""
+    rows = [
+        {"name": b.name, "title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
+        for b in map(load_body, BODIES)
+    ]
+    if as_json:
+        print(json.dumps(rows))
+        return 0
+    table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
+    for row in rows:
+        table.add_row(row["name"], row["title"], f"{row['mass']:.3f}", f"{1e3 * row['cycle']:.0f}")
+    Console().print(table)
+    return 0
+
+
+def gaits(as_json: options.Json = False) -> int:
+    """List the gaits and their shipped parameters."""
+    rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
+    if as_json:
+        print(json.dumps(rows))
+        return 0
+    table = Table("name", "parameter", "value (SI units)", title="Gaits")
+    for name, parameters in rows.items():
+        for i, (key, value) in enumerate(parameters.items()):
+            table.add_row(name if i == 0 else "", key, str(value))
+    Console().print(table)
+    return 0

@@ -1,0 +1,70 @@
+"""`nao-hil`: the command line of both sides.
+
+Exit codes: 0 done and well, 1 the robot fell or a verdict failed, 2 usage or configuration, 3 a process, a
+link or a device failed; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated, Any
+
+import click
+import typer
+
+from bridge.errors import NaoHilError
+from lab import __version__
+from lab.cli import catalogue, doctor, emulate, up, walk
+
+app = typer.Typer(
+    name="nao-hil",
+    help="The NAO robot that nobody has to own: an emulated DCM, and a walking controller for it.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(up.up)
+app.command()(emulate.emulate)
+app.command()(walk.walk)
+app.command()(doctor.doctor)
+app.command()(catalogue.robots)
+app.command()(catalogue.gaits)
+
+
+def _version(value: bool) -> None:
+    if value:
+        typer.echo(f"nao-hil {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point: every error a user can cause is one sentence on stderr and an exit code."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """As `main`, but the exit code is returned."""
+    try:
+        result: Any = app(args=arguments, standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        print(error.format_message(), file=sys.stderr)
+        return 2
+    except click.ClickException as error:
+        print(f"error: {error.format_message()}", file=sys.stderr)
+        return 2
+    except NaoHilError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return error.exit_code
+    except (KeyboardInterrupt, click.exceptions.Abort):
+        return 130
+    return result if isinstance(result, int) else 0

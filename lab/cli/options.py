@@ -1,0 +1,46 @@
+"""Options that several commands share, with one wording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+Body = Annotated[
+    Optional[str],
+    typer.Option("--robot", help="Robot body: a name of `nao-hil robots`, or a data sheet's path.", metavar="BODY"),
+]
+Gait = Annotated[Optional[str], typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
+Steps = Annotated[
+    Optional[int],
+    typer.Option("--steps", help="Steps to walk, the closing one included; 0: without end.", metavar="N"),
+]
+Duration = Annotated[
+    Optional[float], typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
+]
+Mode = Annotated[
+    Optional[str],
+    typer.Option(
+        "--mode",
+        help="`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer.",
+        metavar="real-time|lockstep",
+    ),
+]
+Seed = Annotated[Optional[int], typer.Option("--seed", help="Seed of everything random.", metavar="N")]
+Config = Annotated[
+    Optional[Path],
+    typer.Option("--config", help="TOML file with any of these options, and gait `parameters`.", metavar="FILE"),
+]
+Out = Annotated[
+    Optional[Path],
+    typer.Option("--out", help="Folder for the recording and the summary; default runs/<time>/.", metavar="DIR"),
+]
+Json = Annotated[bool, typer.Option("--json", help="End with one JSON object on the last line of stdout.")]
+Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]
+Listen = Annotated[
+    str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
+]
+Connect = Annotated[
+    str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")
+]

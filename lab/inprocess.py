@@ -1,0 +1,27 @@
+"""Robot and controller in one process, called directly: for tests and campaigns; no link, no wall clock."""
+
+from __future__ import annotations
+
+from bridge.guard import Guard
+from bridge.observer import Observer
+from emulator.robot import EmulatedRobot
+from walker.controller import Controller
+
+
+def run(robot: EmulatedRobot, guard: Guard, controller: Controller, observers: list[Observer], most: int) -> None:
+    """Cycle until the controller is done, or `most` cycles.
+
+    Gives the very frames that lockstep over the link gives.
+    """
+    for observer in observers:
+        observer.sensors(robot.frame, robot.truth())
+    for _ in range(most):
+        command = guard.check(controller.tick(robot.frame), robot.frame.seq)
+        for observer in observers:
+            observer.telemetry(controller.telemetry)
+            observer.command(command)
+        if controller.done:
+            return
+        robot.advance(command)
+        for observer in observers:
+            observer.sensors(robot.frame, robot.truth())

@@ -1,0 +1,62 @@
+"""Whether a body can walk a gait at all: found out before the first joint moves."""
+
+from __future__ import annotations
+
+import math
+
+from bridge.datasheet import Body
+from bridge.datasheet.model import Side
+from bridge.errors import ConfigurationError
+from bridge.joints import LEG_SLOTS
+from walker.errors import UnreachableError
+from walker.gait import Gait, Reference
+from walker.kinematics.limits import limit_violations
+from walker.pose import PoseMaker
+
+_STEPS = 4
+"""Start, two regular steps and the closing one hold every pose of a gait."""
+_DT = 0.02
+SWING_TILT = math.radians(6.0)
+"""How far a lifted foot may be tilted sideways by the limits of its AnkleRoll (which narrow as AnklePitch
+bends: at 35 mm of lift the flat foot of figure 3.4 passes them by up to 4 degrees)."""
+_SIDES: tuple[Side, Side] = ("L", "R")
+
+
+def check_walkable(body: Body, gait: Gait) -> None:
+    """Walk a gait dry, through the inverse kinematics.
+
+    Args:
+        body: data sheet.
+        gait: in its initial stand; is used up.
+
+    Raises:
+        ConfigurationError: a pose that the legs cannot reach or the joint limits forbid; names the phase, the
+            leg or joint, and by how much.
+    """
+    reference = gait.stand()
+    try:
+        pose = PoseMaker(body, reference)
+        while reference.phase != "stand" or reference.step == 0:
+            reference = gait.advance(_DT, go_on=reference.step < _STEPS - 1)
+            _check_limits(body, pose.unlimited_angles(reference), reference, _where(gait, reference))
+    except UnreachableError as error:
+        raise ConfigurationError(
+            f"{_where(gait, reference)}: {error}; shorten the step, narrow the feet or lower the gait height."
+        ) from None
+
+
+def _where(gait: Gait, reference: Reference) -> str:
+    return f"gait {gait.name}, phase {reference.phase} of step {reference.step + 1}"
+
+
+def _check_limits(body: Body, angles: tuple[float, ...], reference: Reference, where: str) -> None:
+    for side in _SIDES:
+        for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
+            in_the_air = joint == f"{side}AnkleRoll" and reference.support not in (side, "both")
+            if in_the_air and abs(excess) < SWING_TILT:
+                continue
+            bound = "above" if excess > 0.0 else "below"
+            raise ConfigurationError(
+                f"{where}: {joint} would stand {math.degrees(abs(excess)):.1f} deg {bound} its range on a "
+                f"{body.name}; change the step, the feet's distance or the gait height."
+            )
