@@ -1,0 +1,32 @@
+"""The one door to PyBullet: a missing installation is one clear sentence, a client belongs to one owner."""
+
+from __future__ import annotations
+
+from bridge.errors import ConfigurationError, LinkError
+
+try:
+    import pybullet as bullet
+except ImportError as error:
+    raise ConfigurationError(
+        "PyBullet is not installed: pip install 'nao-hil[emulator]' puts the emulated robot on this machine."
+    ) from error
+
+__all__ = ["bullet", "connect", "disconnect"]
+
+
+def connect() -> int:
+    """A physics client of its own, without a window.
+
+    Raises:
+        LinkError: PyBullet has no client left (it allows about a thousand per process).
+    """
+    client = int(bullet.connect(bullet.DIRECT))
+    if client < 0:
+        raise LinkError("PyBullet gave no physics client; close robots that are no longer needed.")
+    return client
+
+
+def disconnect(client: int) -> None:
+    """Free a client; harmless when it is gone already."""
+    if bullet.isConnected(client):
+        bullet.disconnect(client)
