@@ -11,6 +11,8 @@ import msgspec
 from bridge.config import from_dict, load_toml, unknown_name
 from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
+from walker.gait.dynamic import DynamicGait
+from walker.gait.pendulum import DynamicParameters
 from walker.gait.reference import Gait
 from walker.gait.static import StaticGait, StaticParameters
 
@@ -18,6 +20,7 @@ _SHIPPED: Final = Path(__file__).with_name("parameters")
 
 GAITS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Any, Body], Gait]]]] = {
     "static": (StaticParameters, StaticGait),
+    "dynamic": (DynamicParameters, DynamicGait),
 }
 """Name of a gait -> (type of its parameters, its phase machine)."""
 

@@ -1,0 +1,160 @@
+"""The leg admittance against (4.1), (4.4), and what it promises for every force history."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from bridge.config import from_dict
+from bridge.errors import ConfigurationError
+from walker.admittance.leg import LegAdmittance, LegParameters
+
+DT = 0.01
+POLE = math.pi**2 / 300.0
+ANY = st.floats(-1e9, 1e9)
+
+
+def test_the_spring_is_the_curve_of_figure_4_7() -> None:
+    """k_a = 1/300, k_b = 0, k_c = 0.5, k_d = 0: pole at 32.9 mm, odd, 0.5 N half-way to the pole."""
+    p = LegParameters()
+    assert p.pole == pytest.approx(POLE)
+    assert 1e3 * p.pole == pytest.approx(32.9, abs=0.05)
+    assert p.spring(0.0) == 0.0
+    assert p.spring(POLE / 2) == pytest.approx(0.5)
+    assert p.spring(-POLE / 2) == pytest.approx(-0.5)
+    assert p.spring(0.01) == pytest.approx(0.5 * math.tan(0.01 * 300 / (2 * math.pi)))
+    assert p.spring(0.999 * POLE) > 300.0
+
+
+def test_under_a_constant_force_the_leg_follows_the_differential_equation() -> None:
+    """(4.1) integrated by another solver; the implicit step is of first order, so to 2 % at 10 ms."""
+    p = LegParameters(force_tolerance=0.0, reach_below=0.0)
+    leg = LegAdmittance(p)
+    way = solve_ivp(
+        lambda _, e: (2.0 - p.spring(e[0])) / p.D, (0.0, 1.0), [0.0], t_eval=[0.2, 0.5, 1.0], rtol=1e-9
+    )
+    measured = [leg.update(2.0, "swing", DT) for _ in range(100)]
+    assert [measured[19], measured[49], measured[99]] == pytest.approx(way.y[0], rel=0.02)
+
+
+def test_a_force_held_for_ever_ends_where_the_spring_bears_it() -> None:
+    p = LegParameters(force_tolerance=0.5, D=20.0)
+    leg = LegAdmittance(p)
+    for _ in range(5_000):
+        leg.update(5.5, "swing", DT)
+    assert p.spring(leg.e) == pytest.approx(5.0, rel=1e-6)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    forces=st.lists(ANY, min_size=1, max_size=60),
+    dt=st.floats(1e-4, 0.1),
+    D=st.floats(1e-3, 1e4),
+    k_b=st.floats(-0.03, 0.03),
+    rate=st.floats(0.01, 1e6),
+)
+def test_the_spring_never_reaches_its_pole(
+    forces: list[float], dt: float, D: float, k_b: float, rate: float
+) -> None:
+    leg = LegAdmittance(LegParameters(D=D, k_b=k_b, max_rate=rate))
+    for i, force in enumerate(forces):
+        role = "stance" if i % 7 == 3 else "swing"
+        leg.update(force, role, dt, progress=(0.13 * i) % 1.0, ankle_z=-0.15)
+        assert abs(leg.e + k_b) < POLE
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    cycles=st.lists(
+        st.tuples(ANY, st.sampled_from(["swing", "stance"]), st.floats(0.0, 1.0)), min_size=2, max_size=80
+    )
+)
+def test_the_offset_changes_at_a_bounded_rate_whatever_role_and_progress_do(
+    cycles: list[tuple[float, str, float]],
+) -> None:
+    leg = LegAdmittance(LegParameters())
+    before = 0.0
+    for force, role, progress in cycles:
+        offset = leg.update(force, role, DT, progress=progress)  # type: ignore[arg-type]
+        assert abs(offset - before) <= LegParameters().max_rate * DT * (1.0 + 1e-9)
+        if role == "stance":
+            assert offset == before
+        before = offset
+
+
+@settings(max_examples=60, deadline=None)
+@given(forces=st.lists(ANY, min_size=1, max_size=60), z=st.floats(-0.2, -0.101))
+def test_the_leg_is_never_folded_beyond_its_limit(forces: list[float], z: float) -> None:
+    leg = LegAdmittance(LegParameters())
+    for force in forces:
+        assert z + leg.update(force, "swing", DT, ankle_z=z) <= -0.100 + 1e-12
+
+
+def swing(leg: LegAdmittance, ground: float, stiffness: float, cycles: int = 150) -> list[float]:
+    """One swing of the static gait (35 mm, 1.5 s) and 50 cycles of stance. From mid-swing on there is a springy
+    floor, whose load the controller sees 4 cycles after it commanded a height. Returns the forces."""
+    heights, forces = [], []
+    force = 0.0
+    for k in range(cycles + 50):
+        s = min(k / cycles, 1.0)
+        half = 1.0 - abs(2.0 * s - 1.0)
+        plan = 0.035 * half * half * (3.0 - 2.0 * half)
+        role = "swing" if k < cycles else "stance"
+        heights.append(plan + leg.update(force, role, DT, progress=s))  # type: ignore[arg-type]
+        sunk = ground - heights[max(k - 4, 0)] if k >= cycles // 2 else 0.0
+        force = stiffness * max(sunk, 0.0)
+        forces.append(force)
+    return forces
+
+
+def test_on_an_obstacle_of_a_centimetre_the_load_stays_near_five_newtons() -> None:
+    """R1, figure 4.1; the delay of 4 cycles adds 2.6 N (k v T) to the 5 N for which the damping is laid out."""
+    stiff = swing(LegAdmittance(LegParameters(D=1e9, reach_below=0.0)), 0.010, 1000.0)
+    assert stiff[-40:] == pytest.approx([10.0] * 40, rel=1e-3)
+    leg = LegAdmittance(LegParameters())
+    forces = swing(leg, 0.010, 1000.0)
+    assert max(forces) < 7.6
+    assert max(forces[-50:]) < 3.0
+    assert leg.e - leg.depth == pytest.approx(0.010, abs=0.003)
+
+
+def test_on_an_obstacle_it_is_held_through_stance_and_released_before_the_next_landing() -> None:
+    leg = LegAdmittance(LegParameters())
+    swing(leg, 0.010, 1000.0)
+    held = leg.e - leg.depth
+    assert leg.update(40.0, "stance", DT) == held
+    offsets = [leg.update(10.0, "swing", DT, progress=k / 150) for k in range(75)]
+    assert np.all(np.diff(offsets) <= 0.0)
+    assert offsets[-1] == pytest.approx(0.0, abs=1e-4)
+    # While it is released the foot rises in spite of it: it does not press on what it stands on.
+    lift = [0.035 * (h := 2 * k / 150) * h * (3 - 2 * h) for k in range(75)]
+    assert np.all(np.diff(np.add(lift, offsets)) >= 0.0)
+
+
+@pytest.mark.parametrize(("ground", "offset"), [(0.0, 0.0), (-0.003, -0.003), (-0.02, -0.005)])
+def test_the_foot_reaches_below_the_ground_as_far_as_the_target_does(ground: float, offset: float) -> None:
+    leg = LegAdmittance(LegParameters())
+    swing(leg, ground, 1000.0)
+    assert leg.e - leg.depth == pytest.approx(offset, abs=0.003)
+
+
+def test_the_load_of_a_foot_that_is_just_leaving_the_ground_does_not_shorten_the_step() -> None:
+    leg = LegAdmittance(LegParameters())
+    for k in range(75):
+        leg.update(20.0 * max(1.0 - k / 10, 0.0), "swing", DT, progress=k / 150)
+    assert leg.e == 0.0
+
+
+def test_noise_below_the_tolerance_moves_nothing() -> None:
+    leg = LegAdmittance(LegParameters(reach_below=0.0))
+    assert {leg.update(0.5, "swing", DT) for _ in range(500)} == {0.0}
+
+
+def test_a_spring_without_room_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"k_b = 0\.04 m lies beyond the spring's pole"):
+        from_dict({"k_b": 0.04}, "admittance", LegParameters)
