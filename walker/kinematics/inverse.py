@@ -11,10 +11,11 @@ Written in plain floats: a chain of 4x4 numpy products costs twenty times as muc
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Final, NamedTuple
 
-from bridge.datasheet.model import Body, Side
+from bridge.datasheet.model import Body, JointSheet, Side
 from walker.errors import UnreachableError
 from walker.kinematics.leg import PSI_K, hip_rotation, side_sign
 from walker.kinematics.transforms import Transform
@@ -26,7 +27,8 @@ _H: Final = math.sqrt(0.5)
 _ROUNDING: Final = 1e-12
 """Out of reach by less than this is rounding of a stretched leg, m."""
 _YAW_TOLERANCE: Final = 1e-12
-_MAX_ITERATIONS: Final = 12
+_MAX_ITERATIONS: Final = 60
+_SCAN: Final = 32
 
 
 class LegPair(NamedTuple):
@@ -37,6 +39,9 @@ class LegPair(NamedTuple):
     yaw: float
     """Turn of both feet about their own soles' normals away from the targets, rad. Eleven motors cannot meet
     twelve conditions: positions, soles' normals and the angle between the feet are met, this one is left."""
+    spread: float
+    """What is amiss with the angle between the feet, rad (left against right): zero to 1e-12 in any stance, not
+    always with legs drawn up to the ends of their ranges, or for feet turned further than the hips allow."""
 
 
 class _Target(NamedTuple):
@@ -200,8 +205,9 @@ def solve_leg_with_hip(
 def solve_legs(body: Body, left_in_torso: Transform, right_in_torso: Transform, knee_sign: int = 1) -> LegPair:
     """Angles of both legs with their one HipYawPitch, from the poses of both feet.
 
-    The positions, the soles' normals and the angle between the feet are met exactly; a yaw common to both feet
-    is left (`LegPair.yaw`), zero where both feet point along the torso's x axis, as in straight walking.
+    The positions and the soles' normals are met exactly, and so is the angle between the feet (else see
+    `LegPair.spread`). A yaw common to both feet is left (`LegPair.yaw`), zero where both point along the
+    torso's x axis, as in straight walking.
 
     Args:
         body: The data sheet.
@@ -214,26 +220,53 @@ def solve_legs(body: Body, left_in_torso: Transform, right_in_torso: Transform, 
     """
     left = _target(body, "L", left_in_torso, knee_sign)
     right = _target(body, "R", right_in_torso, knee_sign)
-    left_angles, right_angles = _six(left), _six(right)
-    low, high = left_angles[0], right_angles[0]
-    # The yaw between the feet falls (about) linearly with HipYawPitch, and each leg's own solution is a zero of
-    # its own yaw: together they bracket the shared angle. Secant steps, with halving of a stale end (Illinois).
-    right_angles, yaw = _five(right, low)
-    pair, f_low = LegPair(left_angles, right_angles, 0.5 * yaw), -yaw
-    if abs(f_low) <= _YAW_TOLERANCE:
-        return pair
-    left_angles, f_high = _five(left, high)
+    # Each leg's own solution is a zero of its own yaw, which falls for the left and rises for the right: where
+    # legs stand as in walking, the two bracket the shared angle.
+    low = _shared(left, right, _six(left)[0])
+    if abs(low.spread) <= _YAW_TOLERANCE:
+        return low
+    high = _shared(left, right, _six(right)[0])
+    if low.spread * high.spread < 0.0:
+        pair = _close_in(left, right, low, high)
+        if abs(pair.spread) <= _YAW_TOLERANCE:
+            return pair
+    return _search(left, right, body.joints["LHipYawPitch"])
+
+
+def _shared(left: _Target, right: _Target, phi_2: float) -> LegPair:
+    """Both legs at one HipYawPitch."""
+    left_angles, left_yaw = _five(left, phi_2)
+    right_angles, right_yaw = _five(right, phi_2)
+    return LegPair(left_angles, right_angles, 0.5 * (left_yaw + right_yaw), _wrap(left_yaw - right_yaw))
+
+
+def _search(left: _Target, right: _Target, hip_yaw_pitch: JointSheet) -> LegPair:
+    """The zero of the spread in HipYawPitch's range that turns the feet least; if none is found, the least one.
+
+    Needed by legs drawn up far before or beside the body only, where the spread is no longer monotonic.
+    """
+    step = (hip_yaw_pitch.upper - hip_yaw_pitch.lower) / _SCAN
+    scan = [_shared(left, right, hip_yaw_pitch.lower + i * step) for i in range(_SCAN + 1)]
+    changes = [(a, b) for a, b in itertools.pairwise(scan) if a.spread * b.spread <= 0.0]
+    pairs = [_close_in(left, right, a, b) for a, b in changes]
+    # Where a roll jumps by half a turn the spread changes sign without a zero.
+    zeros = [pair for pair in pairs if abs(pair.spread) <= _YAW_TOLERANCE]
+    if zeros:
+        return min(zeros, key=lambda pair: abs(pair.yaw))
+    return min(scan, key=lambda pair: abs(pair.spread))
+
+
+def _close_in(left: _Target, right: _Target, low: LegPair, high: LegPair) -> LegPair:
+    """Zero of the spread between two ends: secant steps that halve a stale end (Illinois)."""
+    f_low, f_high = low.spread, high.spread
     for _ in range(_MAX_ITERATIONS):
-        slope = f_high - f_low
-        phi_2 = 0.5 * (low + high) if slope == 0.0 else high - f_high * (high - low) / slope
-        left_angles, left_yaw = _five(left, phi_2)
-        right_angles, right_yaw = _five(right, phi_2)
-        pair, f = LegPair(left_angles, right_angles, 0.5 * (left_yaw + right_yaw)), left_yaw - right_yaw
-        if abs(f) <= _YAW_TOLERANCE:
+        if abs(high.spread) <= _YAW_TOLERANCE or f_high == f_low:
             break
-        if f * f_high < 0.0:
+        a, b = low.left[0], high.left[0]
+        pair = _shared(left, right, b - f_high * (b - a) / (f_high - f_low))
+        if pair.spread * f_high < 0.0:
             low, f_low = high, f_high
         else:
             f_low *= 0.5
-        high, f_high = phi_2, f
-    return pair
+        high, f_high = pair, pair.spread
+    return high
