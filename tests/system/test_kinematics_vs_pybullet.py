@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import BODIES, TORSO, load_body
+from bridge.datasheet import BODIES, TORSO, joint_tree, load_body
 from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from walker.kinematics.com import CentreOfMass
 from walker.kinematics.transforms import homogeneous, inverse
@@ -66,7 +66,7 @@ def frames_and_com(model):
 @pytest.mark.parametrize("name", BODIES)
 def test_link_frames_and_com_are_pybullets(client, name):
     body = load_body(name)
-    model = build_model(client, body, rotor_inertia=0.0)
+    model = build_model(client, body, rotor_inertia=[0.0] * len(joint_tree(body)))
     com = CentreOfMass(body)
     rng = np.random.default_rng(41)
     for _ in range(100 if name == "nao-v3" else 20):
