@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.messages import Quaternion, Vec3
 from emulator.contacts import GroundContacts, ground_contacts
 from emulator.engine import bullet
 from emulator.model import RobotModel
 from emulator.servo import Servo
+from emulator.vectors import Rotation, add, cross, rotate, scaled
 
-Vector = NDArray[np.float64]
+_HERE: Final = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,11 @@ class TorsoState:
     position: Vec3
     """m"""
     orientation: Quaternion
-    rotation: NDArray[np.float64]
-    """3 x 3, torso to world."""
-    velocity: Vector
+    rotation: Rotation
+    """Torso to world."""
+    velocity: Vec3
     """Of the frame's origin, world frame, m/s."""
-    angular_velocity: Vector
+    angular_velocity: Vec3
     """World frame, rad/s."""
 
 
@@ -46,10 +47,7 @@ class Mechanics:
         self._steps = steps
         self._joints = list(range(len(model.joints)))
         self._read_joints()
-        self._from_principal = (
-            np.array(bullet.getMatrixFromQuaternion(model.torso_principal)).reshape(3, 3).T.copy()
-        )
-        self._torso_com = np.array(model.torso_com)
+        _, self._to_torso = bullet.invertTransform(_HERE, model.torso_principal)
         bullet.setJointMotorControlArray(
             model.robot,
             self._joints,
@@ -84,14 +82,17 @@ class Mechanics:
         """The torso now."""
         model = self.model
         com, turn = bullet.getBasePositionAndOrientation(model.robot, physicsClientId=model.client)
-        linear, angular = bullet.getBaseVelocity(model.robot, physicsClientId=model.client)
-        rotation = np.array(bullet.getMatrixFromQuaternion(turn)).reshape(3, 3) @ self._from_principal
-        arm = rotation @ self._torso_com
-        omega = np.array(angular)
-        x, y, z = (np.array(com) - arm).tolist()
-        inverse = bullet.invertTransform((0.0, 0.0, 0.0), model.torso_principal)[1]
-        orientation = bullet.multiplyTransforms((0.0, 0.0, 0.0), turn, (0.0, 0.0, 0.0), inverse)[1]
-        return TorsoState((x, y, z), orientation, rotation, np.array(linear) - np.cross(omega, arm), omega)
+        velocity, omega = bullet.getBaseVelocity(model.robot, physicsClientId=model.client)
+        orientation = bullet.multiplyTransforms(_HERE, turn, _HERE, self._to_torso)[1]
+        rotation: Rotation = bullet.getMatrixFromQuaternion(orientation)
+        to_origin = scaled(rotate(rotation, model.torso_com), -1.0)
+        return TorsoState(
+            position=add(com, to_origin),
+            orientation=orientation,
+            rotation=rotation,
+            velocity=add(velocity, cross(omega, to_origin)),
+            angular_velocity=omega,
+        )
 
     def com(self) -> Vec3:
         """Centre of mass of the whole robot, world frame, m."""

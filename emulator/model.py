@@ -5,6 +5,7 @@ Link frames are the zero-pose aligned joint frames of the data sheet. The free b
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -81,13 +82,13 @@ def combined_inertia(link: Link, joint: JointTree, rotor_inertia: float) -> Prin
     return principal(with_rotor(tensor_matrix(link.inertia), joint.axis, rotor_inertia))
 
 
-def build_model(client: int, body: Body, *, rotor_inertia: float, fixed: bool = False) -> RobotModel:
+def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixed: bool = False) -> RobotModel:
     """Put a robot in its zero pose, torso upright at the world's origin, into a physics client.
 
     Args:
         client: Physics client.
         body: Data sheet.
-        rotor_inertia: Reflected rotor inertia added about each joint's axis, kg m^2.
+        rotor_inertia: Reflected rotor inertia about each joint's axis, in the tree's order of joints, kg m^2.
         fixed: Nail the torso to the world (for tests and test benches).
     """
     tree = joint_tree(body)
@@ -97,7 +98,10 @@ def build_model(client: int, body: Body, *, rotor_inertia: float, fixed: bool = 
     none = (-1, -1)
     torso = body.links[TORSO]
     torso_inertia = principal(tensor_matrix(torso.inertia))
-    inertias = [combined_inertia(body.links[name], tree[name], rotor_inertia) for name in names]
+    inertias = [
+        combined_inertia(body.links[name], tree[name], rotor)
+        for name, rotor in zip(names, rotor_inertia, strict=True)
+    ]
     robot = int(
         bullet.createMultiBody(
             baseMass=0.0 if fixed else torso.mass,

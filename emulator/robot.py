@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.datasheet import Body
+from bridge.datasheet import Body, joint_tree
 from bridge.errors import ConfigurationError
 from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import (
@@ -19,7 +19,6 @@ from bridge.messages import (
     Quaternion,
     SensorFrame,
     TruthFrame,
-    Vec3,
     require_finite,
 )
 from emulator.contacts import FootLoad
@@ -38,6 +37,8 @@ ROOM_TEMPERATURE: Final = 25.0
 """Reported for every motor and the battery: heating is not simulated yet, degrees Celsius."""
 SONAR_RANGE: Final = 2.55
 """Reported by both sonars: nothing stands in the world yet, m."""
+DEFAULT_WORLD: Final = WorldParameters()
+DEFAULT_SERVO: Final = ServoParameters()
 FALLEN_TILT: Final = math.cos(math.radians(45.0))
 
 
@@ -67,8 +68,8 @@ class EmulatedRobot:
         *,
         seed: int,
         posture: str | Sequence[float] = "StandInit",
-        world: WorldParameters = WorldParameters(),
-        servo: ServoParameters = ServoParameters(),
+        world: WorldParameters = DEFAULT_WORLD,
+        servo: ServoParameters = DEFAULT_SERVO,
         settle: float = 0.5,
         orientation: Quaternion | None = None,
         lift: float = 0.0,
@@ -95,15 +96,20 @@ class EmulatedRobot:
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
         self.world = build_world(self._client, self._world_parameters)
+        joints = tuple(joint_tree(self.body))
+        self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
+        request = np.array(self._start)[self._slots]
+        servo = Servo(self.body, joints, self._servo_parameters, request)
         model = build_model(
-            self._client, self.body, rotor_inertia=self._servo_parameters.rotor_inertia, fixed=self._held
+            self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
         )
         place(model, self.body, self._start, self._orientation, self._lift)
-        self._slots = [INDEX_WITH_MIRROR[name] for name in model.joints]
-        request = np.array(self._start)[self._slots]
-        servo = Servo(self.body, model.joints, self._servo_parameters, request)
         self.mechanics = Mechanics(model, servo, self._steps, self._servo_parameters.dry_friction)
         self._hands = Hands(self.body, self._start)
+        present = set(self._slots) | self._hands.slots
+        self._temperature = tuple(ROOM_TEMPERATURE if i in present else 0.0 for i in range(N_JOINTS))
+        self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
+        """Joints of the frame that this body does not have."""
         self._torso = self.mechanics.torso()
         self._imu = InertialSensors(
             self.body.inertial_unit, self._world_parameters.gravity, self.body.cycle, self._torso
@@ -161,7 +167,6 @@ class EmulatedRobot:
 
     def _sample(self) -> SensorFrame:
         servo, inertial = self.mechanics.servo, self._imu.sample
-        present = set(self._slots) | self._hands.slots
         loads = self._contacts.feet
         return SensorFrame(
             seq=self._seq,
@@ -169,13 +174,13 @@ class EmulatedRobot:
             position=self._hands.put(self._by_slot(self._encoders.read(self.mechanics.position))),
             stiffness=self._hands.put_stiffness(self._by_slot(servo.stiffness)),
             current=tuple(self._by_slot(servo.current())),
-            temperature=tuple(ROOM_TEMPERATURE if i in present else 0.0 for i in range(N_JOINTS)),
+            temperature=self._temperature,
             fsr=(
                 *self._feet["L"].share(loads["L"].normal_force, loads["L"].cop),
                 *self._feet["R"].share(loads["R"].normal_force, loads["R"].cop),
             ),
-            accelerometer=_vec3(inertial.acceleration),
-            gyroscope=_vec3(inertial.rate),
+            accelerometer=inertial.acceleration,
+            gyroscope=inertial.rate,
             angle=inertial.angle,
             touch=(0.0,) * 14,
             battery=(1.0, 0.0, 0.0, ROOM_TEMPERATURE),
@@ -188,17 +193,15 @@ class EmulatedRobot:
         """Ground truth at the present boundary."""
         torso, contacts = self._torso, self._contacts
         fell = (
-            contacts.fallen
-            or float(torso.rotation[2, 2]) < FALLEN_TILT
-            or torso.position[2] < 0.5 * self._start_height
+            contacts.fallen or torso.rotation[8] < FALLEN_TILT or torso.position[2] < 0.5 * self._start_height
         )
         return TruthFrame(
             seq=self._seq,
             time=self._seq * self.body.cycle,
             torso_position=torso.position,
             torso_orientation=torso.orientation,
-            torso_velocity=_vec3(torso.velocity),
-            torso_angular_velocity=_vec3(torso.angular_velocity),
+            torso_velocity=torso.velocity,
+            torso_angular_velocity=torso.angular_velocity,
             joints=self._hands.put(self._by_slot(self.mechanics.position)),
             com=self.mechanics.com(),
             zmp=contacts.zmp,
@@ -206,12 +209,6 @@ class EmulatedRobot:
             right=_contact(contacts.feet["R"]),
             fell=fell,
         )
-
-    @property
-    def absent(self) -> tuple[str, ...]:
-        """Joints of the frame that this body does not have."""
-        present = set(self._slots) | self._hands.slots
-        return tuple(name for i, name in enumerate(JOINTS) if i not in present)
 
     def reset(self) -> None:
         """Begin anew: same posture, same seed, `seq` 0."""
@@ -231,11 +228,6 @@ class EmulatedRobot:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def _vec3(vector: NDArray[np.float64]) -> Vec3:
-    x, y, z = vector.tolist()
-    return x, y, z
 
 
 def _contact(load: FootLoad) -> Contact:

@@ -32,14 +32,15 @@ Vector = NDArray[np.float64]
 class ServoParameters:
     """What the data sheet does not say about a drive; all assumed."""
 
-    full_voltage_error: float = 0.03
+    full_voltage_error: float = 0.025
     """Position error at which the loop gives full voltage, rad."""
-    lead: float = 0.004
+    lead: float = 0.0025
     """Derivative time of the loop, s."""
     delay_cycles: int = 0
     """Cycles from a request to its use in the loop."""
-    rotor_inertia: float = 0.004
-    """Reflected rotor inertia added to each joint, kg m^2 (`emulator.inertia.with_rotor`)."""
+    motor_time_constant: float = 0.004
+    """Mechanical time constant of the motors, rotor inertia x no-load speed / stall torque, s: gives the rotor
+    inertia that each joint feels behind its gear."""
     dry_friction: float = 0.0
     """Dry friction of each joint, N m: PyBullet's velocity motor at rest with this torque."""
     supply_voltage: float = 21.6
@@ -74,6 +75,8 @@ class Servo:
         self._gain = 1.0 / parameters.full_voltage_error
         self._damping = parameters.lead / parameters.full_voltage_error
         self._back_emf = self.stall / self.no_load_speed
+        self.rotor_inertia = parameters.motor_time_constant * self._back_emf
+        """Rotor inertia reflected to each joint, kg m^2."""
         # One motor drives both hips: its whole current flows for the two halves of its torque.
         self._ampere = motor_speed / (parameters.supply_voltage * gears * share)
         self._queue: deque[tuple[Vector, Vector]] = deque()

@@ -97,7 +97,7 @@ def sole_points(body: Body, side: Side) -> NDArray[np.float64]:
 
 def _foot(body: Body, side: Side) -> Prism:
     bottom = sole_points(body, side)
-    top = bottom + (0.0, 0.0, SOLE_SHARE * body.lengths.FootHeight)
+    top = bottom + np.array([0.0, 0.0, SOLE_SHARE * body.lengths.FootHeight])
     return Prism(np.vstack([bottom, top]), GREY)
 
 

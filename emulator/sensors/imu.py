@@ -5,14 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bridge.datasheet.model import InertialUnit
-from bridge.messages import Vec2
+from bridge.messages import Vec2, Vec3
 from emulator.mechanics import TorsoState
-
-Vector = NDArray[np.float64]
+from emulator.vectors import add, cross, length, rotate, rotate_back, scaled
 
 CORRECTION_RATE: Final = 1.0
 """How fast the accelerometer pulls the fused angle at rest, 1/s (assumed)."""
@@ -34,44 +30,44 @@ class FusedAngle:
         acceleration: First accelerometer sample, m/s^2; the angle starts exactly there.
     """
 
-    def __init__(self, gravity: float, acceleration: Vector) -> None:
+    def __init__(self, gravity: float, acceleration: Vec3) -> None:
         self._gravity = gravity
-        self._rate = np.zeros(3)
+        self._rate: Vec3 = (0.0, 0.0, 0.0)
         self._up = _unit(acceleration)
 
-    def update(self, acceleration: Vector, rate: Vector, dt: float) -> None:
+    def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Take in one sample of both sensors, dt seconds after the last one."""
-        turn = 0.5 * (self._rate + rate) * dt
+        turn = scaled(add(self._rate, rate), 0.5 * dt)
         self._rate = rate
         # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
-        cross = np.cross(turn, self._up)
-        up = self._up - cross + 0.5 * np.cross(turn, cross)
-        size = float(np.linalg.norm(acceleration))
+        way = cross(self._up, turn)
+        up = add(self._up, add(way, scaled(cross(way, turn), 0.5)))
+        size = length(acceleration)
         if size > 0.0:
             a = (size - self._gravity) / ACCELERATION_SCALE
-            r = float(np.linalg.norm(rate)) / RATE_SCALE
+            r = length(rate) / RATE_SCALE
             pull = CORRECTION_RATE * dt / ((1.0 + a * a) * (1.0 + r * r))
-            up = up + pull * (acceleration / size - up)
+            up = add(scaled(up, 1.0 - pull), scaled(acceleration, pull / size))
         self._up = _unit(up)
 
     @property
     def angle(self) -> Vec2:
         """AngleX (roll) and AngleY (pitch), rad."""
-        x, y, z = self._up.tolist()
+        x, y, z = self._up
         return math.atan2(y, z), math.atan2(-x, math.hypot(y, z))
 
 
-def _unit(vector: Vector) -> Vector:
-    size = float(np.linalg.norm(vector))
-    return np.asarray(vector / size) if size > 0.0 else np.array([0.0, 0.0, 1.0])
+def _unit(vector: Vec3) -> Vec3:
+    size = length(vector)
+    return scaled(vector, 1.0 / size) if size > 0.0 else (0.0, 0.0, 1.0)
 
 
 class InertialSample(NamedTuple):
     """One sample of the unit, Torso frame."""
 
-    acceleration: Vector
+    acceleration: Vec3
     """Specific force, m/s^2."""
-    rate: Vector
+    rate: Vec3
     """Angular velocity, rad/s; 0 about an axis the unit does not have."""
     angle: Vec2
     """Fused AngleX and AngleY, rad."""
@@ -92,26 +88,29 @@ class InertialSensors:
     """
 
     def __init__(self, unit: InertialUnit, gravity: float, cycle: float, torso: TorsoState) -> None:
-        self._place = np.array(unit.accelerometer)
-        self._axes = np.array([1.0, 1.0, 1.0 if unit.gyroscope_axes == 3 else 0.0])
-        self._up = np.array([0.0, 0.0, gravity])
+        self._place = unit.accelerometer
+        self._third_axis = 1.0 if unit.gyroscope_axes == 3 else 0.0
+        self._up: Vec3 = (0.0, 0.0, gravity)
         self._cycle = cycle
         self._rotation = torso.rotation
         self._velocity = self._point_velocity(torso)
-        acceleration = torso.rotation.T @ self._up
+        acceleration = rotate_back(torso.rotation, self._up)
         self._fusion = FusedAngle(gravity, acceleration)
-        self.sample = InertialSample(acceleration, self._axes * 0.0, self._fusion.angle)
+        self.sample = InertialSample(acceleration, (0.0, 0.0, 0.0), self._fusion.angle)
         """The latest sample."""
 
-    def _point_velocity(self, torso: TorsoState) -> Vector:
-        return np.asarray(torso.velocity + np.cross(torso.angular_velocity, torso.rotation @ self._place))
+    def _point_velocity(self, torso: TorsoState) -> Vec3:
+        return add(torso.velocity, cross(torso.angular_velocity, rotate(torso.rotation, self._place)))
 
     def update(self, torso: TorsoState) -> None:
         """Sample at the end of a cycle."""
         velocity = self._point_velocity(torso)
-        specific = (velocity - self._velocity) / self._cycle + self._up
-        acceleration = np.asarray(0.5 * (self._rotation + torso.rotation).T @ specific)
-        rate = np.asarray(self._axes * (torso.rotation.T @ torso.angular_velocity))
+        change = add(velocity, scaled(self._velocity, -1.0))
+        specific = add(scaled(change, 1.0 / self._cycle), self._up)
+        seen = add(rotate_back(self._rotation, specific), rotate_back(torso.rotation, specific))
+        x, y, z = rotate_back(torso.rotation, torso.angular_velocity)
+        rate = (x, y, z * self._third_axis)
+        acceleration = scaled(seen, 0.5)
         self._fusion.update(acceleration, rate, self._cycle)
         self._velocity, self._rotation = velocity, torso.rotation
         self.sample = InertialSample(acceleration, rate, self._fusion.angle)

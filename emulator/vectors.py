@@ -1,0 +1,48 @@
+"""Vectors as plain tuples, for the few that are handled once per cycle: numpy would cost ten times as much."""
+
+from __future__ import annotations
+
+import math
+
+from bridge.messages import Vec3
+
+Rotation = tuple[float, float, float, float, float, float, float, float, float]
+"""Rotation matrix, row by row."""
+
+
+def add(a: Vec3, b: Vec3) -> Vec3:
+    """The sum a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def scaled(a: Vec3, factor: float) -> Vec3:
+    """The vector times a number."""
+    return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """The product a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def length(a: Vec3) -> float:
+    """Euclidean norm."""
+    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+def rotate(m: Rotation, a: Vec3) -> Vec3:
+    """R a: from the body's frame to the world's."""
+    return (
+        m[0] * a[0] + m[1] * a[1] + m[2] * a[2],
+        m[3] * a[0] + m[4] * a[1] + m[5] * a[2],
+        m[6] * a[0] + m[7] * a[1] + m[8] * a[2],
+    )
+
+
+def rotate_back(m: Rotation, a: Vec3) -> Vec3:
+    """R^T a: from the world's frame to the body's."""
+    return (
+        m[0] * a[0] + m[3] * a[1] + m[6] * a[2],
+        m[1] * a[0] + m[4] * a[1] + m[7] * a[2],
+        m[2] * a[0] + m[5] * a[1] + m[8] * a[2],
+    )
