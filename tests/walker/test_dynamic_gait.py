@@ -254,6 +254,10 @@ def test_an_admissible_set_keeps_the_zmp_in_the_feet_and_the_mass_within_frictio
         ({"l_FA": 0.07}, r"soles overlap by 7.5 mm; l_FA must be at least 0.0775 m"),
         ({"l_GH": 0.2}, r"leg is stretched [0-9.]+ mm beyond its 0.2027 m"),
         ({"l_lift": 0.06}, r"leg is folded [0-9.]+ mm below the 0.0998 m"),
+        (
+            {"e_s1": 0.01, "e_su": 0.0099, "S_a0": 0.02, "mu": 99.0},
+            r"S_a0 = 0.02 m the ZMP leaves the feet by [0-9.]+ mm in double support",
+        ),
         ({"T_start": 4.0}, r"ZMP leaves the feet by [0-9.]+ mm on the way from rest to A"),
         ({"e_s1": 0.02, "T_start": 0.3, "mu": 0.3}, r"while starting and stopping, 3.22 m.s.2, is 0.28"),
         ({"T_start": 0.2, "mu": 9.0}, r"T_start = 0.2 s the ZMP leaves the feet by"),
