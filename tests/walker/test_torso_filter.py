@@ -125,6 +125,17 @@ def test_the_new_stance_leg_starts_from_what_it_has_and_the_swing_leg_is_bled_of
     assert right > 0.0
 
 
+def test_nothing_of_the_last_stance_comes_back_in_the_next(design) -> None:
+    torso = TorsoControl(design.controller)
+    for _ in range(100):
+        torso.update(0.05, "L")
+    for _ in range(300):
+        torso.update(0.0, "R")
+    for _ in range(20):
+        left, _ = torso.update(0.0, "L")
+    assert left == pytest.approx(0.0, abs=1e-4)
+
+
 def test_a_chattering_contact_changes_nothing_much(design) -> None:
     """In and out of double support every cycle: half the integration, and the proportional part only once."""
     steady, chatter = TorsoControl(design.controller, WIDE), TorsoControl(design.controller, WIDE)

@@ -125,9 +125,7 @@ class TorsoControl:
         self._limited = allowed != wanted
         # Beyond a limit the integrator may only move back towards it.
         if not self._limited or (wanted - allowed) * increment < 0.0:
-            self._integral[leg] = _clamp(
-                self._integral[leg] + increment, -self._limits.offset, self._limits.offset
-            )
+            self._integral[leg] += increment
         self._lean[leg] = allowed
 
     def _bleed(self, leg: str) -> None:
