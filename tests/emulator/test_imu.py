@@ -1,0 +1,116 @@
+"""The fused angle from the two sensors alone."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.joints import INDEX
+from bridge.messages import ActuatorFrame
+from emulator.engine import bullet
+from emulator.robot import EmulatedRobot
+from emulator.sensors.imu import FusedAngle
+
+G = 9.81
+TILTS = [(0.0, 0.0), (30.0, 0.0), (-30.0, 0.0), (0.0, 30.0), (0.0, -30.0), (20.0, -22.0), (-12.0, 27.0)]
+
+
+def gravity(roll: float, pitch: float) -> tuple[float, float, float]:
+    """Specific force at rest in a torso with R = Ry(pitch) Rx(roll)."""
+    turn = Rotation.from_euler("ZYX", [0.7, pitch, roll])
+    x, y, z = turn.inv().apply([0.0, 0.0, G])
+    return float(x), float(y), float(z)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_at_rest_the_accelerometer_decides(tilt: tuple[float, float]) -> None:
+    roll, pitch = np.radians(tilt)
+    fused = FusedAngle(G, (0.0, 0.0, G))
+    for _ in range(1000):
+        fused.update(gravity(roll, pitch), (0.0, 0.0, 0.0), 0.01)
+    np.testing.assert_allclose(np.degrees(fused.angle), tilt, atol=0.3)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_first_sample_is_exact(tilt: tuple[float, float]) -> None:
+    fused = FusedAngle(G, gravity(*np.radians(tilt)))
+    np.testing.assert_allclose(np.degrees(fused.angle), tilt, atol=1e-9)
+
+
+def test_in_motion_the_gyroscope_decides() -> None:
+    """Swing of 20 deg at 1 Hz in roll under an accelerometer shaken by half of gravity."""
+    fused, worst = FusedAngle(G, (0.0, 0.0, G)), 0.0
+    for k in range(1, 301):
+        t = 0.01 * k
+        roll = math.radians(20.0) * math.sin(2.0 * math.pi * t)
+        rate = math.radians(20.0) * 2.0 * math.pi * math.cos(2.0 * math.pi * t)
+        x, y, z = gravity(roll, 0.0)
+        fused.update((x + 5.0, y - 5.0, z), (rate, 0.0, 0.0), 0.01)
+        if k > 5:
+            worst = max(worst, abs(fused.angle[0] - roll), abs(fused.angle[1]))
+    assert math.degrees(worst) < 2.5
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_robot_held_at_a_tilt(tilt: tuple[float, float]) -> None:
+    x, y, z, w = Rotation.from_euler("ZYX", [40.0, tilt[1], tilt[0]], degrees=True).as_quat().tolist()
+    with EmulatedRobot(
+        load_body("nao-v3"), seed=0, held=True, lift=0.3, settle=0.2, orientation=(x, y, z, w)
+    ) as robot:
+        np.testing.assert_allclose(np.degrees(robot.frame.angle), tilt, atol=0.3)
+        np.testing.assert_allclose(robot.frame.accelerometer, gravity(*np.radians(tilt)), atol=1e-3)
+
+
+def test_leaning_robot_knows_its_angle() -> None:
+    """Ankles lean the standing robot to and fro, then stop in a lean; the fused angle is never far off."""
+    start = np.array(POSTURES["StandInit"])
+    errors = []
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
+        for k in range(300):
+            position = start.copy()
+            position[[INDEX["LAnklePitch"], INDEX["RAnklePitch"]]] += 0.06 * math.sin(
+                2.0 * math.pi * min(k, 190) / 150.0
+            )
+            robot.advance(ActuatorFrame(reply_to=k, position=tuple(position.tolist()), stiffness=(1.0,) * 25))
+            truth = robot.truth()
+            _, pitch, roll = Rotation.from_quat(truth.torso_orientation).as_euler("ZYX", degrees=True)
+            angle_x, angle_y = np.degrees(robot.frame.angle)
+            errors.append(max(abs(angle_x - roll), abs(angle_y - pitch)))
+        assert not truth.fell
+    assert max(errors) < 1.0
+    assert errors[-1] < 0.3
+
+
+def test_free_fall_weighs_nothing_and_follows_the_parabola() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.0, lift=1.0) as robot:
+        before = robot.truth().com
+        np.testing.assert_allclose(robot.advance(None).accelerometer, (0.0, 0.0, 0.0), atol=1e-6)
+        kick = ActuatorFrame(reply_to=0, position=POSTURES["Stand"], stiffness=(1.0,) * 25)
+        for _ in range(19):
+            robot.advance(kick)
+        after = robot.truth()
+        # whatever the joints do; steps of dt add g dt each before they move: g dt^2 n (n + 1) / 2
+        n, dt = 200, 0.001
+        fallen = np.array(before) - np.array(after.com)
+        np.testing.assert_allclose(fallen, (0.0, 0.0, G * dt * dt * n * (n + 1) / 2.0), atol=2e-4)
+        assert sum(robot.frame.fsr) == 0.0
+        assert after.zmp is None
+
+
+@pytest.mark.parametrize(("name", "seen"), [("nao-v3", 0.0), ("nao-v6", 0.7)])
+def test_gyroscope_is_right_handed_and_has_the_axes_of_its_body(name: str, seen: float) -> None:
+    with EmulatedRobot(load_body(name), seed=0, settle=0.0, lift=2.0) as robot:
+        model = robot.mechanics.model
+        for axis in range(3):
+            robot.reset()
+            omega = [0.0, 0.0, 0.0]
+            omega[axis] = 0.7
+            rotation = np.array(bullet.getMatrixFromQuaternion(robot.truth().torso_orientation)).reshape(3, 3)
+            bullet.resetBaseVelocity(
+                model.robot, (0.0, 0.0, 0.0), (rotation @ omega).tolist(), physicsClientId=model.client
+            )
+            rate = robot.advance(None).gyroscope
+            assert rate[axis] == pytest.approx(seen if axis == 2 else 0.7, abs=0.05)

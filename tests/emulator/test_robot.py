@@ -1,0 +1,246 @@
+"""The whole robot: weight, centre of pressure, repeatability, falls, and a machine without PyBullet."""
+
+import subprocess
+import sys
+
+import msgspec
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from bridge.datasheet import BODIES, Body, load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.errors import ConfigurationError, FrameError
+from bridge.joints import INDEX
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
+from emulator.engine import bullet
+from emulator.robot import EmulatedRobot
+from emulator.world import WorldParameters
+
+START = POSTURES["StandInit"]
+G = 9.81
+
+
+def posture(**offsets: float) -> tuple[float, ...]:
+    angles = list(START)
+    for joint, offset in offsets.items():
+        angles[INDEX[joint]] += offset
+    return tuple(angles)
+
+
+LEANS = {
+    "upright": posture(),
+    "forward": posture(LAnklePitch=-0.08, RAnklePitch=-0.08),
+    "back": posture(LAnklePitch=0.06, RAnklePitch=0.06),
+    "left": posture(LHipRoll=-0.08, LAnkleRoll=0.08, RHipRoll=-0.08, RAnkleRoll=0.08),
+    "right": posture(LHipRoll=0.08, LAnkleRoll=-0.08, RHipRoll=0.08, RAnkleRoll=-0.08),
+    "bowed": posture(LHipPitch=-0.15, RHipPitch=-0.15),
+}
+
+
+def weight(body: Body) -> float:
+    return G * sum(link.mass for link in body.links.values())
+
+
+def cells_in_world(robot: EmulatedRobot) -> np.ndarray:
+    """Places of the eight cells in the world, m."""
+    model, places = robot.mechanics.model, []
+    for side, cells in (("L", robot.body.fsr.L), ("R", robot.body.fsr.R)):
+        link = bullet.getLinkState(
+            model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
+        )
+        places.append(Rotation.from_quat(link[5]).apply(cells) + np.array(link[4]))
+    return np.vstack(places)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_every_body_stands(name: str) -> None:
+    body = load_body(name)
+    with EmulatedRobot(body, seed=0) as robot:
+        first = robot.truth()
+        for _ in range(round(2.0 / body.cycle)):
+            robot.advance(None)
+        last = robot.truth()
+        np.testing.assert_allclose(last.torso_position, first.torso_position, atol=1e-3)
+        assert not last.fell
+        assert sum(robot.frame.fsr) == pytest.approx(weight(body), rel=0.01)
+        assert robot.frame.time == pytest.approx(2.0, abs=body.cycle)
+
+
+@pytest.mark.parametrize("name", ["Stand", "StandInit", "StandZero", "Crouch"])
+def test_standing_postures_touch_the_floor_with_the_feet_only(name: str) -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, posture=name) as robot:
+        for _ in range(50):
+            robot.advance(None)
+            assert not robot.truth().fell
+
+
+@pytest.mark.parametrize("lean", LEANS)
+def test_force_sensors_tell_weight_and_centre_of_pressure(lean: str) -> None:
+    body = load_body("nao-v3")
+    with EmulatedRobot(body, seed=0, posture=LEANS[lean], settle=2.0) as robot:
+        truth, frame = robot.truth(), robot.frame
+        points = bullet.getContactPoints(
+            robot.mechanics.model.robot, physicsClientId=robot.mechanics.model.client
+        )
+        vertical = sum(point[9] * point[7][2] for point in points)
+        assert not truth.fell
+        assert sum(frame.fsr) == pytest.approx(vertical, rel=0.01)
+        assert sum(frame.fsr) == pytest.approx(weight(body), rel=0.01)
+        # at rest the centre of pressure of all cells is below the centre of mass
+        cop = np.array(frame.fsr) @ cells_in_world(robot)[:, :2] / sum(frame.fsr)
+        np.testing.assert_allclose(cop, truth.com[:2], atol=1e-3)
+        assert truth.zmp is not None
+        np.testing.assert_allclose(truth.zmp, truth.com[:2], atol=1e-3)
+        for side, cells, contact in (
+            (body.fsr.L, frame.fsr[:4], truth.left),
+            (body.fsr.R, frame.fsr[4:], truth.right),
+        ):
+            assert contact.cop is not None
+            measured = np.array(cells) @ np.array(side)[:, :2] / sum(cells)
+            np.testing.assert_allclose(measured, contact.cop, atol=1e-3)
+
+
+def test_leaning_loads_the_right_foot_and_the_right_end() -> None:
+    loads = {}
+    for lean, angles in LEANS.items():
+        with EmulatedRobot(load_body("nao-v3"), seed=0, posture=angles, settle=1.0) as robot:
+            loads[lean] = np.array(robot.frame.fsr)
+    left, front = [0, 1, 2, 3], [0, 1, 4, 5]
+    assert loads["left"][left].sum() > 1.1 * loads["upright"][left].sum()
+    assert loads["right"][left].sum() < 0.9 * loads["upright"][left].sum()
+    assert loads["forward"][front].sum() > 1.1 * loads["upright"][front].sum()
+    assert loads["back"][front].sum() < 0.9 * loads["upright"][front].sum()
+
+
+def test_friction_and_normal_force_hold_the_robot_on_a_slope() -> None:
+    """Gravity turned by about 4 degrees: the contact forces are its opposite."""
+    body = load_body("nao-v3")
+    with EmulatedRobot(body, seed=0, settle=0.0) as robot:
+        pull = G * np.array([np.sin(0.06), np.sin(-0.04), -1.0])
+        bullet.setGravity(*pull.tolist(), physicsClientId=robot.mechanics.model.client)
+        for _ in range(200):
+            robot.advance(None)
+        truth = robot.truth()
+        force = np.array(truth.left.force) + np.array(truth.right.force)
+        np.testing.assert_allclose(force, -weight(body) / G * pull, atol=0.01 * weight(body))
+        np.testing.assert_allclose(robot.truth().torso_velocity, (0.0, 0.0, 0.0), atol=2e-3)
+
+
+def test_a_drop_gains_no_energy() -> None:
+    body = load_body("nao-v3")
+    with EmulatedRobot(body, seed=0, settle=0.0, lift=0.03) as robot:
+        start = robot.truth().com[2]
+        for _ in range(100):
+            robot.advance(None)
+            truth = robot.truth()
+            speed = float(np.linalg.norm(truth.torso_velocity))
+            assert truth.com[2] + speed**2 / (2.0 * G) < start + 0.003
+        assert sum(robot.frame.fsr) == pytest.approx(weight(body), rel=0.02)
+
+
+def script(seq: int) -> ActuatorFrame | None:
+    """Squats with every fourth command missing."""
+    bend = 0.1 * np.sin(seq / 8.0)
+    angles = posture(
+        LHipPitch=-bend,
+        LKneePitch=2 * bend,
+        LAnklePitch=-bend,
+        RHipPitch=-bend,
+        RKneePitch=2 * bend,
+        RAnklePitch=-bend,
+    )
+    return None if seq % 4 == 3 else ActuatorFrame(reply_to=seq, position=angles, stiffness=(0.9,) * 25)
+
+
+def play(robot: EmulatedRobot) -> list[SensorFrame | TruthFrame]:
+    record: list[SensorFrame | TruthFrame] = [robot.frame]
+    for seq in range(60):
+        record += [robot.advance(script(seq)), robot.truth()]
+    return record
+
+
+def test_same_seed_and_commands_give_the_same_bits() -> None:
+    body = load_body("nao-v3")
+    with EmulatedRobot(body, seed=3) as first:
+        expected = play(first)
+        with EmulatedRobot(body, seed=3) as second:
+            assert play(second) == expected
+        first.reset()
+        assert play(first) == expected
+
+
+def test_frame_bookkeeping() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
+        assert (robot.frame.seq, robot.frame.command, robot.frame.missed) == (0, -1, 0)
+        robot.advance(script(0))
+        robot.advance(None, expected=True)
+        frame = robot.advance(None)
+        assert (frame.seq, frame.command, frame.missed) == (3, 0, 1)
+        assert frame.time == pytest.approx(0.03)
+        counts = np.array(frame.position) / (2.0 * np.pi / 4096)
+        np.testing.assert_allclose(counts, np.rint(counts), atol=1e-6)
+        assert robot.absent == ("LWristYaw", "RWristYaw", "LHand", "RHand")
+        assert all(frame.position[INDEX[name]] == 0.0 for name in robot.absent)
+
+
+def test_hands_open_at_their_own_pace() -> None:
+    with EmulatedRobot(load_body("nao-v6"), seed=0) as robot:
+        assert robot.absent == ()
+        open_hands = list(START)
+        open_hands[INDEX["LHand"]], open_hands[INDEX["RHand"]] = 1.0, 7.0
+        seen = []
+        for seq in range(60):
+            frame = robot.advance(
+                ActuatorFrame(reply_to=seq, position=tuple(open_hands), stiffness=(1.0,) * 25)
+            )
+            seen.append(frame.position[INDEX["LHand"]])
+        assert START[INDEX["LHand"]] < seen[0] < seen[5] < 1.0
+        assert frame.position[INDEX["LHand"]] == frame.position[INDEX["RHand"]] == 1.0
+
+
+def test_a_robot_on_its_back_has_fallen() -> None:
+    with EmulatedRobot(
+        load_body("nao-v3"), seed=0, orientation=(0.0, -0.7071067812, 0.0, 0.7071067812), settle=0.0, lift=0.1
+    ) as robot:
+        for _ in range(100):
+            robot.advance(None)
+        assert robot.truth().fell
+        model = robot.mechanics.model
+        low = min(
+            bullet.getAABB(model.robot, i, physicsClientId=model.client)[0][2]
+            for i in range(-1, len(model.joints))
+        )
+        assert low > -0.03
+
+
+def test_bad_input_is_one_clear_sentence() -> None:
+    body = load_body("nao-v3")
+    with pytest.raises(ConfigurationError, match="No posture `Handstand`"):
+        EmulatedRobot(body, seed=0, posture="Handstand")
+    with pytest.raises(ConfigurationError, match="3 angles; 25 are expected"):
+        EmulatedRobot(body, seed=0, posture=(0.0, 0.0, 0.0))
+    with pytest.raises(ConfigurationError, match="does not divide"):
+        EmulatedRobot(body, seed=0, world=WorldParameters(step=0.003))
+    with EmulatedRobot(body, seed=0, settle=0.0) as robot:
+        good = ActuatorFrame(reply_to=0, position=START, stiffness=(1.0,) * 25)
+        bad = msgspec.structs.replace(good, position=(*START[:7], float("nan"), *START[8:]))
+        with pytest.raises(FrameError, match=r"position\[7\]"):
+            robot.advance(bad)
+        assert robot.advance(good).seq == 1
+
+
+def test_without_pybullet() -> None:
+    code = """
+import sys
+sys.modules["pybullet"] = None
+import emulator
+from bridge.errors import ConfigurationError
+try:
+    import emulator.robot
+except ConfigurationError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert "PyBullet is not installed" in done.stdout, done.stderr
+    assert "nao-hil[emulator]" in done.stdout

@@ -1,0 +1,163 @@
+"""Drives: torque, speed, stiffness, gear of the hips, stops."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bridge.datasheet import BODIES, load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.joints import INDEX
+from bridge.messages import ActuatorFrame
+from emulator.robot import EmulatedRobot
+from emulator.servo import Servo, ServoParameters
+
+START = POSTURES["StandInit"]
+
+
+def command(position: tuple[float, ...] = START, stiffness: float = 1.0, reply_to: int = 0) -> ActuatorFrame:
+    return ActuatorFrame(reply_to=reply_to, position=position, stiffness=(stiffness,) * 25)
+
+
+def moved(joint: str, angle: float) -> tuple[float, ...]:
+    position = list(START)
+    position[INDEX[joint]] += angle
+    return tuple(position)
+
+
+# printed joint-side figures of the V3 motors: no-load rad/s, stall N m
+PRINTED = {
+    "LHipRoll": (4.1617, 11.97),
+    "LAnkleRoll": (4.1617, 11.97),
+    "LHipPitch": (6.4024, 7.78),
+    "RKneePitch": (6.4024, 7.78),
+    "HeadYaw": (8.2680, 2.27),
+    "LElbowRoll": (7.1941, 2.61),
+}
+
+
+@pytest.mark.parametrize(("joint", "speed", "stall"), [(j, *v) for j, v in PRINTED.items()])
+def test_torque_speed_line(joint: str, speed: float, stall: float) -> None:
+    servo = Servo(load_body("nao-v3"), (joint,), ServoParameters(), np.array([10.0]))
+    still, half, full = (
+        float(servo.torque(np.zeros(1), np.array([share * speed]))[0]) for share in (0.0, 0.5, 1.0)
+    )
+    assert still == pytest.approx(stall, rel=4e-3)
+    assert half == pytest.approx(stall / 2.0, rel=4e-3)
+    assert full == pytest.approx(0.0, abs=4e-3 * stall)
+
+
+@pytest.mark.parametrize(("stiffness", "share"), [(1.0, 1.0), (0.5, 0.5), (0.0, 0.0), (-1.0, 0.0), (3.0, 1.0)])
+def test_stiffness_is_a_share_of_the_current_limit(stiffness: float, share: float) -> None:
+    servo = Servo(load_body("nao-v3"), ("LKneePitch",), ServoParameters(), np.zeros(1))
+    servo.latch(moved("LKneePitch", 1.0), (stiffness,) * 25)
+    servo.begin_cycle()
+    torque = float(servo.torque(np.zeros(1), np.zeros(1))[0])
+    assert torque == pytest.approx(share * 7.78, rel=2e-3)
+    # stalled with full current: stall torque over torque constant, here 21.6 V / 837.8 rad/s
+    assert float(servo.current()[0]) == pytest.approx(share * 59.5e-3 * 837.8 / 21.6, rel=1e-3)
+
+
+def test_both_hips_have_the_torque_and_current_of_one_motor() -> None:
+    servo = Servo(
+        load_body("nao-v3"), ("LHipYawPitch", "RHipYawPitch"), ServoParameters(), np.array([9.0, 9.0])
+    )
+    assert float(servo.torque(np.zeros(2), np.zeros(2)).sum()) == pytest.approx(11.97, rel=2e-3)
+    np.testing.assert_allclose(servo.current(), 59.5e-3 * 837.8 / 21.6, rtol=1e-3)
+
+
+def test_delay_line_counts_cycles() -> None:
+    servo = Servo(load_body("nao-v3"), ("HeadYaw",), ServoParameters(delay_cycles=3), np.zeros(1))
+    moving = []
+    for _ in range(5):
+        servo.latch(moved("HeadYaw", 0.5), (1.0,) * 25)
+        servo.begin_cycle()
+        moving.append(float(servo.torque(np.zeros(1), np.zeros(1))[0]) > 0.0)
+    assert moving == [False, False, False, True, True]
+
+
+@pytest.mark.parametrize("joint", ["LHipPitch", "LKneePitch", "LAnkleRoll", "LHipRoll", "HeadYaw"])
+def test_no_joint_is_faster_than_its_motor(joint: str) -> None:
+    body = load_body("nao-v3")
+    speed = {"LHipPitch": 6.402, "LKneePitch": 6.402, "HeadYaw": 8.268}.get(joint, 4.162)
+    with EmulatedRobot(body, seed=0, held=True, lift=0.3, settle=0.2) as robot:
+        target = command(moved(joint, math.radians(60.0)))
+        track = [robot.advance(target).position[INDEX[joint]] for _ in range(40)]
+    fastest = np.abs(np.diff(track)).max() / body.cycle
+    # gravity may drive a joint a little beyond the motor; one encoder count is 0.15 rad/s over a cycle
+    assert 0.9 * speed < fastest < 1.05 * speed + 0.16
+
+
+@pytest.mark.parametrize("joint", ["LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll", "LHipYawPitch"])
+def test_step_of_a_free_leg_settles(joint: str) -> None:
+    step = math.radians(-10.0 if joint == "LHipYawPitch" else 10.0)
+    with EmulatedRobot(load_body("nao-v3"), seed=0, held=True, lift=0.3, settle=0.2) as robot:
+        track = [robot.advance(command(moved(joint, step))).position[INDEX[joint]] for _ in range(60)]
+    reached = (np.array(track) - START[INDEX[joint]]) / step
+    assert reached.max() < 1.25
+    np.testing.assert_allclose(reached[40:], 1.0, atol=0.03)
+
+
+def test_hips_turn_together() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
+        joints = robot.mechanics.model.joints
+        left, right = joints.index("LHipYawPitch"), joints.index("RHipYawPitch")
+        apart = 0.0
+        for k in range(100):
+            # the left leg is pulled up, so that the loads of the hips differ
+            position = list(moved("LHipYawPitch", -0.1 * k / 100.0))
+            position[INDEX["LHipRoll"]] += 0.1 * k / 100.0
+            robot.advance(command(tuple(position)))
+            apart = max(apart, abs(robot.mechanics.position[left] - robot.mechanics.position[right]))
+        assert apart < 1e-4
+        assert robot.mechanics.position[left] < -0.05
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_standing_sags_less_than_a_fifth_of_a_degree(name: str) -> None:
+    with EmulatedRobot(load_body(name), seed=0) as robot:
+        robot.advance(None)
+        joints = robot.truth().joints
+        present = [i for i in range(25) if robot.frame.stiffness[i] > 0.0]
+        sag = max(abs(joints[i] - START[i]) for i in present)
+        assert math.degrees(sag) < 0.2
+        assert np.abs(robot.mechanics.velocity).max() < 0.05
+
+
+def test_without_stiffness_it_collapses() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
+        assert not robot.truth().fell
+        height = robot.truth().torso_position[2]
+        for _ in range(200):
+            robot.advance(command(stiffness=0.0))
+        assert robot.truth().fell
+        assert robot.truth().torso_position[2] < 0.6 * height
+        assert max(robot.frame.current) == 0.0
+
+
+def test_stops_hold_a_limp_robot_hung_upside_down() -> None:
+    body = load_body("nao-v3.3")
+    with EmulatedRobot(
+        body, seed=0, held=True, lift=1.0, settle=0.0, orientation=(0.9238795325, 0.0, 0.3826834324, 0.0)
+    ) as robot:
+        beyond = 0.0
+        for _ in range(200):
+            robot.advance(command(stiffness=0.0))
+            for name, angle in zip(robot.mechanics.model.joints, robot.mechanics.position, strict=True):
+                beyond = max(beyond, angle - body.joints[name].upper, body.joints[name].lower - angle)
+        at_stop = [
+            name
+            for name, angle in zip(robot.mechanics.model.joints, robot.mechanics.position, strict=True)
+            if min(body.joints[name].upper - angle, angle - body.joints[name].lower) < 0.02
+        ]
+    assert math.degrees(beyond) < 1.0
+    assert at_stop
+
+
+def test_requests_are_clipped_to_the_limits() -> None:
+    body = load_body("nao-v3")
+    with EmulatedRobot(body, seed=0, held=True, lift=0.3, settle=0.0) as robot:
+        for _ in range(100):
+            robot.advance(command(moved("LKneePitch", 5.0)))
+        knee = robot.truth().joints[INDEX["LKneePitch"]]
+    assert knee == pytest.approx(body.joints["LKneePitch"].upper, abs=0.01)
