@@ -21,6 +21,8 @@ GEAR_TORQUE: Final = 100.0
 """What the gear between the hips carries at most, N m: far above the motor's stall torque."""
 GEAR_ERP: Final = 0.2
 """Share of a difference between the two hips that one physics step takes back."""
+HULL_MARGIN: Final = 0.001
+"""What PyBullet adds below a convex hull that meets a plane, m (measured; on links it cannot be changed)."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
 _HERE: Final = (0.0, 0.0, 0.0)
 
@@ -53,8 +55,13 @@ def _geometry(shape: Shape, *, visual: bool) -> dict[str, Any]:
         return {"shapeType": bullet.GEOM_CAPSULE, "radius": shape.radius, length: shape.length}
     if isinstance(shape, Sphere):
         return {"shapeType": bullet.GEOM_SPHERE, "radius": shape.radius}
-    mesh: dict[str, Any] = {"shapeType": bullet.GEOM_MESH, "vertices": shape.vertices.tolist()}
-    return mesh | {"indices": shape.triangles()} if visual else mesh
+    if visual:
+        return {
+            "shapeType": bullet.GEOM_MESH,
+            "vertices": shape.vertices.tolist(),
+            "indices": shape.triangles(),
+        }
+    return {"shapeType": bullet.GEOM_MESH, "vertices": shape.raised(HULL_MARGIN).tolist()}
 
 
 def _create_shape(client: int, shape: Shape) -> tuple[int, int]:
@@ -144,7 +151,7 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
 def _set_dynamics(client: int, robot: int, link: int, inertia: PrincipalInertia) -> None:
     """Exact inertia, and none of PyBullet's default damping: what brakes a joint is the servo's business.
 
-    The inertia needs a call of its own: given together with damping or a margin, PyBullet 3.2.7 silently
+    The inertia needs a call of its own: given together with damping, PyBullet 3.2.7 silently
     writes a link's inertia to the base.
     """
     bullet.changeDynamics(robot, link, localInertiaDiagonal=inertia.moments, physicsClientId=client)
@@ -155,7 +162,6 @@ def _set_dynamics(client: int, robot: int, link: int, inertia: PrincipalInertia)
         angularDamping=0.0,
         jointDamping=0.0,
         restitution=0.0,
-        collisionMargin=0.0,
         physicsClientId=client,
     )
 

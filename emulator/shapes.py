@@ -64,6 +64,12 @@ class Prism(NamedTuple):
     vertices: NDArray[np.float64]
     colour: Colour
 
+    def raised(self, height: float) -> NDArray[np.float64]:
+        """Vertices with the bottom raised by a height, m."""
+        vertices: NDArray[np.float64] = self.vertices.copy()
+        vertices[: len(vertices) // 2, 2] += height
+        return vertices
+
     def triangles(self) -> list[int]:
         """Indices of the faces, outward."""
         n = len(self.vertices) // 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -44,7 +45,7 @@ def place(
         model: The robot.
         body: Its data sheet.
         angles: 25 joint angles in frame order, rad.
-        orientation: Of the torso in the world; None: the left sole is level and points along x.
+        orientation: Of the torso in the world; None: the left sole is level and the torso looks along x.
         lift: Height of the lowest corner of the soles above z = 0, m.
     """
     client, robot = model.client, model.robot
@@ -53,13 +54,22 @@ def place(
     _put_torso(model, _HERE, _UPRIGHT)
     soles = {side: _link_frame(model, link) for side, link in model.feet.items()}
     if orientation is None:
-        orientation = bullet.invertTransform(_HERE, soles["L"][1])[1]
+        orientation = _level(soles["L"][1])
     lowest = 0.0
     for side, (position, turn) in soles.items():
         foot = bullet.multiplyTransforms(_HERE, orientation, position, turn)
         for corner in sole_points(body, side).tolist():
             lowest = min(lowest, bullet.multiplyTransforms(*foot, corner, _UPRIGHT)[0][2])
     _put_torso(model, (0.0, 0.0, lift - lowest), orientation)
+
+
+def _level(sole: Quaternion) -> Quaternion:
+    """Orientation of a torso that looks along x and has the given sole, seen from it, level."""
+    _, level = bullet.invertTransform(_HERE, sole)
+    m = bullet.getMatrixFromQuaternion(level)
+    back = bullet.getQuaternionFromEuler((0.0, 0.0, -math.atan2(m[3], m[0])))
+    orientation: Quaternion = bullet.multiplyTransforms(_HERE, back, _HERE, level)[1]
+    return orientation
 
 
 def _link_frame(model: RobotModel, link: int) -> tuple[Vec3, Quaternion]:

@@ -6,6 +6,7 @@ import sys
 import msgspec
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from bridge.datasheet import BODIES, Body, load_body
@@ -73,6 +74,38 @@ def test_standing_postures_touch_the_floor_with_the_feet_only(name: str) -> None
         for _ in range(50):
             robot.advance(None)
             assert not robot.truth().fell
+
+
+@pytest.mark.parametrize(("side", "mirror"), [("L", 1.0), ("R", -1.0)])
+def test_the_true_sole_touches_the_floor(side: str, mirror: float) -> None:
+    body = load_body("nao-v3")
+    outline = ConvexHull(np.array(body.foot.sole) * (1.0, mirror))
+    with EmulatedRobot(body, seed=0) as robot:
+        model = robot.mechanics.model
+        link = bullet.getLinkState(
+            model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
+        )
+        points = bullet.getContactPoints(model.robot, linkIndexA=model.feet[side], physicsClientId=model.client)
+    corners = Rotation.from_quat(link[5]).inv().apply([np.array(p[5]) - link[4] for p in points])
+    assert len(corners) >= 3
+    np.testing.assert_allclose(corners[:, 2], -body.lengths.FootHeight, atol=2e-4)
+    # every contact lies on the outline: a, b, c of its edges give 0 there and less than 0 inside
+    edge = (outline.equations[:, :2] @ corners[:, :2].T + outline.equations[:, 2:]).max(axis=0)
+    np.testing.assert_allclose(edge, 0.0, atol=2e-4)
+
+
+@pytest.mark.parametrize("name", ["Crouch", "Stand", "StandInit"])
+def test_it_starts_looking_along_x_with_level_soles(name: str) -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, posture=name, settle=0.0) as robot:
+        model = robot.mechanics.model
+        forward = Rotation.from_quat(robot.truth().torso_orientation).apply([1.0, 0.0, 0.0])
+        assert forward[0] > 0.9
+        assert forward[1] == pytest.approx(0.0, abs=1e-6)
+        sole = bullet.getLinkState(
+            model.robot, model.feet["L"], computeForwardKinematics=True, physicsClientId=model.client
+        )
+        up = Rotation.from_quat(sole[5]).apply([0.0, 0.0, 1.0])
+        np.testing.assert_allclose(up, (0.0, 0.0, 1.0), atol=1e-6)
 
 
 @pytest.mark.parametrize("lean", LEANS)
