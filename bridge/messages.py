@@ -8,7 +8,7 @@ specification of the same for other languages. Unknown fields are ignored, missi
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
 
@@ -142,10 +142,12 @@ class LeaseRequest(msgspec.Struct, frozen=True, kw_only=True):
     """Ask for, give back, or look at the lease (query `lease`)."""
 
     version: int = SCHEMA_VERSION
-    op: str
-    """`acquire`, `release` or `status`."""
+    op: Literal["acquire", "release", "status"]
     controller: str
-    """Name of the controller, also the last part of its liveliness token."""
+    """Name of the controller, also in its liveliness token."""
+    ticket: Annotated[int, msgspec.Meta(ge=0)] = 0
+    """Number that the controller drew at its start, also in its liveliness token, in hexadecimal: it tells two
+    controllers of the same name apart."""
 
 
 class LeaseReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -227,7 +229,7 @@ def decode(payload: bytes, kind: type[M]) -> M:
     """
     decoder = _decoders.get(kind)
     if decoder is None:
-        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind, strict=False)
+        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
     try:
         message: M = decoder.decode(payload)
     except msgspec.ValidationError as error:

@@ -20,8 +20,8 @@ def run(robot: EmulatedRobot, guard: Guard, controller: Controller, observers: l
         for observer in observers:
             observer.telemetry(controller.telemetry)
             observer.command(command)
-        if controller.done:
-            return
         robot.advance(command)
         for observer in observers:
             observer.sensors(robot.frame, robot.truth())
+        if controller.done:
+            return

@@ -22,7 +22,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     speed: float
     """Distance over the time from the first phase of the walk to its end, m/s."""
     torso_max: float
-    """Largest angle between the torso's z axis and the vertical, rad."""
+    """Largest angle between the torso's z axis and the vertical from the first phase of the walk on, rad."""
     real_time_factor: float
     """Robot time over wall-clock time."""
     cycles: int
@@ -58,7 +58,8 @@ class RunStatistics:
         self._first = self._first or truth
         self._last, self._last_frame = truth, frame
         self._fell = self._fell or truth.fell
-        self._torso_max = max(self._torso_max, tilt(truth))
+        if self._walk_began is not None:
+            self._torso_max = max(self._torso_max, tilt(truth))
 
     def command(self, frame: ActuatorFrame) -> None:
         """Take in the actuator frame that was put in force."""

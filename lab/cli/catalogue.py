@@ -8,7 +8,8 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from bridge.datasheet import BODIES, load_body, total_mass
+from bridge.datasheet import BODIES, load_body
+from bridge.datasheet.quantities import total_mass
 from lab.cli import options
 from walker.gait import GAITS, gait_parameters
 

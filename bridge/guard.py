@@ -1,0 +1,80 @@
+"""The guard: what an actuator frame must be before it may move a robot, emulated or real."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import msgspec
+
+from bridge.datasheet import Body
+from bridge.datasheet.quantities import COUPLED_TO, absent_joints, coupled_limits, limits
+from bridge.errors import FrameError
+from bridge.joints import INDEX, JOINTS, N_JOINTS
+from bridge.messages import ActuatorFrame
+
+TOLERANCE: Final = 1e-6
+"""rad beyond a limit that are clipped without a word: rounding of the sender's number format."""
+
+
+class Guard:
+    """Checks actuator frames for one body.
+
+    Args:
+        body: data sheet, whose ranges and coupling tables are enforced.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        absent = set(absent_joints(body))
+        free = [j for j in JOINTS if j not in absent and j not in COUPLED_TO]
+        # Joints that others are coupled to come first, so that a coupled range follows the clipped angle.
+        self._order = [*free, *(j for j in COUPLED_TO if j not in absent)]
+        self._limits = {j: limits(body, j) for j in self._order}
+        self.clipped = ""
+        """One sentence on what the last `check` had to clip; empty when nothing."""
+
+    def check(self, frame: ActuatorFrame, seq: int) -> ActuatorFrame:
+        """The frame with its angles inside their ranges; the slots of absent joints become 0.
+
+        Args:
+            frame: as received.
+            seq: of the robot's present sensor frame.
+
+        Raises:
+            FrameError: an element that is not finite, a stiffness outside -1..1, or an answer to a frame that
+                was not sent yet; names the field, the joint and the value.
+        """
+        self._require_numbers(frame)
+        if frame.reply_to > seq:
+            raise FrameError(
+                f"ActuatorFrame refused: reply_to is {frame.reply_to}, but the newest sensor frame has seq {seq}."
+            )
+        position = [0.0] * N_JOINTS
+        self.clipped = ""
+        for joint in self._order:
+            slot = INDEX[joint]
+            wanted = frame.position[slot]
+            lower, upper = self._limits[joint]
+            if joint in COUPLED_TO:
+                lower, upper = coupled_limits(self._body, joint, position[INDEX[COUPLED_TO[joint]]])
+            position[slot] = min(max(wanted, lower), upper)
+            if not self.clipped and abs(position[slot] - wanted) > TOLERANCE:
+                self.clipped = (
+                    f"{joint} was asked to {math.degrees(wanted):.1f} deg and clipped to "
+                    f"{math.degrees(position[slot]):.1f} deg; its range here is {math.degrees(lower):.1f} to "
+                    f"{math.degrees(upper):.1f} deg."
+                )
+        return msgspec.structs.replace(frame, position=tuple(position))
+
+    def _require_numbers(self, frame: ActuatorFrame) -> None:
+        for field, values in (("position", frame.position), ("stiffness", frame.stiffness)):
+            for joint, value in zip(JOINTS, values, strict=True):
+                if not math.isfinite(value):
+                    raise FrameError(
+                        f"ActuatorFrame refused: {field} of {joint} is {value}; it must be a finite number."
+                    )
+                if field == "stiffness" and not -1.0 <= value <= 1.0:
+                    raise FrameError(
+                        f"ActuatorFrame refused: stiffness of {joint} is {value}; it must be between -1 and 1."
+                    )

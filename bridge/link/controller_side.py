@@ -1,0 +1,213 @@
+"""The controller side of the link: finds the robot, asks for the lease, receives frames, sends commands."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Final
+
+import msgspec
+import zenoh
+
+from bridge.errors import FrameError, LeaseRefused, LinkError
+from bridge.link import keys
+from bridge.link.mailbox import Mailbox
+from bridge.link.session import open_client
+from bridge.messages import (
+    ActuatorFrame,
+    Info,
+    LeaseReply,
+    LeaseRequest,
+    Notice,
+    SensorFrame,
+    WalkTelemetry,
+    decode,
+    encode,
+)
+
+_QUEUE: Final = 64
+_QUERY: Final = 1.0
+"""s a query may take."""
+
+
+class ControllerLink:
+    """Open link of a controller; close it, or use it as a context manager.
+
+    Opening does not wait: the session connects as soon as the robot is there, and again whenever it is back.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+        name: of this controller.
+
+    Raises:
+        ConfigurationError: bad id, name or endpoint.
+    """
+
+    def __init__(
+        self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT, name: str = "walker"
+    ) -> None:
+        self.robot = keys.check_name("Robot id", robot)
+        self.name = keys.check_name("Controller name", name)
+        self.endpoint = connect
+        self.lease = 0
+        self._ticket = secrets.randbits(63)
+        self._alive = threading.Event()
+        self._session = open_client(connect)
+        try:
+            self._declare()
+        except BaseException:
+            self._session.close()
+            raise
+
+    def _declare(self) -> None:
+        session, key = self._session, self._key
+        self._sensors, self._notices = Mailbox(_QUEUE), Mailbox(_QUEUE)
+        self._subscribers = [
+            session.declare_subscriber(key(keys.SENSORS), self._sensors.receive),
+            session.declare_subscriber(key(keys.NOTICES), self._notices.receive),
+        ]
+        self._actuators = session.declare_publisher(key(keys.ACTUATORS))
+        self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
+        self._token = session.liveliness().declare_token(key(keys.alive_controller(self.name, self._ticket)))
+        self._robot_token = session.liveliness().declare_subscriber(
+            key(keys.ALIVE_ROBOT), self._on_robot, history=True
+        )
+
+    def _key(self, suffix: str) -> str:
+        return keys.key(self.robot, suffix)
+
+    def _on_robot(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            self._alive.clear()
+            self._sensors.wake()
+        else:
+            self._alive.set()
+
+    @property
+    def robot_alive(self) -> bool:
+        """Whether the robot's liveliness token is there."""
+        return self._alive.is_set()
+
+    def wait_robot(self, stop: Callable[[], bool] = lambda: False, timeout: float | None = None) -> Info | None:
+        """Wait until the robot answers; its `Info`, or None when `stop()` became true.
+
+        Raises:
+            LinkError: not there within `timeout` s.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not stop():
+            if self._alive.wait(0.05):
+                info = self._info()
+                if info is not None:
+                    return info
+            if deadline is not None and time.monotonic() > deadline:
+                raise LinkError(
+                    f"No robot `{self.robot}` answered at {self.endpoint} within {timeout:g} s; start one with "
+                    "`nao-hil emulate`, or give its address with --connect."
+                )
+        return None
+
+    def _info(self) -> Info | None:
+        payload = self._get(keys.INFO, b"")
+        return decode(payload, Info) if payload is not None else None
+
+    def acquire(self) -> None:
+        """Ask for the lease; the actuator frames then carry it.
+
+        Raises:
+            LeaseRefused: somebody else holds the robot; names who.
+            LinkError: the robot did not answer.
+        """
+        reply = self._ask("acquire")
+        if not reply.granted:
+            raise LeaseRefused(reply.message)
+        self.lease = reply.lease
+
+    def release(self) -> None:
+        """Give the lease back, if it is held and the robot is there."""
+        if self.lease and self.robot_alive:
+            self._ask("release")
+        self.lease = 0
+
+    def _ask(self, op: str) -> LeaseReply:
+        request = LeaseRequest(op=op, controller=self.name, ticket=self._ticket)
+        payload = self._get(keys.LEASE, encode(request))
+        if payload is None:
+            raise LinkError(f"Robot `{self.robot}` at {self.endpoint} did not answer the request for its lease.")
+        return decode(payload, LeaseReply)
+
+    def query(self, suffix: str, payload: bytes = b"") -> bytes:
+        """Any query of the contract.
+
+        Raises:
+            LinkError: no answer, or an error reply, whose sentence it carries.
+        """
+        answer = self._get(suffix, payload)
+        if answer is None:
+            raise LinkError(f"Robot `{self.robot}` at {self.endpoint} does not answer `{suffix}`.")
+        return answer
+
+    def _get(self, suffix: str, payload: bytes) -> bytes | None:
+        for reply in self._session.get(self._key(suffix), payload=payload, timeout=_QUERY):
+            if reply.ok is not None:
+                return reply.ok.payload.to_bytes()
+            if reply.err is not None:
+                text = reply.err.payload.to_bytes().decode(errors="replace")
+                if text and text != "Timeout":
+                    raise LinkError(text)
+        return None
+
+    def next(self, timeout: float) -> SensorFrame | None:
+        """The next sensor frame in order, or None after `timeout` s or when the robot went away.
+
+        Raises:
+            FrameError: the robot sent something else.
+        """
+        payload = self._sensors.take(timeout)
+        return decode(payload, SensorFrame) if payload is not None else None
+
+    def latest(self, timeout: float) -> SensorFrame | None:
+        """The newest sensor frame, older ones dropped, or None after `timeout` s or when the robot went away.
+
+        Raises:
+            FrameError: the robot sent something else.
+        """
+        payload = self._sensors.take(timeout)
+        for newer in self._sensors.drain():
+            payload = newer
+        return decode(payload, SensorFrame) if payload is not None else None
+
+    def send(self, frame: ActuatorFrame) -> None:
+        """Publish an actuator frame with the lease and the present wall clock."""
+        stamped = msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns())
+        self._actuators.put(encode(stamped))
+
+    def publish_telemetry(self, message: WalkTelemetry) -> None:
+        """Publish what the walker is doing."""
+        self._telemetry.put(encode(message))
+
+    def notices(self) -> list[Notice]:
+        """The robot's notices since the last call; never waits."""
+        found = []
+        for payload in self._notices.drain():
+            try:
+                found.append(decode(payload, Notice))
+            except FrameError:
+                continue  # a stranger on the key; the robot side itself sends only valid ones
+        return found
+
+    def close(self) -> None:
+        """Leave the network; the token disappears, and with it the lease."""
+        self._session.close()
+
+    def __enter__(self) -> ControllerLink:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

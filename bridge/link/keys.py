@@ -1,0 +1,45 @@
+"""Key expressions of the contract: everything of a robot is under `nao/<robot>/`."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from bridge.errors import ConfigurationError
+
+DEFAULT_ROBOT: Final = "nao"
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+"""Loopback: nothing listens beyond this machine unless told to."""
+
+SENSORS: Final = "sensors"
+ACTUATORS: Final = "actuators"
+INFO: Final = "info"
+LEASE: Final = "lease"
+NOTICES: Final = "notices"
+TRUTH: Final = "world/truth"
+TELEMETRY: Final = "walk/telemetry"
+ALIVE_ROBOT: Final = "alive/robot"
+ALIVE_CONTROLLERS: Final = "alive/controller/*"
+
+_NAME: Final = re.compile(r"[A-Za-z0-9_-]{1,64}")
+
+
+def check_name(what: str, name: str) -> str:
+    """The name, if it can be one part of a key.
+
+    Raises:
+        ConfigurationError: empty, too long, or with other characters.
+    """
+    if not _NAME.fullmatch(name):
+        raise ConfigurationError(f"{what} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
+    return name
+
+
+def key(robot: str, suffix: str) -> str:
+    """Full key expression of a robot's `suffix`."""
+    return f"nao/{robot}/{suffix}"
+
+
+def alive_controller(name: str, ticket: int) -> str:
+    """Suffix of a controller's liveliness token; the ticket tells two of the same name apart."""
+    return f"alive/controller/{name}.{ticket:016x}"

@@ -1,0 +1,100 @@
+"""Who may command: one controller at a time.
+
+A lease is granted by name and ticket (a number the controller draws at its start, also in its liveliness
+token), so two controllers of the same name are still two. It ends when it is given back, when the holder's
+liveliness token disappears, or when another asks and the holder has been silent for `SILENCE`.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Final
+
+from bridge.messages import LeaseReply
+
+SILENCE: Final = 3.0
+"""s of wall clock without a valid actuator frame, after which another controller may take over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Holder:
+    """The controller that holds the robot."""
+
+    name: str
+    ticket: int
+    lease: int
+
+
+class LeaseBook:
+    """Keeps the one lease. Thread-safe; times come from the caller.
+
+    Args:
+        first: number before the first lease; differs from start to start, so that a controller of an earlier
+            start is not obeyed.
+    """
+
+    def __init__(self, first: int) -> None:
+        self._lock = threading.Lock()
+        self._last = first
+        self._holder: Holder | None = None
+        self._heard = 0.0
+
+    @property
+    def holder(self) -> Holder | None:
+        """Who holds the robot now."""
+        return self._holder
+
+    def acquire(self, name: str, ticket: int, now: float) -> LeaseReply:
+        """Grant the lease, or refuse it naming the holder. Asking again renews nothing and grants the same."""
+        with self._lock:
+            holder = self._holder
+            if holder is not None and holder.ticket == ticket:
+                return self._reply(True, f"`{name}` holds the robot.")
+            if holder is not None and now - self._heard < SILENCE:
+                return self._reply(
+                    False,
+                    f"The robot is held by controller `{holder.name}`; stop that one first, or wait until it "
+                    f"has been silent for {SILENCE:g} s.",
+                )
+            self._last += 1
+            self._holder = Holder(name, ticket, self._last)
+            self._heard = now
+            return self._reply(True, f"`{name}` holds the robot.")
+
+    def release(self, ticket: int) -> LeaseReply:
+        """Give the lease back; only its holder can."""
+        with self._lock:
+            if self._holder is not None and self._holder.ticket == ticket:
+                self._holder = None
+            return self._reply(False, "Nobody holds the robot." if self._holder is None else "Not yours to give.")
+
+    def status(self) -> LeaseReply:
+        """Who holds the robot, for anyone who asks."""
+        with self._lock:
+            return self._reply(False, "Nobody holds the robot." if self._holder is None else "The robot is held.")
+
+    def gone(self, ticket: int) -> bool:
+        """The liveliness token with this ticket disappeared; True if that ended the lease."""
+        with self._lock:
+            ended = self._holder is not None and self._holder.ticket == ticket
+            if ended:
+                self._holder = None
+            return ended
+
+    def heard(self, lease: int, now: float) -> bool:
+        """A frame with this lease number came; True if it is the holder's."""
+        with self._lock:
+            if self._holder is None or self._holder.lease != lease:
+                return False
+            self._heard = now
+            return True
+
+    def _reply(self, granted: bool, message: str) -> LeaseReply:
+        holder = self._holder
+        return LeaseReply(
+            granted=granted,
+            lease=holder.lease if granted and holder else 0,
+            holder=holder.name if holder else "",
+            message=message,
+        )

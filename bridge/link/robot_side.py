@@ -1,0 +1,203 @@
+"""The robot side of the link: publishes frames, hands out the lease, takes actuator frames."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Final
+
+import msgspec
+import zenoh
+
+from bridge.errors import FrameError, NaoHilError
+from bridge.link import keys
+from bridge.link.lease import Holder, LeaseBook
+from bridge.link.mailbox import Mailbox
+from bridge.link.session import open_robot
+from bridge.messages import (
+    ActuatorFrame,
+    Info,
+    LeaseReply,
+    LeaseRequest,
+    Notice,
+    SensorFrame,
+    TruthFrame,
+    WalkTelemetry,
+    decode,
+    encode,
+)
+
+_QUEUE: Final = 64
+NOTICE_INTERVAL: Final = 1.0
+"""s; the same kind of notice is published at most this often."""
+
+
+class RobotLink:
+    """Open link of a robot side; close it, or use it as a context manager.
+
+    Args:
+        info: what the robot is; its `robot` is the id in every key.
+        listen: Zenoh endpoint to listen on.
+
+    Raises:
+        ConfigurationError: bad id or endpoint.
+        LinkError: the endpoint cannot be listened on.
+    """
+
+    def __init__(self, info: Info, listen: str = keys.DEFAULT_ENDPOINT) -> None:
+        keys.check_name("Robot id", info.robot)
+        self.info = info
+        self.leases = LeaseBook(first=secrets.randbits(47))
+        self.refused = 0
+        """Actuator payloads that were not put in force: garbage, wrong lease, or not yet or no longer due."""
+        self._seq = 0
+        self._noticed: dict[str, float] = {}
+        self._notice_lock = threading.Lock()
+        self._session = open_robot(listen)
+        try:
+            self._declare()
+        except BaseException:
+            self._session.close()
+            raise
+
+    def _declare(self) -> None:
+        session, key = self._session, self._key
+        self._sensors = session.declare_publisher(key(keys.SENSORS))
+        self._truth = session.declare_publisher(key(keys.TRUTH))
+        self._notices = session.declare_publisher(key(keys.NOTICES))
+        self._actuators, self._telemetry = Mailbox(_QUEUE), Mailbox(_QUEUE)
+        self._subscribers = [
+            session.declare_subscriber(key(keys.ACTUATORS), self._actuators.receive),
+            session.declare_subscriber(key(keys.TELEMETRY), self._telemetry.receive),
+        ]
+        self._tokens = session.liveliness().declare_subscriber(
+            key(keys.ALIVE_CONTROLLERS), self._on_token, history=True
+        )
+        self._queryables: list[Any] = []
+        self.serve(keys.INFO, lambda _: encode(self.info))
+        self.serve(keys.LEASE, self._on_lease)
+        self._alive = session.liveliness().declare_token(key(keys.ALIVE_ROBOT))
+
+    def _key(self, suffix: str) -> str:
+        return keys.key(self.info.robot, suffix)
+
+    @property
+    def holder(self) -> Holder | None:
+        """The controller that holds the robot."""
+        return self.leases.holder
+
+    def publish_sensors(self, frame: SensorFrame) -> None:
+        """Publish a sensor frame with the present wall clock."""
+        self._seq = frame.seq
+        self._sensors.put(encode(msgspec.structs.replace(frame, wall=time.time_ns())))
+
+    def publish_truth(self, frame: TruthFrame) -> None:
+        """Publish ground truth (emulator only)."""
+        self._truth.put(encode(frame))
+
+    def newest_command(self) -> ActuatorFrame | None:
+        """The holder's newest valid actuator frame since the last call, or None; never waits."""
+        newest = None
+        for payload in self._actuators.drain():
+            newest = self._accept(payload) or newest
+        return newest
+
+    def wait_command(self, timeout: float) -> ActuatorFrame | None:
+        """The holder's next valid actuator frame, or None after `timeout` s or when a lease was granted."""
+        deadline = time.monotonic() + timeout
+        while (left := deadline - time.monotonic()) > 0.0:
+            payload = self._actuators.take(left)
+            if payload is None:
+                return None
+            frame = self._accept(payload)
+            if frame is not None:
+                return frame
+        return None
+
+    def telemetry(self) -> list[WalkTelemetry]:
+        """The walker's telemetry since the last call, in order; never waits."""
+        messages = []
+        for payload in self._telemetry.drain():
+            try:
+                messages.append(decode(payload, WalkTelemetry))
+            except FrameError as error:
+                self.notice("telemetry-refused", str(error))
+        return messages
+
+    def notice(self, code: str, text: str, level: str = "warning") -> None:
+        """Tell everyone one sentence; one of each code per second."""
+        now = time.monotonic()
+        with self._notice_lock:
+            if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
+                return
+            self._noticed[code] = now
+        self._notices.put(encode(Notice(seq=self._seq, level=level, code=code, text=text)))
+
+    def serve(self, suffix: str, answer: Callable[[bytes], bytes]) -> None:
+        """Answer queries on `suffix`; a `NaoHilError` of `answer` becomes an error reply with its sentence."""
+        key = self._key(suffix)
+
+        def on_query(query: zenoh.Query) -> None:
+            with query:
+                try:
+                    query.reply(key, answer(query.payload.to_bytes() if query.payload else b""))
+                except NaoHilError as error:
+                    query.reply_err(str(error).encode())
+
+        self._queryables.append(self._session.declare_queryable(key, on_query))
+
+    def _accept(self, payload: bytes) -> ActuatorFrame | None:
+        try:
+            frame = decode(payload, ActuatorFrame)
+        except FrameError as error:
+            self.refused += 1
+            self.notice("frame-refused", str(error))
+            return None
+        if not self.leases.heard(frame.lease, time.monotonic()):
+            self.refused += 1
+            holder = self.leases.holder
+            who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
+            self.notice("no-lease", f"An actuator frame with lease {frame.lease} was refused: {who}; ask for the lease.")
+            return None
+        return frame
+
+    def _on_lease(self, payload: bytes) -> bytes:
+        request = decode(payload, LeaseRequest)
+        return encode(self._lease_reply(request))
+
+    def _lease_reply(self, request: LeaseRequest) -> LeaseReply:
+        if request.op == "acquire":
+            reply = self.leases.acquire(request.controller, request.ticket, time.monotonic())
+            if reply.granted:
+                self._actuators.wake()
+            return reply
+        if request.op == "release":
+            return self.leases.release(request.ticket)
+        return self.leases.status()
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        if sample.kind != zenoh.SampleKind.DELETE:
+            return
+        name, _, ticket = str(sample.key_expr).rpartition("/")[2].rpartition(".")
+        try:
+            ended = self.leases.gone(int(ticket, 16))
+        except ValueError:
+            return
+        if ended:
+            self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
+
+    def close(self) -> None:
+        """Leave the network; harmless when done already."""
+        self._session.close()
+
+    def __enter__(self) -> RobotLink:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+

@@ -1,0 +1,113 @@
+"""The robot's process: the DCM cycle in real time or in lockstep, over the link.
+
+Both modes put the answer to frame k in force for the cycle from k to k+1 and then publish frame k+1. In real
+time the cycle from k to k+1 is computed right after the wall clock has reached k+1: an answer that has not
+come by then is missed, and the joints keep their last target. In lockstep the robot waits.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+
+from bridge.errors import FrameError
+from bridge.guard import Guard
+from bridge.link import RobotLink
+from bridge.messages import ActuatorFrame
+from bridge.observer import Observer
+from emulator.robot import EmulatedRobot
+from emulator.timing import CycleTimer
+
+RESEND = 0.2
+"""s; how often a robot in lockstep repeats the frame it waits on."""
+
+
+class RobotProcess:
+    """Runs an emulated robot behind its link.
+
+    Args:
+        robot: the emulated robot.
+        link: open link, robot side.
+        guard: checks every command.
+        observers: told of each cycle.
+        stop: set by a signal handler to end the run.
+    """
+
+    def __init__(
+        self,
+        robot: EmulatedRobot,
+        link: RobotLink,
+        guard: Guard,
+        observers: Sequence[Observer],
+        stop: threading.Event,
+    ) -> None:
+        self._robot, self._link, self._guard = robot, link, guard
+        self._observers = observers
+        self._stop = stop
+        self._began: float | None = None
+
+    @property
+    def wall_seconds(self) -> float:
+        """Wall-clock time since the first cycle began, s."""
+        return time.monotonic() - self._began if self._began is not None else 0.0
+
+    def real_time(self, timer: CycleTimer) -> None:
+        """Cycle by the wall clock until stopped."""
+        self._publish()
+        while not self._stop.is_set():
+            timer.wait()
+            self._cycle(self._newest())
+
+    def lockstep(self) -> None:
+        """Cycle by the controller's answers until stopped."""
+        self._publish()
+        while not self._stop.is_set():
+            command = self._answer()
+            if command is not None:
+                self._cycle(command)
+
+    def _newest(self) -> ActuatorFrame | None:
+        """The newest answer that is due; a late one still counts as a command, not as an answer in time."""
+        return self._guarded(self._link.newest_command())
+
+    def _answer(self) -> ActuatorFrame | None:
+        """The answer to the present frame; the frame is sent again while nobody gives one."""
+        command = self._link.wait_command(RESEND)
+        if command is None:
+            self._link.publish_sensors(self._robot.frame)
+            return None
+        if command.reply_to != self._robot.frame.seq:
+            return None
+        return self._guarded(command)
+
+    def _guarded(self, command: ActuatorFrame | None) -> ActuatorFrame | None:
+        if command is None:
+            return None
+        try:
+            command = self._guard.check(command, self._robot.frame.seq)
+        except FrameError as error:
+            self._link.notice("frame-refused", str(error))
+            return None
+        if self._guard.clipped:
+            self._link.notice("clipped", self._guard.clipped)
+        return command
+
+    def _cycle(self, command: ActuatorFrame | None) -> None:
+        if self._began is None:
+            self._began = time.monotonic()
+        for telemetry in self._link.telemetry():
+            for observer in self._observers:
+                observer.telemetry(telemetry)
+        if command is not None:
+            for observer in self._observers:
+                observer.command(command)
+        self._robot.advance(command, expected=self._link.holder is not None)
+        self._publish()
+
+    def _publish(self) -> None:
+        frame, truth = self._robot.frame, self._robot.truth()
+        self._link.publish_sensors(frame)
+        self._link.publish_truth(truth)
+        for observer in self._observers:
+            observer.sensors(frame, truth)

@@ -1,0 +1,99 @@
+"""`nao-hil emulate`: the robot's process."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+from typing import Annotated, Any
+
+import msgspec
+import typer
+from rich.console import Console
+
+from bridge.datasheet import load_body
+from bridge.datasheet.quantities import absent_joints
+from bridge.guard import Guard
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
+from bridge.messages import Info
+from bridge.recording import Recorder
+from lab.rundir import RunDirectory
+from lab import __version__
+from lab.cli import options
+from lab.cli.signals import on_signals
+from lab.config import RunConfig, run_config
+from lab.statistics import RunStatistics
+
+
+def emulate(
+    robot: options.Body = None,
+    mode: options.Mode = None,
+    seed: options.Seed = None,
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    realtime_priority: Annotated[
+        bool, typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time.")
+    ] = True,
+    config: options.Config = None,
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Run the emulated robot until Ctrl-C; a controller may come and go.
+
+    Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
+    """
+    settings = run_config(config, robot=robot, mode=mode, seed=seed)
+    console = Console(stderr=True)
+    stop = threading.Event()
+    on_signals(stop.set)
+    summary = _run(settings, name, listen, realtime_priority, RunDirectory(out), stop, console)
+    if as_json:
+        print(json.dumps(summary), flush=True)
+    return 0
+
+
+def _run(
+    settings: RunConfig,
+    name: str,
+    listen: str,
+    priority: bool,
+    directory: RunDirectory,
+    stop: threading.Event,
+    console: Console,
+) -> dict[str, Any]:
+    # Imported late: the walker's machine has no PyBullet, and the command line must start there too.
+    from emulator.process import RobotProcess
+    from emulator.robot import EmulatedRobot
+    from emulator.timing import CycleTimer, quiet_process
+
+    body = load_body(settings.robot)
+    info = Info(
+        robot=name,
+        body=body.name,
+        side="emulator",
+        mode=settings.mode,
+        cycle=body.cycle,
+        absent=absent_joints(body),
+        boot=secrets.randbits(47),
+        software=f"nao-hil {__version__}",
+    )
+    statistics = RunStatistics(settings.seed)
+    robot = EmulatedRobot(body, seed=settings.seed)
+    with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
+        directory.write_config(settings)
+        process = RobotProcess(robot, link, Guard(body), [statistics, recorder], stop)
+        console.print(f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}")
+        summary: dict[str, Any]
+        if settings.mode == "real-time":
+            timer = CycleTimer(body.cycle)
+            quiet_process(real_time=priority)
+            process.real_time(timer)
+            extra = {"timing": msgspec.to_builtins(timer.times)}
+        else:
+            process.lockstep()
+            extra = {}
+        summary = msgspec.to_builtins(statistics.summary(process.wall_seconds)) | extra
+        summary["commands_refused"] = link.refused
+    robot.close()
+    directory.write_summary(summary)
+    return summary

@@ -1,0 +1,108 @@
+"""`nao-hil up`: both sides at once, watched."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from bridge.errors import ConfigurationError, LinkError, NaoHilError
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from lab.rundir import RunDirectory
+from lab.cli import options
+from lab.cli.progress import WalkProgress
+from lab.cli.signals import on_signals
+from lab.config import RunConfig, run_config
+from lab.monitor import Monitor
+from lab.supervisor import Child, Outcome
+
+GRACE = 5.0
+"""s a side has to end by itself after it was asked to."""
+
+
+def up(
+    robot: options.Body = None,
+    gait: options.Gait = None,
+    mode: options.Mode = None,
+    steps: options.Steps = None,
+    duration: options.Duration = None,
+    seed: options.Seed = None,
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    config: options.Config = None,
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Start the robot and the walker as two processes and watch them walk.
+
+    Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
+    """
+    settings = run_config(
+        config, robot=robot, gait=gait, mode=mode, steps=steps, duration=duration, seed=seed
+    )
+    directory = RunDirectory(out)
+    directory.write_config(settings)
+    file = str(directory.config)
+    stop = threading.Event()
+    on_signals(stop.set)
+    common = ["--name", name, "--config", file, "--json"]
+    emulator = Child("robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common])
+    walker = Child("walker", ["walk", "--connect", listen, *common])
+    try:
+        with Monitor(name, listen) as monitor, WalkProgress(settings, Console(stderr=True)) as progress:
+            while not stop.is_set() and emulator.running and walker.running:
+                stop.wait(0.2)
+                progress.show(monitor)
+    finally:
+        # The walker goes first: a walker that ended by itself has brought the robot to a stand.
+        walker_result = walker.end(GRACE)
+        robot_result = emulator.end(GRACE)
+    return _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+
+
+def _conclude(
+    settings: RunConfig,
+    directory: RunDirectory,
+    robot: Outcome,
+    walker: Outcome,
+    interrupted: bool,
+    as_json: bool,
+) -> int:
+    """Summary, JSON and exit code of a run."""
+    console = Console(stderr=True)
+    for name, outcome in (("robot", robot), ("walker", walker)):
+        if outcome.code not in (0, 1, 130):
+            raise _failure(name, outcome)
+    if robot.result is None:
+        raise _failure("robot", robot)
+    summary = robot.result | {"walker": walker.result}
+    directory.write_summary(summary)
+    _show(summary, directory, console)
+    if as_json:
+        print(json.dumps(summary), flush=True)
+    if summary["fell"] or walker.code == 1:
+        return 1
+    return 130 if interrupted else 0
+
+
+def _failure(name: str, outcome: Outcome) -> NaoHilError:
+    error: NaoHilError
+    sentence = f"the {name}'s process failed: {outcome.error}"
+    error = ConfigurationError(outcome.error) if outcome.code == 2 else LinkError(sentence)
+    return error
+
+
+def _show(summary: dict[str, Any], directory: RunDirectory, console: Console) -> None:
+    table = Table(title="The robot fell" if summary["fell"] else "The robot stands", show_header=False)
+    table.add_row("steps", str(summary["steps"]))
+    table.add_row("distance", f"{summary['distance']:.3f} m")
+    table.add_row("speed over ground", f"{summary['speed']:.4f} m/s")
+    table.add_row("largest torso tilt", f"{math.degrees(summary['torso_max']):.2f} deg")
+    table.add_row("real-time factor", f"{summary['real_time_factor']:.2f}")
+    table.add_row("cycles", f"{summary['cycles']}, {summary['cycles_missed']} missed")
+    table.add_row("recording", str(directory.recording))
+    console.print(table)

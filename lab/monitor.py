@@ -1,0 +1,71 @@
+"""Listens to a robot and its walker, for people: keeps the newest of each message, decides nothing."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+import zenoh
+
+from bridge.errors import FrameError
+from bridge.link import keys
+from bridge.link.session import open_client
+from bridge.messages import M, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
+
+
+class Monitor:
+    """Open ear on `nao/<robot>`; close it, or use it as a context manager.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+    """
+
+    def __init__(self, robot: str, connect: str) -> None:
+        self._newest: dict[str, bytes] = {}
+        self._session = open_client(connect)
+        self._subscribers = [
+            self._session.declare_subscriber(keys.key(robot, suffix), self._keep)
+            for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.NOTICES)
+        ]
+
+    def _keep(self, sample: zenoh.Sample) -> None:
+        self._newest[str(sample.key_expr).split("/", 2)[2]] = sample.payload.to_bytes()
+
+    def _get(self, suffix: str, kind: type[M]) -> M | None:
+        payload = self._newest.get(suffix)
+        try:
+            return decode(payload, kind) if payload is not None else None
+        except FrameError:
+            return None  # a stranger on the key
+
+    @property
+    def sensors(self) -> SensorFrame | None:
+        """The newest sensor frame."""
+        return self._get(keys.SENSORS, SensorFrame)
+
+    @property
+    def truth(self) -> TruthFrame | None:
+        """The newest ground truth."""
+        return self._get(keys.TRUTH, TruthFrame)
+
+    @property
+    def telemetry(self) -> WalkTelemetry | None:
+        """The newest word of the walker."""
+        return self._get(keys.TELEMETRY, WalkTelemetry)
+
+    @property
+    def notice(self) -> Notice | None:
+        """The newest notice of the robot side."""
+        return self._get(keys.NOTICES, Notice)
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._session.close()
+
+    def __enter__(self) -> Monitor:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,83 @@
+"""Child processes of `nao-hil up`: started, watched, ended, and their last word read."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from typing import Any, NamedTuple
+
+
+class Outcome(NamedTuple):
+    """How a child ended."""
+
+    code: int
+    result: dict[str, Any] | None
+    """The JSON object on the last line of its stdout."""
+    said: str
+    """Its stderr."""
+
+    @property
+    def error(self) -> str:
+        """The sentence it ended with, or its exit code in words."""
+        for line in reversed(self.said.splitlines()):
+            if line.startswith("error: "):
+                return line.removeprefix("error: ")
+        if self.code < 0:
+            return f"it was killed by {signal.Signals(-self.code).name}"
+        return f"it ended with exit code {self.code}"
+
+
+class Child:
+    """One `nao-hil` command as a child process, apart from the terminal's Ctrl-C.
+
+    Args:
+        name: for people.
+        arguments: of the command.
+    """
+
+    def __init__(self, name: str, arguments: list[str]) -> None:
+        self.name = name
+        self._out = tempfile.TemporaryFile("w+")
+        self._err = tempfile.TemporaryFile("w+")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "lab.cli", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=self._out,
+            stderr=self._err,
+            start_new_session=True,
+        )
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self._process.poll() is None
+
+    def end(self, grace: float) -> Outcome:
+        """Ask it to end if it has not, wait `grace` s, then kill it."""
+        if self.running:
+            self._process.send_signal(signal.SIGINT)
+        try:
+            code = self._process.wait(grace)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            code = self._process.wait()
+        return Outcome(code, _last_json(_read(self._out)), _read(self._err))
+
+
+def _read(file: Any) -> str:
+    file.seek(0)
+    text: str = file.read()
+    return text
+
+
+def _last_json(text: str) -> dict[str, Any] | None:
+    for line in reversed(text.splitlines()):
+        try:
+            value = json.loads(line)
+        except ValueError:
+            continue
+        return value if isinstance(value, dict) else None
+    return None

@@ -1,0 +1,146 @@
+"""The walker's process: everything around the controller that touches the link or the clock."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+
+import msgspec
+
+from bridge.datasheet import Body, load_body
+from bridge.errors import ConfigurationError
+from bridge.link import ControllerLink
+from bridge.messages import ActuatorFrame, Info, SensorFrame
+from walker.controller import Controller
+
+logger = logging.getLogger(__name__)
+
+SILENCE = 0.5
+"""s without a sensor frame after which the walker looks whether the robot is still there."""
+MakeController = Callable[[Body, float], Controller]
+"""Body and cycle time (s) to a controller at the beginning of its order."""
+
+
+class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What the walker knows of its walk; the JSON of `nao-hil walk`."""
+
+    state: str
+    done: bool
+    """The order was carried out to its end."""
+    steps: int
+    fell: bool
+    """By the fused torso angle."""
+    ticks: int
+    skipped: int
+    """Sensor frames that came too fast to be answered, real time only."""
+    tick_p50: float
+    """s"""
+    tick_p99: float
+    """s"""
+
+
+class WalkerProcess:
+    """Runs a controller against whatever robot is at the other end of the link.
+
+    Args:
+        link: open link, controller side.
+        make_controller: called anew for each start of the robot.
+        body: name the robot must have; None takes the robot's word.
+        stop: becomes true when the process is to end.
+    """
+
+    def __init__(
+        self, link: ControllerLink, make_controller: MakeController, body: str | None, stop: Callable[[], bool]
+    ) -> None:
+        self._link, self._make, self._body, self._stop = link, make_controller, body, stop
+        self._controller: Controller | None = None
+        self._ticks: list[float] = []
+        self._skipped = 0
+        self._seq = -1
+        self._last: ActuatorFrame | None = None
+
+    def run(self) -> WalkResult:
+        """Walk until the order is done or the process is stopped.
+
+        Raises:
+            ConfigurationError: the robot is another body, or cannot walk the gait.
+            LeaseRefused: another controller holds the robot.
+        """
+        boot = None
+        while not self._stop():
+            info = self._link.wait_robot(self._stop)
+            if info is None:
+                break
+            if info.boot != boot:
+                boot = info.boot
+                self._controller = self._make(self._check_body(info), info.cycle)
+                self._seq = -1
+            self._link.acquire()
+            logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+            if self._serve(lockstep=info.mode == "lockstep"):
+                self._link.release()
+                break
+        return self._result()
+
+    def _serve(self, *, lockstep: bool) -> bool:
+        """Answer frames until the order is done (True), or the robot is gone or the process stopped (False)."""
+        controller = self._controller
+        assert controller is not None
+        receive = self._link.next if lockstep else self._link.latest
+        while not self._stop():
+            self._report_notices()
+            frame = receive(SILENCE)
+            if frame is None:
+                if not self._link.robot_alive:
+                    logger.warning("the robot is gone; waiting for it to come back")
+                    return False
+                continue
+            if frame.seq > self._seq:
+                self._answer(controller, frame, lockstep)
+                if controller.done:
+                    return True
+            elif lockstep and self._last is not None and frame.seq == self._seq:
+                self._link.send(self._last)  # the robot asks again: the answer was lost with an old lease
+        return False
+
+    def _answer(self, controller: Controller, frame: SensorFrame, lockstep: bool) -> None:
+        if self._seq >= 0:
+            self._skipped += frame.seq - self._seq - 1
+        self._seq = frame.seq
+        began = time.perf_counter()
+        self._last = controller.tick(frame)
+        self._ticks.append(time.perf_counter() - began)
+        # Telemetry goes first, so that in lockstep it is there when the robot acts on the answer.
+        telemetry = controller.telemetry
+        self._link.publish_telemetry(
+            telemetry if lockstep else msgspec.structs.replace(telemetry, tick=self._ticks[-1])
+        )
+        self._link.send(self._last)
+
+    def _report_notices(self) -> None:
+        for notice in self._link.notices():
+            logger.warning("the robot says: %s", notice.text)
+
+    def _check_body(self, info: Info) -> Body:
+        body = load_body(self._body or info.body)
+        if body.name != info.body:
+            raise ConfigurationError(
+                f"The robot at {self._link.endpoint} is a {info.body}, not a {body.name}; leave --robot out to "
+                "walk whatever is there."
+            )
+        return body
+
+    def _result(self) -> WalkResult:
+        ticks = sorted(self._ticks)
+        controller = self._controller
+        return WalkResult(
+            state=controller.state if controller else "waiting",
+            steps=controller.telemetry.step if controller else 0,
+            fell=controller is not None and controller.state == "fallen",
+            done=controller is not None and controller.done,
+            ticks=len(ticks),
+            skipped=self._skipped,
+            tick_p50=ticks[len(ticks) // 2] if ticks else 0.0,
+            tick_p99=ticks[int(0.99 * (len(ticks) - 1))] if ticks else 0.0,
+        )
