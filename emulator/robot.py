@@ -29,8 +29,9 @@ from emulator.model import build_model
 from emulator.sensors.encoders import Encoders
 from emulator.sensors.fsr import FootForceSensors
 from emulator.sensors.imu import InertialSensors
-from emulator.servo import Servo, ServoParameters
+from emulator.servo import Servo
 from emulator.start import place, start_posture
+from emulator.wear import WearProfile
 from emulator.world import WorldParameters, build_world
 
 ROOM_TEMPERATURE: Final = 25.0
@@ -38,7 +39,7 @@ ROOM_TEMPERATURE: Final = 25.0
 SONAR_RANGE: Final = 2.55
 """Reported by both sonars: nothing stands in the world yet, m."""
 DEFAULT_WORLD: Final = WorldParameters()
-DEFAULT_SERVO: Final = ServoParameters()
+IDEAL: Final = WearProfile(name="ideal")
 FALLEN_TILT: Final = math.cos(math.radians(45.0))
 
 
@@ -52,7 +53,7 @@ class EmulatedRobot:
         seed: Of the one random generator that everything random here draws from.
         posture: Start posture by name, or 25 angles in frame order, rad.
         world: Physics settings.
-        servo: The assumed part of the drives.
+        wear: State of the drives and sensors.
         settle: Time in which the robot may settle into its posture before `seq` 0, s.
         orientation: Of the torso at the start; None: soles level.
         lift: Height of the soles over the floor at the start, m.
@@ -69,7 +70,7 @@ class EmulatedRobot:
         seed: int,
         posture: str | Sequence[float] = "StandInit",
         world: WorldParameters = DEFAULT_WORLD,
-        servo: ServoParameters = DEFAULT_SERVO,
+        wear: WearProfile = IDEAL,
         settle: float = 0.5,
         orientation: Quaternion | None = None,
         lift: float = 0.0,
@@ -78,7 +79,7 @@ class EmulatedRobot:
         self.body = body
         self._seed = seed
         self._start = start_posture(posture)
-        self._world_parameters, self._servo_parameters = world, servo
+        self._world_parameters, self._wear = world, wear
         self._settle = round(settle / body.cycle)
         self._orientation, self._lift, self._held = orientation, lift, held
         self._steps = round(body.cycle / world.step)
@@ -99,12 +100,12 @@ class EmulatedRobot:
         joints = tuple(joint_tree(self.body))
         self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
         request = np.array(self._start)[self._slots]
-        servo = Servo(self.body, joints, self._servo_parameters, request)
+        servo = Servo(self.body, joints, self._wear.servo, request)
         model = build_model(
             self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
         )
         place(model, self.body, self._start, self._orientation, self._lift)
-        self.mechanics = Mechanics(model, servo, self._steps, self._servo_parameters.dry_friction)
+        self.mechanics = Mechanics(model, servo, self._steps, self._wear.servo.dry_friction)
         self._hands = Hands(self.body, self._start)
         present = set(self._slots) | self._hands.slots
         self._temperature = tuple(ROOM_TEMPERATURE if i in present else 0.0 for i in range(N_JOINTS))

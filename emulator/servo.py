@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,8 +28,7 @@ from bridge.joints import INDEX_WITH_MIRROR
 Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class ServoParameters:
+class ServoParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the data sheet does not say about a drive; all assumed."""
 
     full_voltage_error: float = 0.025

@@ -18,6 +18,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     robot: str = "nao-v3"
     """Body: a name of `nao-hil robots`, or the path of a data sheet."""
+    wear: str = "ideal"
+    """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
     gait: str = "static"
     mode: Mode = "real-time"
     steps: Annotated[int, msgspec.Meta(ge=0)] = 10

@@ -27,6 +27,7 @@ from lab.statistics import RunStatistics
 
 def emulate(
     robot: options.Body = None,
+    wear: options.Wear = None,
     mode: options.Mode = None,
     seed: options.Seed = None,
     name: options.Name = DEFAULT_ROBOT,
@@ -42,7 +43,7 @@ def emulate(
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
-    settings = run_config(config, robot=robot, mode=mode, seed=seed)
+    settings = run_config(config, robot=robot, wear=wear, mode=mode, seed=seed)
     console = Console(stderr=True)
     stop = threading.Event()
     on_signals(stop.set)
@@ -65,6 +66,7 @@ def _run(
     from emulator.process import RobotProcess
     from emulator.robot import EmulatedRobot
     from emulator.timing import CycleTimer, quiet_process
+    from emulator.wear import load_wear
 
     body = load_body(settings.robot)
     info = Info(
@@ -78,7 +80,7 @@ def _run(
         software=f"nao-hil {__version__}",
     )
     statistics = RunStatistics(settings.seed)
-    robot = EmulatedRobot(body, seed=settings.seed)
+    robot = EmulatedRobot(body, seed=settings.seed, wear=load_wear(settings.wear))
     with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
         directory.write_config(settings)
         process = RobotProcess(robot, link, Guard(body), [statistics, recorder], stop)

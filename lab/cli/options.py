@@ -11,6 +11,12 @@ Body = Annotated[
     Optional[str],
     typer.Option("--robot", help="Robot body: a name of `nao-hil robots`, or a data sheet's path.", metavar="BODY"),
 ]
+Wear = Annotated[
+    Optional[str],
+    typer.Option(
+        "--wear", help="State of the drives and sensors: ideal, nominal, worn, or a profile's path.", metavar="WEAR"
+    ),
+]
 Gait = Annotated[Optional[str], typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
 Steps = Annotated[
     Optional[int],

@@ -26,6 +26,7 @@ GRACE = 5.0
 
 def up(
     robot: options.Body = None,
+    wear: options.Wear = None,
     gait: options.Gait = None,
     mode: options.Mode = None,
     steps: options.Steps = None,
@@ -42,7 +43,7 @@ def up(
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
     """
     settings = run_config(
-        config, robot=robot, gait=gait, mode=mode, steps=steps, duration=duration, seed=seed
+        config, robot=robot, wear=wear, gait=gait, mode=mode, steps=steps, duration=duration, seed=seed
     )
     directory = RunDirectory(out)
     directory.write_config(settings)
