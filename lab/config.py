@@ -41,5 +41,7 @@ def run_config(file: Path | None, **options: Any) -> RunConfig:
     given = {k: v for k, v in options.items() if v is not None}
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
     if config.steps == 1:
-        raise ConfigurationError("options: steps is 1; a walk has at least 2, one out and one to close the feet.")
+        raise ConfigurationError(
+            "options: steps is 1; a walk has at least 2, one out and one to close the feet."
+        )
     return config

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bridge.guard import Guard
 from bridge.observer import Observer
 from emulator.robot import EmulatedRobot
 from walker.controller import Controller
 
 
-def run(robot: EmulatedRobot, guard: Guard, controller: Controller, observers: list[Observer], most: int) -> None:
+def run(
+    robot: EmulatedRobot, guard: Guard, controller: Controller, observers: Sequence[Observer], most: int
+) -> None:
     """Cycle until the controller is done, or `most` cycles.
 
     Gives the very frames that lockstep over the link gives.

@@ -6,7 +6,7 @@ import json
 import signal
 import subprocess
 import sys
-import tempfile
+from pathlib import Path
 from typing import Any, NamedTuple
 
 
@@ -34,21 +34,22 @@ class Child:
     """One `nao-hil` command as a child process, apart from the terminal's Ctrl-C.
 
     Args:
-        name: for people.
+        name: for people, and for its files.
         arguments: of the command.
+        folder: where `<name>.out` (its stdout) and `<name>.log` (its stderr) go.
     """
 
-    def __init__(self, name: str, arguments: list[str]) -> None:
+    def __init__(self, name: str, arguments: list[str], folder: Path) -> None:
         self.name = name
-        self._out = tempfile.TemporaryFile("w+")
-        self._err = tempfile.TemporaryFile("w+")
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "lab.cli", *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=self._out,
-            stderr=self._err,
-            start_new_session=True,
-        )
+        self._out, self._log = folder / f"{name}.out", folder / f"{name}.log"
+        with self._out.open("w") as out, self._log.open("w") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "lab.cli", *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=log,
+                start_new_session=True,
+            )
 
     @property
     def running(self) -> bool:
@@ -64,13 +65,7 @@ class Child:
         except subprocess.TimeoutExpired:
             self._process.kill()
             code = self._process.wait()
-        return Outcome(code, _last_json(_read(self._out)), _read(self._err))
-
-
-def _read(file: Any) -> str:
-    file.seek(0)
-    text: str = file.read()
-    return text
+        return Outcome(code, _last_json(self._out.read_text()), self._log.read_text())
 
 
 def _last_json(text: str) -> dict[str, Any] | None:

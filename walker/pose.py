@@ -1,9 +1,9 @@
 """From a plan in the walk frame to joint angles: place the torso, then solve the legs.
 
-The torso stays upright, and its place follows from the planned centre of mass, which the thesis takes as fixed
-in the torso (3.3.1). Taken from the standing pose, it is 15 mm off towards the swing leg in single support on an
-H21: a margin of 27 mm is left to the inner edge of the sole. Shifting the torso by those 15 mm as well is not to
-be had at a gait height of 170 mm: HipRoll and AnkleRoll would pass their limits by 2 degrees.
+The torso stays upright, and its place follows from the planned centre of mass, which the thesis takes as
+fixed in the torso (3.3.1). Taken from the standing pose, it is 15 mm off towards the swing leg in single
+support on an H21: a margin of 27 mm is left to the inner edge of the sole. Shifting the torso by those 15 mm
+as well is not to be had at a gait height of 170 mm: HipRoll and AnkleRoll would pass their limits by 2 degrees.
 """
 
 from __future__ import annotations
@@ -78,9 +78,7 @@ class PoseMaker:
             reference.com[1] - self._com_in_torso[1],
             reference.hip_height + self._hip,
         )
-        legs = solve_legs(
-            self._body, self._target(reference.left, torso), self._target(reference.right, torso)
-        )
+        legs = solve_legs(self._body, self._target(reference.left, torso), self._target(reference.right, torso))
         for side, solved in (("L", legs.left), ("R", legs.right)):
             for slot, angle in zip(LEG_SLOTS[side], solved, strict=True):
                 self._angles[slot] = angle

@@ -16,16 +16,17 @@ from walker.gait import GAITS, gait_parameters
 
 def robots(as_json: options.Json = False) -> int:
     """List the robot bodies there are data sheets for."""
-    rows = [
-        {"name": b.name, "title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
-        for b in map(load_body, BODIES)
-    ]
+    bodies = [load_body(name) for name in BODIES]
     if as_json:
+        rows = [
+            {"name": b.name, "title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
+            for b in bodies
+        ]
         print(json.dumps(rows))
         return 0
     table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
-    for row in rows:
-        table.add_row(row["name"], row["title"], f"{row['mass']:.3f}", f"{1e3 * row['cycle']:.0f}")
+    for b in bodies:
+        table.add_row(b.name, b.title, f"{total_mass(b):.3f}", f"{1e3 * b.cycle:.0f}")
     Console().print(table)
     return 0
 

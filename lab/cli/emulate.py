@@ -17,11 +17,11 @@ from bridge.guard import Guard
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
 from bridge.messages import Info
 from bridge.recording import Recorder
-from lab.rundir import RunDirectory
 from lab import __version__
 from lab.cli import options
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
+from lab.rundir import RunDirectory
 from lab.statistics import RunStatistics
 
 
@@ -33,7 +33,8 @@ def emulate(
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
     realtime_priority: Annotated[
-        bool, typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time.")
+        bool,
+        typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO."),
     ] = True,
     config: options.Config = None,
     out: options.Out = None,
@@ -84,7 +85,9 @@ def _run(
     with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
         directory.write_config(settings)
         process = RobotProcess(robot, link, Guard(body), [statistics, recorder], stop)
-        console.print(f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}")
+        console.print(
+            f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}"
+        )
         summary: dict[str, Any]
         if settings.mode == "real-time":
             timer = CycleTimer(body.cycle)

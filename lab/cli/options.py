@@ -3,50 +3,50 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
 Body = Annotated[
-    Optional[str],
-    typer.Option("--robot", help="Robot body: a name of `nao-hil robots`, or a data sheet's path.", metavar="BODY"),
+    str | None,
+    typer.Option("--robot", help="Body: a name of `nao-hil robots`, or a data sheet's path.", metavar="BODY"),
 ]
 Wear = Annotated[
-    Optional[str],
+    str | None,
     typer.Option(
-        "--wear", help="State of the drives and sensors: ideal, nominal, worn, or a profile's path.", metavar="WEAR"
+        "--wear",
+        help="Drives and sensors: ideal, nominal, worn, or a profile's path.",
+        metavar="WEAR",
     ),
 ]
-Gait = Annotated[Optional[str], typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
+Gait = Annotated[str | None, typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
 Steps = Annotated[
-    Optional[int],
+    int | None,
     typer.Option("--steps", help="Steps to walk, the closing one included; 0: without end.", metavar="N"),
 ]
 Duration = Annotated[
-    Optional[float], typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
+    float | None, typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
 ]
 Mode = Annotated[
-    Optional[str],
+    str | None,
     typer.Option(
         "--mode",
         help="`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer.",
         metavar="real-time|lockstep",
     ),
 ]
-Seed = Annotated[Optional[int], typer.Option("--seed", help="Seed of everything random.", metavar="N")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Seed of everything random.", metavar="N")]
 Config = Annotated[
-    Optional[Path],
-    typer.Option("--config", help="TOML file with any of these options, and gait `parameters`.", metavar="FILE"),
+    Path | None,
+    typer.Option("--config", help="TOML file with any of these options and gait `parameters`.", metavar="FILE"),
 ]
 Out = Annotated[
-    Optional[Path],
-    typer.Option("--out", help="Folder for the recording and the summary; default runs/<time>/.", metavar="DIR"),
+    Path | None,
+    typer.Option("--out", help="Folder for recording and summary; default runs/<time>/.", metavar="DIR"),
 ]
 Json = Annotated[bool, typer.Option("--json", help="End with one JSON object on the last line of stdout.")]
 Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]
 Listen = Annotated[
     str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
 ]
-Connect = Annotated[
-    str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")
-]
+Connect = Annotated[str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")]

@@ -12,12 +12,12 @@ from rich.table import Table
 
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from lab.rundir import RunDirectory
 from lab.cli import options
 from lab.cli.progress import WalkProgress
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
 from lab.monitor import Monitor
+from lab.rundir import RunDirectory
 from lab.supervisor import Child, Outcome
 
 GRACE = 5.0
@@ -51,8 +51,10 @@ def up(
     stop = threading.Event()
     on_signals(stop.set)
     common = ["--name", name, "--config", file, "--json"]
-    emulator = Child("robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common])
-    walker = Child("walker", ["walk", "--connect", listen, *common])
+    emulator = Child(
+        "robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common], directory.path
+    )
+    walker = Child("walker", ["walk", "--connect", listen, *common], directory.path)
     try:
         with Monitor(name, listen) as monitor, WalkProgress(settings, Console(stderr=True)) as progress:
             while not stop.is_set() and emulator.running and walker.running:

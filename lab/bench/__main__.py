@@ -1,0 +1,36 @@
+"""`python -m lab.bench [NAME ...] [--json]`: run the benchmarks."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from typing import Any
+
+from lab.bench import cycles, lateness, round_trip, tick
+
+BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
+    "round-trip": round_trip.measure,
+    "lateness": lateness.measure,
+    "tick": tick.measure,
+    "cycles": cycles.measure,
+}
+
+
+def main() -> None:
+    """Run the named benchmarks, or all."""
+    parser = argparse.ArgumentParser(prog="python -m lab.bench", description=__doc__)
+    parser.add_argument("names", nargs="*", choices=[*BENCHES, []], help="which; default: all")
+    parser.add_argument("--json", action="store_true", help="end with one JSON object")
+    arguments = parser.parse_args()
+    results = {}
+    for name in arguments.names or BENCHES:
+        print(f"{name} ...", flush=True)
+        results[name] = BENCHES[name]()
+        for key, value in results[name].items():
+            print(f"  {key}: {value}", flush=True)
+    if arguments.json:
+        print(json.dumps(results))
+
+
+main()

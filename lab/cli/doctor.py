@@ -1,2 +1,0 @@
-def doctor() -> int:
-    return 0

@@ -1,0 +1,1 @@
+"""Figures: pictures of runs, for the documentation and the reports."""
