@@ -1,0 +1,293 @@
+"""Recordings: byte identity, the plain MCAP reader as witness, cut files, and the hash over frames."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from mcap.reader import make_reader
+
+from bridge.errors import ConfigurationError
+from bridge.joints import N_JOINTS
+from bridge.messages import ActuatorFrame, Contact, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.playback import frames_sha256, read_recording, recorded_config
+from bridge.recording import FrameHash, Recordable, Recorder
+
+CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
+
+
+def sensor(k: int, wall: int = 0) -> SensorFrame:
+    return SensorFrame(
+        seq=k,
+        time=k * 0.01,
+        position=tuple(0.1 * j + 1e-3 * k for j in range(N_JOINTS)),
+        stiffness=(1.0,) * N_JOINTS,
+        current=(0.25,) * N_JOINTS,
+        temperature=(38.0,) * N_JOINTS,
+        fsr=(6.5,) * 8,
+        accelerometer=(0.0, 0.0, 9.81),
+        gyroscope=(0.0, 1e-17 * k, -0.0),
+        angle=(0.01, -0.02),
+        touch=(0.0,) * 14,
+        battery=(0.9, -1.0, 0.0, 30.0),
+        sonar=(2.55, 2.55),
+        command=k - 1,
+        wall=wall,
+    )
+
+
+def actuator(k: int, wall: int = 0, lease: int = 0) -> ActuatorFrame:
+    position = tuple(0.1 * j for j in range(N_JOINTS))
+    return ActuatorFrame(reply_to=k, position=position, stiffness=(1.0,) * N_JOINTS, wall=wall, lease=lease)
+
+
+def truth(k: int) -> TruthFrame:
+    return TruthFrame(
+        seq=k,
+        time=k * 0.01,
+        torso_position=(0.001 * k, 0.0, 0.31),
+        torso_orientation=(0.0, 0.0, 0.0, 1.0),
+        torso_velocity=(0.1, 0.0, 0.0),
+        torso_angular_velocity=(0.0, 0.0, 0.0),
+        joints=(0.0,) * N_JOINTS,
+        com=(0.0, 0.0, 0.25),
+        zmp=(0.01, 0.0) if k % 2 else None,
+        left=Contact(force=(0.0, 0.0, 26.0), cop=(0.01, 0.0)),
+        right=Contact(force=(0.0, 0.0, 0.0), cop=None),
+        fell=False,
+    )
+
+
+def telemetry(k: int, tick: float = 0.0) -> WalkTelemetry:
+    here = (0.0, 0.0)
+    foot = (0.0, 0.05, 0.0)
+    return WalkTelemetry(
+        seq=k, state="walk", phase="DSL", step=1, steps=10, zmp=here, com=here, left=foot, right=foot, tick=tick
+    )
+
+
+def run(cycles: int, noise: int = 0) -> list[Recordable]:
+    """What a run writes; `noise` changes nothing but wall-clock fields and the lease."""
+    messages: list[Recordable] = []
+    for k in range(cycles):
+        messages += [sensor(k, wall=noise * k), truth(k), telemetry(k, tick=noise * 1e-5)]
+        messages.append(actuator(k, wall=noise * k, lease=noise))
+        if k % 50 == 3:
+            messages.append(Notice(seq=k, level="warning", code="clipped", text="LKneePitch was clipped"))
+    return messages
+
+
+def write(recorder: Recorder, messages: list[Recordable]) -> None:
+    methods: dict[type[Any], Callable[[Any], None]] = {
+        SensorFrame: recorder.write_sensor,
+        ActuatorFrame: recorder.write_actuator,
+        TruthFrame: recorder.write_truth,
+        WalkTelemetry: recorder.write_telemetry,
+        Notice: recorder.write_notice,
+    }
+    for message in messages:
+        methods[type(message)](message)
+
+
+def record(path: Path, messages: list[Recordable]) -> Path:
+    with Recorder(path, CONFIG) as recorder:
+        write(recorder, messages)
+    return path
+
+
+def digest(messages: list[Recordable]) -> str:
+    frames = FrameHash()
+    for message in messages:
+        if isinstance(message, SensorFrame):
+            frames.sensor(message)
+        elif isinstance(message, ActuatorFrame):
+            frames.actuator(message)
+    return frames.hexdigest()
+
+
+def test_two_recordings_of_the_same_run_are_the_same_bytes(tmp_path: Path) -> None:
+    one = record(tmp_path / "one.mcap", run(300))
+    two = record(tmp_path / "another-name.mcap", run(300, noise=12345))
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_order_of_configuration_keys_does_not_matter(tmp_path: Path) -> None:
+    one = record(tmp_path / "one.mcap", run(3))
+    with Recorder(tmp_path / "two.mcap", dict(reversed(CONFIG.items()))) as recorder:
+        write(recorder, run(3))
+    assert one.read_bytes() == (tmp_path / "two.mcap").read_bytes()
+
+
+def test_what_was_written_comes_back_in_order(tmp_path: Path) -> None:
+    messages = run(120)
+    path = record(tmp_path / "run.mcap", messages)
+    assert [r.message for r in read_recording(path)] == messages
+    assert recorded_config(path) == CONFIG
+
+
+def test_fields_left_out_come_back_as_their_defaults(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(5, noise=99))
+    assert [r.message for r in read_recording(path)] == run(5, noise=0)
+
+
+def test_the_plain_mcap_reader_finds_topics_schemas_and_robot_time(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(250))
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        assert summary is not None and summary.statistics is not None
+        channels = {c.topic: c for c in summary.channels.values()}
+        counts = {t: summary.statistics.channel_message_counts[c.id] for t, c in channels.items()}
+        assert counts == {
+            "sensors": 250,
+            "actuators": 250,
+            "world/truth": 250,
+            "walk/telemetry": 250,
+            "notices": 5,
+        }
+        assert all(c.message_encoding == "json" for c in channels.values())
+        assert all(s.encoding == "jsonschema" for s in summary.schemas.values())
+        for schema, _, message in reader.iter_messages():
+            assert schema is not None
+            data = json.loads(message.data)
+            assert list(json.loads(schema.data)["properties"]) == list(data)
+            assert not {"wall", "tick", "lease"} & set(data)
+            assert message.log_time == message.publish_time
+            assert message.log_time == data.get("seq", data.get("reply_to")) * 10_000_000
+        assert next(iter(reader.iter_metadata())).metadata == {
+            "config": json.dumps(CONFIG, separators=(",", ":"), sort_keys=True)
+        }
+
+
+def test_schemas_are_plain_objects_without_references_or_unions(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(1))
+    plain = {"object", "array", "number", "integer", "string", "boolean"}
+
+    def check(schema: dict[str, Any]) -> None:
+        assert schema["type"] in plain
+        assert not {"$ref", "anyOf", "oneOf", "prefixItems", "$defs"} & set(schema)
+        for inner in schema.get("properties", {}).values():
+            check(inner)
+        if "items" in schema:
+            check(schema["items"])
+
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    schemas = {s.name: json.loads(s.data) for s in summary.schemas.values()}
+    for schema in schemas.values():
+        assert schema["type"] == "object"
+        check(schema)
+    sensors = schemas["nao.SensorFrame"]["properties"]
+    numbers = {"type": "array", "items": {"type": "number"}}
+    assert sensors["position"] == numbers | {"minItems": 25, "maxItems": 25}
+    assert sensors["gyroscope"] == numbers | {"minItems": 3, "maxItems": 3}
+    assert sensors["seq"] == {"type": "integer"}
+
+
+def test_a_file_cut_anywhere_reads_to_the_last_whole_chunk(tmp_path: Path) -> None:
+    messages = run(200)
+    whole = record(tmp_path / "run.mcap", messages).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    lengths = []
+    for size in [8, 9, 20, *range(50, len(whole), len(whole) // 97), len(whole) - 1]:
+        cut.write_bytes(whole[:size])
+        got = [r.message for r in read_recording(cut)]
+        assert got == messages[: len(got)]
+        lengths.append(len(got))
+    assert lengths == sorted(lengths)
+    assert lengths[0] == 0
+    assert lengths[-1] == len(messages)
+    assert len(set(lengths)) > 5  # cuts inside the data lose the tail, not everything
+
+
+def test_an_unclosed_recording_is_on_disk_up_to_the_last_second(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorder = Recorder(path, CONFIG)
+    try:
+        for k in range(500):
+            recorder.write_sensor(sensor(k))
+            recorder.write_actuator(actuator(k))
+            if k >= 100:
+                *_, last = read_recording(path)
+                assert last.time > k * 0.01 - 1.0
+    finally:
+        recorder.close()
+
+
+def test_the_hash_is_that_of_the_recorded_lines(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(60))
+    by_hand = hashlib.sha256()
+    with path.open("rb") as file:
+        for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            if channel.topic in ("sensors", "actuators"):
+                by_hand.update(message.data + b"\n")
+    assert digest(run(60)) == by_hand.hexdigest() == frames_sha256(path)
+
+
+def test_wall_clock_lease_and_other_topics_do_not_touch_the_hash() -> None:
+    frames = [m for m in run(20) if isinstance(m, (SensorFrame, ActuatorFrame))]
+    assert digest(run(20, noise=4711)) == digest(list(frames))
+
+
+@pytest.mark.parametrize("kind", [SensorFrame, ActuatorFrame])
+def test_any_change_of_a_frame_changes_the_hash(kind: type[SensorFrame | ActuatorFrame]) -> None:
+    frame = sensor(5) if kind is SensorFrame else actuator(5)
+    plain, seen = digest([frame]), set()
+    for name in kind.__struct_fields__:
+        value = getattr(frame, name)
+        variants = []
+        if isinstance(value, tuple):
+            for i in range(len(value)):
+                variants.append((*value[:i], value[i] + 1e-12, *value[i + 1 :]))
+        else:
+            variants.append(value + 1)
+        for variant in variants:
+            changed = digest([msgspec.structs.replace(frame, **{name: variant})])
+            assert (changed == plain) == (name in ("wall", "lease"))
+            seen.add(changed)
+    expected = {SensorFrame: 5 + 4 * 25 + 8 + 3 + 3 + 2 + 14 + 4 + 2, ActuatorFrame: 2 + 2 * 25}
+    assert len(seen - {plain}) == expected[kind]
+
+
+def test_order_of_frames_matters_to_the_hash() -> None:
+    assert digest([sensor(1), sensor(2)]) != digest([sensor(2), sensor(1)])
+
+
+def test_an_empty_recording_is_a_recording(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", [])
+    assert list(read_recording(path)) == []
+    assert frames_sha256(path) == hashlib.sha256().hexdigest()
+
+
+def test_closing_twice_is_allowed(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "run.mcap", CONFIG)
+    recorder.close()
+    before = (tmp_path / "run.mcap").read_bytes()
+    recorder.close()
+    assert (tmp_path / "run.mcap").read_bytes() == before
+
+
+def test_missing_and_foreign_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"none\.mcap: cannot be read"):
+        read_recording(tmp_path / "none.mcap")
+    for content in (b"", b"\x89MCA", b"PK\x03\x04 something else"):
+        (tmp_path / "other.mcap").write_bytes(content)
+        with pytest.raises(ConfigurationError, match=r"other\.mcap: is not an MCAP file"):
+            read_recording(tmp_path / "other.mcap")
+    with pytest.raises(ConfigurationError, match="cannot be written"):
+        Recorder(tmp_path / "no" / "such" / "folder.mcap", CONFIG)
+
+
+def test_a_damaged_chunk_is_said_and_not_read(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(100))
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    path.write_bytes(data)
+    with pytest.raises(ConfigurationError, match="damaged"):
+        list(read_recording(path))
