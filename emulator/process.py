@@ -16,6 +16,7 @@ from bridge.guard import Guard
 from bridge.link import RobotLink
 from bridge.messages import ActuatorFrame
 from bridge.observer import Observer
+from emulator.boundary import BoundaryQueue
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
 
@@ -46,6 +47,8 @@ class RobotProcess:
         self._observers = observers
         self._stop = stop
         self._began: float | None = None
+        self.boundary = BoundaryQueue(wake=link.wake)
+        """Where handlers of queries leave what touches the robot."""
 
     @property
     def wall_seconds(self) -> float:
@@ -57,12 +60,14 @@ class RobotProcess:
         self._publish()
         while not self._stop.is_set():
             timer.wait()
+            self.boundary.run()
             self._cycle(self._newest())
 
     def lockstep(self) -> None:
         """Cycle by the controller's answers until stopped."""
         self._publish()
         while not self._stop.is_set():
+            self.boundary.run()
             command = self._answer()
             if command is not None:
                 self._cycle(command)

@@ -12,7 +12,7 @@ from typing import Any, Final
 import msgspec
 import zenoh
 
-from bridge.errors import FrameError, NaoHilError
+from bridge.errors import FrameError, LeaseRefused, NaoHilError
 from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
@@ -106,7 +106,7 @@ class RobotLink:
         return newest
 
     def wait_command(self, timeout: float) -> ActuatorFrame | None:
-        """The holder's next valid actuator frame, or None after `timeout` s or when a lease was granted."""
+        """The holder's next valid actuator frame; None after `timeout` s, at a granted lease, or at `wake`."""
         deadline = time.monotonic() + timeout
         while (left := deadline - time.monotonic()) > 0.0:
             payload = self._actuators.take(left)
@@ -116,6 +116,10 @@ class RobotLink:
             if frame is not None:
                 return frame
         return None
+
+    def wake(self) -> None:
+        """End a `wait_command` without a command; any thread may call this."""
+        self._actuators.wake()
 
     def telemetry(self) -> list[WalkTelemetry]:
         """The walker's telemetry since the last call, in order; never waits."""
@@ -135,6 +139,18 @@ class RobotLink:
                 return
             self._noticed[code] = now
         self._notices.put(encode(Notice(seq=self._seq, level=level, code=code, text=text)))
+
+    def require_lease(self, lease: int, what: str) -> None:
+        """Accept a sign of life of the holder, or refuse `what` came with another number; any thread may ask.
+
+        Raises:
+            LeaseRefused: names the holder.
+        """
+        if self.leases.heard(lease, time.monotonic()):
+            return
+        holder = self.leases.holder
+        who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
+        raise LeaseRefused(f"{what} with lease {lease} was refused: {who}; ask for the lease.")
 
     def serve(self, suffix: str, answer: Callable[[bytes], bytes]) -> None:
         """Answer queries on `suffix`; a `NaoHilError` of `answer` becomes an error reply with its sentence."""
@@ -156,11 +172,11 @@ class RobotLink:
             self.refused += 1
             self.notice("frame-refused", str(error))
             return None
-        if not self.leases.heard(frame.lease, time.monotonic()):
+        try:
+            self.require_lease(frame.lease, "An actuator frame")
+        except LeaseRefused as error:
             self.refused += 1
-            holder = self.leases.holder
-            who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
-            self.notice("no-lease", f"An actuator frame with lease {frame.lease} was refused: {who}; ask for the lease.")
+            self.notice("no-lease", str(error))
             return None
         return frame
 
@@ -200,4 +216,3 @@ class RobotLink:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
