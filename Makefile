@@ -1,0 +1,65 @@
+# Targets for people and CI; `make setup` is all that is needed before anything else.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
+# PyBullet has ready-made wheels for these; elsewhere it is compiled, which takes a compiler and some minutes.
+HAS_WHEEL := import sys, platform as p; \
+	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check bench lock clean
+
+help:
+	@echo "make setup   .venv with everything needed to run and test"
+	@echo "make demo    setup, then a walk: robot and walker in two processes"
+	@echo "make test    setup, then all tests"
+	@echo "make check   ruff, mypy, import-linter"
+	@echo "make bench   benchmarks, each beside its floor"
+	@echo "make lock    requirements.lock anew (Python 3.10, so that it holds for all later ones)"
+	@echo "make clean   remove .venv and what tools left behind; recordings in runs/ stay"
+
+setup: $(STAMP)
+
+$(STAMP): requirements.lock pyproject.toml
+	@command -v $(PYTHON) >/dev/null || \
+		{ echo "$(PYTHON) is not there; install Python 3.10 or newer, or say PYTHON=path."; exit 2; } >&2
+	@$(PYTHON) -c '$(NEW_ENOUGH)' || \
+		{ echo "$(PYTHON) is $$($(PYTHON) -V 2>&1); Python 3.10 or newer is needed, say PYTHON=path."; exit 2; } >&2
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
+		{ echo "$(PYTHON) cannot make virtual environments; install python3-venv (Debian, Ubuntu)."; exit 2; } >&2
+	@$(PYTHON) -c '$(HAS_WHEEL)' || command -v g++ >/dev/null || \
+		{ echo "PyBullet has no wheel for this Python and is compiled; install g++, or say PYTHON=python3.11."; \
+		exit 2; } >&2
+	@$(PYTHON) -c '$(HAS_WHEEL)' || echo "PyBullet has no wheel for this Python: compiling it takes some minutes."
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
+	@touch $@
+
+demo: setup
+	$(BIN)/nao-hil up
+
+# Tests that keep real time have the machine to themselves, before the others (pytest says 5 when it has none).
+test: setup
+	$(BIN)/pytest -m realtime || test $$? -eq 5
+	$(BIN)/pytest -n auto -m "not realtime"
+
+check: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: setup
+	$(BIN)/python -m lab.bench
+
+lock: setup
+	$(BIN)/pip-compile --quiet --generate-hashes --all-extras --strip-extras --allow-unsafe \
+		--no-emit-index-url --no-emit-trusted-host --no-emit-find-links --no-header \
+		--output-file requirements.lock pyproject.toml
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
