@@ -8,7 +8,7 @@ specification of the same for other languages. Unknown fields are ignored, missi
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Final, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal, Protocol, TypeVar
 
 import msgspec
 
@@ -199,23 +199,24 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""
 
 
-Message = (
-    SensorFrame
-    | ActuatorFrame
-    | TruthFrame
-    | Info
-    | LeaseRequest
-    | LeaseReply
-    | Notice
-    | WalkTelemetry
-)
-M = TypeVar("M", bound=Message)
+Message = SensorFrame | ActuatorFrame | TruthFrame | Info | LeaseRequest | LeaseReply | Notice | WalkTelemetry
+
+
+class Versioned(Protocol):
+    """Any message: these, and those of other queries beside them."""
+
+    @property
+    def version(self) -> int:
+        """Schema version it was written in."""
+
+
+M = TypeVar("M", bound=Versioned)
 
 _encoder = msgspec.msgpack.Encoder()
 _decoders: dict[type[Any], msgspec.msgpack.Decoder[Any]] = {}
 
 
-def encode(message: Message) -> bytes:
+def encode(message: Versioned) -> bytes:
     """Msgpack map of a message, field names as keys."""
     return _encoder.encode(message)
 
