@@ -36,7 +36,7 @@ $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c '$(HAS_WHEEL)' || echo "PyBullet has no wheel for this Python: compiling it takes some minutes."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@
 
 demo: setup
