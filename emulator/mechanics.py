@@ -67,12 +67,12 @@ class Mechanics:
         """Servo and physics over one cycle."""
         client, robot, joints, servo = self.model.client, self.model.robot, self._joints, self.servo
         apply, step, control = bullet.setJointMotorControlArray, bullet.stepSimulation, bullet.TORQUE_CONTROL
-        servo.begin_cycle()
         for _ in range(self._steps):
             torque = servo.torque(self.position, self.velocity)
             apply(robot, joints, control, forces=torque.tolist(), physicsClientId=client)
             step(client)
             self._read_joints()
+        servo.end_cycle()
 
     def contacts(self) -> GroundContacts:
         """Ground reactions of the last physics step."""

@@ -100,7 +100,7 @@ class EmulatedRobot:
         joints = tuple(joint_tree(self.body))
         self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
         request = np.array(self._start)[self._slots]
-        servo = Servo(self.body, joints, self._wear.servo, request)
+        servo = Servo(self.body, joints, self._wear.servo, request, self._world_parameters.step)
         model = build_model(
             self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
         )

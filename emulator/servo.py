@@ -1,12 +1,19 @@
-"""The joints' drives at torque level: position loop, DC motor with gear, stiffness as a current limit.
+"""The joints' drives at torque level: position loop, DC motor, gear with play, stiffness as a current limit.
 
-Each motor board closes a position loop on the motor's voltage:
+Each motor board closes a position loop on the motor's voltage (share u of the full one) around the motor's own
+angle theta, counted at the joint. Behind the gear the motor has the torque-speed line of a DC motor; gear and
+play are a spring c^-1 through a dead zone of width `play`:
 
-    u   = clip((request - q) / full_voltage_error - lead * qd / full_voltage_error, -1, 1)
-    tau = stall * (u - qd / no_load_speed), |tau| <= stiffness * stall
+    u   = clip((request - theta - lead qd) / full_voltage_error, -1, 1)
+    tau = stall (u - theta' / no_load_speed)          |tau| <= stiffness * stall
+    tau = dead_zone(theta - q) / c
 
-which is the torque-speed line of a DC motor (torque falls linearly to zero at the no-load speed) at every
-voltage, seen behind the gear. Stall torque and no-load speed come from the data sheet; the loop is assumed.
+Stall torque and no-load speed come from the data sheet. The rotor's inertia is carried by the link (see
+`emulator.inertia`), so the motor side here has none, and both lines meet in one implicit Euler step: free of
+the stiff state that a rotor of its own would be, and stable with any play and any gear, a rigid one (c = 0)
+included. What is lost: within the play the link keeps the rotor's inertia.
+
+With |tau| at the limit the motor is driven back by its load. Without stiffness it has no voltage.
 
 HipYawPitch: one motor, two joints. The joints are geared together in the model; each gets half of the
 motor's torque, so that the pair stalls where the one motor stalls.
@@ -14,36 +21,20 @@ motor's torque, so that the pair stalls where the one motor stalls.
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Sequence
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.datasheet import Body
+from bridge.datasheet.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
 from bridge.joints import INDEX_WITH_MIRROR
+from emulator.servo_heat import MotorHeat
+from emulator.servo_limits import RequestLimits
+from emulator.servo_parameters import ServoParameters
 
 Vector = NDArray[np.float64]
-
-
-class ServoParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the data sheet does not say about a drive; all assumed."""
-
-    full_voltage_error: float = 0.025
-    """Position error at which the loop gives full voltage, rad."""
-    lead: float = 0.0025
-    """Derivative time of the loop, s."""
-    delay_cycles: int = 0
-    """Cycles from a request to its use in the loop."""
-    motor_time_constant: float = 0.004
-    """Mechanical time constant of the motors, rotor inertia x no-load speed / stall torque, s: gives the rotor
-    inertia that each joint feels behind its gear."""
-    dry_friction: float = 0.0
-    """Dry friction of each joint, N m: PyBullet's velocity motor at rest with this torque."""
-    supply_voltage: float = 21.6
-    """V; gives the torque constant: volts per no-load speed."""
 
 
 class Servo:
@@ -52,70 +43,120 @@ class Servo:
     Args:
         body: Data sheet.
         joints: Mechanical joints in the order of every vector here.
-        parameters: The assumed part of the drives.
-        position: Request of all joints at the start, rad.
+        parameters: What the data sheet does not say.
+        position: Request and motor angle of all joints at the start, rad.
+        step: Time between two calls of `torque`, s.
     """
 
     def __init__(
-        self, body: Body, joints: Sequence[str], parameters: ServoParameters, position: Vector
+        self, body: Body, joints: Sequence[str], parameters: ServoParameters, position: Vector, step: float
     ) -> None:
-        sheets = [body.joints[name] for name in joints]
-        motors = [body.motors[sheet.motor] for sheet in sheets]
-        gears = np.array([sheet.gear_ratio for sheet in sheets])
         share = np.array([0.5 if name.endswith("HipYawPitch") else 1.0 for name in joints])
-        motor_speed = np.array([motor.no_load_speed_rpm for motor in motors]) * (2.0 * math.pi / 60.0)
-        self.stall = np.array([motor.stall_torque for motor in motors]) * gears * share
+        self.stall = np.array([joint_stall_torque(body, name) for name in joints]) * share
         """Largest torque at each joint, N m."""
-        self.no_load_speed = motor_speed / gears
+        self.no_load_speed = np.array([joint_no_load_speed(body, name) for name in joints])
         """rad/s"""
-        self._lower = np.array([sheet.lower for sheet in sheets])
-        self._upper = np.array([sheet.upper for sheet in sheets])
+        self.play = np.array([parameters.play.of(name) for name in joints])
+        """Width of each dead zone, rad; may be set from outside (a fault)."""
+        self.strength = np.ones(len(joints))
+        """Share of its torque that each motor has; may be set from outside (a fault)."""
+        self.heat = MotorHeat(
+            parameters.heating, np.array([joint_nominal_torque(body, name) for name in joints]) * share
+        )
         self._slots = np.array([INDEX_WITH_MIRROR[name] for name in joints])
+        self._limits = RequestLimits(body, joints)
+        self._step = step
         self._gain = 1.0 / parameters.full_voltage_error
-        self._damping = parameters.lead / parameters.full_voltage_error
+        # one step more, because the loop below takes the motor's angle of the last step
+        self._lead = (parameters.lead + step) * self._gain
         self._back_emf = self.stall / self.no_load_speed
         self.rotor_inertia = parameters.motor_time_constant * self._back_emf
         """Rotor inertia reflected to each joint, kg m^2."""
         # One motor drives both hips: its whole current flows for the two halves of its torque.
-        self._ampere = motor_speed / (parameters.supply_voltage * gears * share)
-        self._queue: deque[tuple[Vector, Vector]] = deque()
-        self._delay = parameters.delay_cycles
+        self._ampere = self.no_load_speed / (parameters.supply_voltage * share)
+        self._yield = step / self._back_emf
+        self._spring = 1.0 / (self._yield + parameters.gear_compliance)
+        self._compliance = parameters.gear_compliance
+        self._brake = parameters.brake
+        self._queue: deque[tuple[int, Vector, Vector]] = deque()
+        self._delay = round(parameters.delay / step)
+        self._clock = 0
         self._request = position.copy()
-        self.stiffness = np.ones(len(joints))
-        """Stiffness in force."""
-        self._limit = self.stall.copy()
-        self._torque = np.zeros(len(joints))
+        self._motor = position.copy()
+        self._wanted = np.ones(len(joints))
+        self._torque, self._gap, self._work, self._squares, self._mean_square = np.zeros((5, len(joints)))
+        self._samples = 0
+        self.apply_power()
 
     def latch(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
         """Take over a request at the start of a cycle: 25 positions (rad) and stiffnesses in frame order.
 
-        Positions are clipped to the joints' limits, stiffnesses to at most 1.
+        Positions are clipped to the joints' ranges, stiffnesses to at most 1.
         """
-        request = np.clip(np.array(position)[self._slots], self._lower, self._upper)
-        self._queue.append((request, np.minimum(np.array(stiffness)[self._slots], 1.0)))
+        request = self._limits.clip(np.array(position)[self._slots])
+        wanted = np.minimum(np.array(stiffness)[self._slots], 1.0)
+        self._queue.append((self._clock + self._delay, request, wanted))
 
-    def begin_cycle(self) -> None:
-        """Put the request in force that has waited long enough, if there is one."""
-        if len(self._queue) > self._delay:
-            self._request, self.stiffness = self._queue.popleft()
-            self._limit = self.stall * np.maximum(self.stiffness, 0.0)
+    def apply_power(self) -> None:
+        """Put stiffness, heat protection, `strength` and `play` in force; call it after setting one of them."""
+        self.stiffness = np.where(self._wanted > 0.0, self._wanted * self.heat.share(), self._wanted)
+        """Stiffness in force: the request's, lowered by the heat protection."""
+        share = np.where(self.stiffness == 0.0, self._brake, np.maximum(self.stiffness, 0.0))
+        self._limit = self.stall * self.strength * share
+        self._lowest_torque = -self._limit
+        self._stride = np.where(self.stiffness > 0.0, self.no_load_speed * self._step, 0.0)
+        self._half_play = 0.5 * self.play
+        self._lowest_play = -self._half_play
+        self._reach = self._half_play + self._limit * self._compliance
+        self._lowest_reach = -self._reach
 
     def torque(self, position: Vector, velocity: Vector) -> Vector:
         """Torques for the next physics step, N m, from the joints' angles (rad) and speeds (rad/s).
 
-        The vector is overwritten by the next call.
+        To be called once per step; the vector is overwritten by the next call.
         """
-        voltage = (self._request - position) * self._gain
-        voltage -= velocity * self._damping
-        np.minimum(voltage, 1.0, out=voltage)
-        np.maximum(voltage, -1.0, out=voltage)
-        torque = self._torque
-        np.multiply(voltage, self.stall, out=torque)
-        torque -= self._back_emf * velocity
+        if self._queue and self._queue[0][0] <= self._clock:
+            _, self._request, self._wanted = self._queue.popleft()
+            self.apply_power()
+        self._clock += 1
+        torque, gap, work = self._torque, self._gap, self._work
+        # where the motor would turn to without load, seen from the joint
+        np.subtract(self._request, self._motor, out=work)
+        work *= self._gain
+        np.multiply(velocity, self._lead, out=gap)
+        work -= gap
+        np.minimum(work, 1.0, out=work)
+        np.maximum(work, -1.0, out=work)
+        work *= self._stride
+        np.subtract(self._motor, position, out=gap)
+        gap += work
+        # what of it the dead zone does not swallow winds the spring and holds the motor back
+        np.minimum(gap, self._half_play, out=work)
+        np.maximum(work, self._lowest_play, out=work)
+        np.subtract(gap, work, out=torque)
+        torque *= self._spring
         np.minimum(torque, self._limit, out=torque)
-        np.maximum(torque, -self._limit, out=torque)
+        np.maximum(torque, self._lowest_torque, out=torque)
+        np.multiply(torque, self._yield, out=work)
+        gap -= work
+        np.minimum(gap, self._reach, out=gap)
+        np.maximum(gap, self._lowest_reach, out=gap)
+        np.add(position, gap, out=self._motor)
+        np.multiply(torque, torque, out=work)
+        self._squares += work
+        self._samples += 1
         return torque
 
+    def end_cycle(self) -> None:
+        """Take stock of the torques since the last call: current and heat."""
+        np.divide(self._squares, max(self._samples, 1), out=self._mean_square)
+        if self.heat.active:
+            self.heat.update(self._mean_square, self._samples * self._step)
+            if self.heat.lowers:
+                self.apply_power()
+        self._squares[:] = 0.0
+        self._samples = 0
+
     def current(self) -> Vector:
-        """Motor currents of the last step, A, absolute: torque over the torque constant, at the motor shaft."""
-        return np.asarray(np.abs(self._torque) * self._ampere)
+        """Effective motor currents of the last cycle, A: torque over torque constant, at the motor shaft."""
+        return np.sqrt(self._mean_square) * self._ampere

@@ -13,7 +13,7 @@ import msgspec
 from bridge.config import load_toml, unknown_name
 from bridge.errors import ConfigurationError
 from emulator.sensors.parameters import SensorParameters
-from emulator.servo import ServoParameters
+from emulator.servo_parameters import ServoParameters
 
 WEAR: Final = ("ideal", "nominal", "worn")
 """The profiles that come with the package."""

@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -10,9 +11,29 @@ from bridge.datasheet.postures import POSTURES
 from bridge.joints import INDEX
 from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
-from emulator.servo import Servo, ServoParameters
+from emulator.servo import Servo
+from emulator.servo_parameters import Play, ServoParameters
 
 START = POSTURES["StandInit"]
+STEP = 0.001
+
+
+def drive(
+    *joints: str, parameters: ServoParameters | None = None, stiffness: float = 1.0, at: float = 0.0
+) -> Servo:
+    """Drives of the V3 on their own, resting at an angle, asked to turn as far up as they can."""
+    servo = Servo(load_body("nao-v3"), joints, parameters or ServoParameters(), np.full(len(joints), at), STEP)
+    servo.latch((9.0,) * 25, (stiffness,) * 25)
+    return servo
+
+
+def led(servo: Servo, speed: float, start: float = 0.0, steps: int = 20) -> np.ndarray:
+    """Torques of drives whose joints are led from an angle at a constant speed for a cycle, N m."""
+    size = len(servo.stall)
+    for k in range(steps):
+        torque = servo.torque(np.full(size, start + k * speed * STEP), np.full(size, speed))
+    servo.end_cycle()
+    return torque
 
 
 def command(position: tuple[float, ...] = START, stiffness: float = 1.0, reply_to: int = 0) -> ActuatorFrame:
@@ -36,11 +57,13 @@ PRINTED = {
 }
 
 
+@pytest.mark.parametrize("play", [0.0, 0.02])
 @pytest.mark.parametrize(("joint", "speed", "stall"), [(j, *v) for j, v in PRINTED.items()])
-def test_torque_speed_line(joint: str, speed: float, stall: float) -> None:
-    servo = Servo(load_body("nao-v3"), (joint,), ServoParameters(), np.array([10.0]))
+def test_torque_speed_line(joint: str, speed: float, stall: float, play: float) -> None:
+    parameters = ServoParameters(play=msgspec.convert(dict.fromkeys(Play.__struct_fields__, play), Play))
     still, half, full = (
-        float(servo.torque(np.zeros(1), np.array([share * speed]))[0]) for share in (0.0, 0.5, 1.0)
+        float(led(drive(joint, parameters=parameters, at=-1.0), share * speed, -1.0)[0])
+        for share in (0.0, 0.5, 1.0)
     )
     assert still == pytest.approx(stall, rel=4e-3)
     assert half == pytest.approx(stall / 2.0, rel=4e-3)
@@ -49,31 +72,23 @@ def test_torque_speed_line(joint: str, speed: float, stall: float) -> None:
 
 @pytest.mark.parametrize(("stiffness", "share"), [(1.0, 1.0), (0.5, 0.5), (0.0, 0.0), (-1.0, 0.0), (3.0, 1.0)])
 def test_stiffness_is_a_share_of_the_current_limit(stiffness: float, share: float) -> None:
-    servo = Servo(load_body("nao-v3"), ("LKneePitch",), ServoParameters(), np.zeros(1))
-    servo.latch(moved("LKneePitch", 1.0), (stiffness,) * 25)
-    servo.begin_cycle()
-    torque = float(servo.torque(np.zeros(1), np.zeros(1))[0])
-    assert torque == pytest.approx(share * 7.78, rel=2e-3)
+    servo = drive("LKneePitch", stiffness=stiffness)
+    assert float(led(servo, 0.0)[0]) == pytest.approx(share * 7.78, rel=2e-3)
     # stalled with full current: stall torque over torque constant, here 21.6 V / 837.8 rad/s
     assert float(servo.current()[0]) == pytest.approx(share * 59.5e-3 * 837.8 / 21.6, rel=1e-3)
 
 
 def test_both_hips_have_the_torque_and_current_of_one_motor() -> None:
-    servo = Servo(
-        load_body("nao-v3"), ("LHipYawPitch", "RHipYawPitch"), ServoParameters(), np.array([9.0, 9.0])
-    )
-    assert float(servo.torque(np.zeros(2), np.zeros(2)).sum()) == pytest.approx(11.97, rel=2e-3)
+    servo = drive("LHipYawPitch", "RHipYawPitch", at=-1.0)
+    assert float(led(servo, 0.0, -1.0).sum()) == pytest.approx(11.97, rel=2e-3)
     np.testing.assert_allclose(servo.current(), 59.5e-3 * 837.8 / 21.6, rtol=1e-3)
 
 
-def test_delay_line_counts_cycles() -> None:
-    servo = Servo(load_body("nao-v3"), ("HeadYaw",), ServoParameters(delay_cycles=3), np.zeros(1))
-    moving = []
-    for _ in range(5):
-        servo.latch(moved("HeadYaw", 0.5), (1.0,) * 25)
-        servo.begin_cycle()
-        moving.append(float(servo.torque(np.zeros(1), np.zeros(1))[0]) > 0.0)
-    assert moving == [False, False, False, True, True]
+def test_requests_wait_for_the_delay() -> None:
+    servo = drive("HeadYaw", parameters=ServoParameters(delay=0.0305))
+    moving = [float(led(servo, 0.0, steps=1)[0]) > 0.0 for _ in range(40)]
+    assert moving.index(True) == 30  # rounded to even
+    assert all(moving[30:])
 
 
 @pytest.mark.parametrize("joint", ["LHipPitch", "LKneePitch", "LAnkleRoll", "LHipRoll", "HeadYaw"])
