@@ -27,3 +27,7 @@ class FrameError(NaoHilError):
 
 class LeaseRefused(LinkError):
     """Another controller holds the robot; names the holder."""
+
+
+class DcmRefused(NaoHilError):
+    """A DCM request that cannot be carried out; names the item at fault."""

@@ -1,0 +1,237 @@
+"""The DCM's command side as a whole: what is asked for goes in, what the boards get each cycle comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from bridge.datasheet import Body
+from bridge.dcm import PREFIX
+from bridge.errors import DcmRefused
+from bridge.joints import INDEX, N_JOINTS
+from emulator.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
+from emulator.dcm.buffer import TimedCommand, Update, interpolated, passed, updated
+from emulator.dcm.clock import Clock
+from emulator.dcm.requests import AliasRequest, SetAliasRequest, SetRequest, shown
+
+BUFFER_LIMIT: Final = 512
+"""Timed commands per actuator (vendor's 2.x page; the page of 2010 says 4096)."""
+MAX_ALIASES: Final = 256
+"""Aliases kept (assumed)."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """What the motor boards get in one cycle, in frame order; 0 for joints that the body lacks."""
+
+    position: tuple[float, ...]
+    """rad (hands: 0..1)"""
+    stiffness: tuple[float, ...]
+
+
+class Dcm:
+    """Buffers, aliases and clock of one robot; to be used by one thread.
+
+    Args:
+        body: Data sheet.
+        position: Where the joints are held at the start, frame order, rad; the stiffnesses are 1, all else 0.
+        start: What the clock shows at the start, ms.
+        limit: Timed commands that an actuator's buffer takes.
+    """
+
+    def __init__(
+        self, body: Body, position: Sequence[float], *, start: int = 0, limit: int = BUFFER_LIMIT
+    ) -> None:
+        self.clock = Clock(body.cycle, start)
+        self._cycle = 1000.0 * body.cycle
+        self._limit = limit
+        self.table: tuple[Actuator, ...] = actuators(body)
+        """All actuators of the body."""
+        self._index = {actuator.name: i for i, actuator in enumerate(self.table)}
+        self._slots = [INDEX[joint] for joint in driven_joints(body)]
+        self._joints = len(self._slots)
+        self._gain = np.array([actuator.gain for actuator in self.table])
+        self._offset = np.array([actuator.offset for actuator in self.table])
+        # Inwards, so that no integer stands for a value beyond the range.
+        lower = np.array([actuator.lower for actuator in self.table])
+        upper = np.array([actuator.upper for actuator in self.table])
+        self._lower = np.ceil((lower - self._offset) / self._gain - 1e-9)
+        self._upper = np.floor((upper - self._offset) / self._gain + 1e-9)
+        self._last = np.zeros(len(self.table))
+        """Value computed last for each actuator, in counts but not rounded."""
+        self._buffers: dict[int, list[TimedCommand]] = {}
+        self._aliases: dict[str, tuple[int | None, ...]] = {}
+        self.modes_sent: dict[str, float] = {}
+        """What was sent in the last cycle to actuators that do not interpolate (the sonar's mode)."""
+        self.put_frame(position, (1.0,) * N_JOINTS)
+        self._framed = False
+
+    def create_alias(self, request: AliasRequest) -> list[str | list[str]]:
+        """Make or remake an alias; the reply repeats the request, with "" for every unknown actuator.
+
+        Raises:
+            DcmRefused: too many aliases.
+        """
+        if request.alias not in self._aliases and len(self._aliases) >= MAX_ALIASES:
+            raise DcmRefused(f"createAlias: there are {MAX_ALIASES} aliases already; reuse the name of one.")
+        self._aliases[request.alias] = tuple(self._index.get(short(name)) for name in request.names)
+        known = self._index.keys() | IGNORED
+        return [request.alias, [name if short(name) in known else "" for name in request.names]]
+
+    def set(self, request: SetRequest) -> None:
+        """Put the same commands into the buffer of an actuator, or of every actuator of an alias.
+
+        Raises:
+            DcmRefused: unknown name, or a buffer would be too full; nothing is changed then.
+        """
+        name = short(request.name)
+        if name in IGNORED:
+            return
+        index = self._index.get(name)
+        targets = (index,) if index is not None else self._aliases.get(request.name)
+        if targets is None:
+            raise DcmRefused(f"set: {shown(request.name)} is neither an actuator of this body nor an alias.")
+        self._update(((target, request.commands) for target in targets), request.update)
+
+    def set_alias(self, request: SetAliasRequest) -> None:
+        """Put commands of their own into the buffer of each actuator of an alias.
+
+        Raises:
+            DcmRefused: unknown alias, wrong number of entries, or a buffer would be too full; nothing is
+                changed then.
+        """
+        targets = self._aliases.get(request.alias)
+        if targets is None:
+            raise DcmRefused(f"setAlias: {shown(request.alias)} is no alias; make it with createAlias first.")
+        if len(targets) != len(request.commands):
+            raise DcmRefused(
+                f"setAlias: {shown(request.alias)} has {len(targets)} actuators; commands for "
+                f"{len(request.commands)} came."
+            )
+        self._update(zip(targets, request.commands, strict=True), request.update)
+
+    def _update(self, commands: Iterable[tuple[int | None, Sequence[TimedCommand]]], update: Update) -> None:
+        changed: dict[int, list[TimedCommand]] = {}
+        for index, new in commands:
+            if index is None:
+                continue
+            waiting = changed[index] if index in changed else self._buffers.get(index, [])
+            buffer = updated(waiting, update, [self._in_counts(index, command) for command in new])
+            if len(buffer) > self._limit:
+                raise DcmRefused(
+                    f"The buffer of `{self.table[index].name}` takes {self._limit} timed commands; with this "
+                    f"request it would hold {len(buffer)}."
+                )
+            changed[index] = buffer
+        for index, buffer in changed.items():
+            if buffer:
+                self._buffers[index] = buffer
+            else:
+                self._buffers.pop(index, None)
+
+    def _in_counts(self, index: int, command: TimedCommand) -> TimedCommand:
+        actuator = self.table[index]
+        counts = round(min(max((command.value - actuator.offset) / actuator.gain, -1e9), 1e9))
+        clipped = min(max(counts, self._lower[index]), self._upper[index])
+        return TimedCommand(self.clock.since_start(command.time), float(clipped))
+
+    def put_frame(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
+        """An actuator frame: ClearAll at the time of now, for all positions (rad) and stiffnesses."""
+        count = 2 * self._joints
+        wanted = np.concatenate((np.array(position)[self._slots], np.array(stiffness)[self._slots]))
+        counts = np.rint((wanted - self._offset[:count]) / self._gain[:count])
+        self._last[:count] = np.minimum(np.maximum(counts, self._lower[:count]), self._upper[:count])
+        for index in [i for i in self._buffers if i < count]:
+            del self._buffers[index]
+        self._framed = True
+
+    def run_cycle(self) -> Targets | None:
+        """Compute what is sent in the cycle that begins now, and go to the next boundary.
+
+        Returns:
+            What the motor boards get, or None when that cannot have changed.
+        """
+        moved, self._framed = self._framed, False
+        self.modes_sent = {}
+        for index in list(self._buffers):
+            moved |= index < 2 * self._joints
+            self._run(index)
+        self.clock.tick()
+        return self._targets() if moved else None
+
+    def _run(self, index: int) -> None:
+        """One cycle of one actuator that has commands waiting."""
+        actuator, buffer, now = self.table[index], self._buffers[index], self.clock.now
+        due = passed(buffer, now)
+        if actuator.interpolates:
+            self._last[index] = interpolated(buffer, due, self._last[index], self.clock.previous, now)
+        elif due:
+            self._last[index] = buffer[due - 1].value
+            self.modes_sent[actuator.name] = self._sent(index)
+        del buffer[:due]
+        if not buffer:
+            del self._buffers[index]
+
+    def _targets(self) -> Targets:
+        count = 2 * self._joints
+        sent = (np.rint(self._last[:count]) * self._gain[:count] + self._offset[:count]).tolist()
+        position, stiffness = [0.0] * N_JOINTS, [0.0] * N_JOINTS
+        for i, slot in enumerate(self._slots):
+            position[slot] = sent[i]
+            stiffness[slot] = sent[i + self._joints]
+        return Targets(tuple(position), tuple(stiffness))
+
+    def read(self, names: Iterable[str], measured: Sequence[float]) -> list[float]:
+        """Values behind keys of actuators and of the DCM.
+
+        Args:
+            names: keys, with or without the prefix.
+            measured: joint angles in frame order, rad: what positions read while their stiffness is not above 0.
+
+        Raises:
+            DcmRefused: a key that is none of these.
+        """
+        return [self._read(name, measured) for name in names]
+
+    def _read(self, name: str, measured: Sequence[float]) -> float:
+        times = {
+            "DCM/Time": float(self.clock.shown()),
+            "DCM/CycleTime": self._cycle,
+            "DCM/TargetCycleTime": self._cycle,
+        }
+        if name in times:
+            return times[name]
+        base, _, item = short(name).rpartition("/")
+        index = self._index.get(f"{base}/Value")
+        if index is not None:
+            actuator = self.table[index]
+            if item == "Value":
+                return self._value(index, measured)
+            fixed = {
+                "Min": actuator.lower,
+                "Max": actuator.upper,
+                "Gain": actuator.gain,
+                "Offset": actuator.offset,
+            }
+            if item in fixed:
+                return fixed[item]
+        raise DcmRefused(f"read: {shown(name)} is no key of an actuator of this body, nor of the DCM itself.")
+
+    def _value(self, index: int, measured: Sequence[float]) -> float:
+        if index < self._joints and self._sent(index + self._joints) <= 0.0:
+            return float(measured[self._slots[index]])
+        return self._sent(index)
+
+    def _sent(self, index: int) -> float:
+        return float(np.rint(self._last[index]) * self._gain[index] + self._offset[index])
+
+    def prefixes(self) -> list[str]:
+        """Reply of `getPrefix`."""
+        return [PREFIX]
+
+    def waiting(self, name: str) -> tuple[TimedCommand, ...]:
+        """The buffer of an actuator: times in ms since the start, values in counts."""
+        return tuple(self._buffers.get(self._index[short(name)], ()))
