@@ -17,6 +17,7 @@ from bridge.link import RobotLink
 from bridge.messages import ActuatorFrame
 from bridge.observer import Observer
 from emulator.boundary import BoundaryQueue
+from emulator.dcm import DcmQueries
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
 
@@ -49,6 +50,8 @@ class RobotProcess:
         self._began: float | None = None
         self.boundary = BoundaryQueue(wake=link.wake)
         """Where handlers of queries leave what touches the robot."""
+        for suffix, answer in DcmQueries(robot, self.boundary, link.require_lease).handlers().items():
+            link.serve(suffix, answer)
 
     @property
     def wall_seconds(self) -> float:

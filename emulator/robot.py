@@ -22,6 +22,7 @@ from bridge.messages import (
     require_finite,
 )
 from emulator.contacts import FootLoad
+from emulator.dcm import Dcm
 from emulator.engine import bullet, connect, disconnect
 from emulator.hands import Hands
 from emulator.mechanics import Mechanics
@@ -107,6 +108,8 @@ class EmulatedRobot:
         place(model, self.body, self._start, self._orientation, self._lift)
         self.mechanics = Mechanics(model, servo, self._steps, self._wear.servo.dry_friction)
         self._hands = Hands(self.body, self._start)
+        self.dcm = Dcm(self.body, self._start)
+        """Timed commands and aliases; actuator frames go through it too."""
         present = set(self._slots) | self._hands.slots
         self._temperature = tuple(ROOM_TEMPERATURE if i in present else 0.0 for i in range(N_JOINTS))
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
@@ -147,11 +150,14 @@ class EmulatedRobot:
         if command is not None:
             require_finite("position", command.position)
             require_finite("stiffness", command.stiffness)
-            self.mechanics.servo.latch(command.position, command.stiffness)
-            self._hands.latch(command.position, command.stiffness)
+            self.dcm.put_frame(command.position, command.stiffness)
             self._command = command.reply_to
         elif expected:
             self._missed += 1
+        targets = self.dcm.run_cycle()
+        if targets is not None:
+            self.mechanics.servo.latch(targets.position, targets.stiffness)
+            self._hands.latch(targets.position, targets.stiffness)
         self._run_cycle()
         self._contacts = self.mechanics.contacts()
         self._seq += 1

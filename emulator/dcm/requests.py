@@ -30,7 +30,7 @@ class AliasRequest:
 
 @dataclass(frozen=True)
 class SetRequest:
-    """`set`: the same commands for one actuator, or for every one of an alias; times as the clock shows them."""
+    """`set`: the same commands for one actuator, or for each one of an alias; times as the clock shows them."""
 
     name: str
     update: Update

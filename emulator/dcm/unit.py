@@ -189,7 +189,7 @@ class Dcm:
 
         Args:
             names: keys, with or without the prefix.
-            measured: joint angles in frame order, rad: what positions read while their stiffness is not above 0.
+            measured: joint angles in frame order, rad: what positions read while the stiffness is not above 0.
 
         Raises:
             DcmRefused: a key that is none of these.
