@@ -39,20 +39,20 @@ class Mechanics:
         model: The robot in its physics client.
         servo: Its drives.
         steps: Physics and servo steps per cycle.
-        dry_friction: Dry friction of each joint, N m.
     """
 
-    def __init__(self, model: RobotModel, servo: Servo, steps: int, dry_friction: float) -> None:
+    def __init__(self, model: RobotModel, servo: Servo, steps: int) -> None:
         self.model, self.servo = model, servo
         self._steps = steps
         self._joints = list(range(len(model.joints)))
         self._read_joints()
         _, self._to_torso = bullet.invertTransform(_HERE, model.torso_principal)
+        # PyBullet starts every joint with a motor of its own that brakes
         bullet.setJointMotorControlArray(
             model.robot,
             self._joints,
             bullet.VELOCITY_CONTROL,
-            forces=[dry_friction] * len(self._joints),
+            forces=[0.0] * len(self._joints),
             physicsClientId=model.client,
         )
 

@@ -106,7 +106,7 @@ class EmulatedRobot:
             self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
         )
         place(model, self.body, self._start, self._orientation, self._lift)
-        self.mechanics = Mechanics(model, servo, self._steps, self._wear.servo.dry_friction)
+        self.mechanics = Mechanics(model, servo, self._steps)
         self._hands = Hands(self.body, self._start)
         self.dcm = Dcm(self.body, self._start)
         """Timed commands and aliases; actuator frames go through it too."""

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from bridge.datasheet import Body
 from bridge.datasheet.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
 from bridge.joints import INDEX_WITH_MIRROR
+from emulator.servo_friction import DryFriction
 from emulator.servo_heat import MotorHeat
 from emulator.servo_limits import RequestLimits
 from emulator.servo_parameters import ServoParameters
@@ -84,7 +85,12 @@ class Servo:
         self._request = position.copy()
         self._motor = position.copy()
         self._wanted = np.ones(len(joints))
-        self._torque, self._gap, self._work, self._squares, self._mean_square = np.zeros((5, len(joints)))
+        self._friction = None
+        if parameters.dry_friction > 0.0:
+            limit = np.full(len(joints), parameters.dry_friction)
+            self._friction = DryFriction(limit, self.rotor_inertia, position)
+        self._torque, self._out, self._gap, self._work = np.zeros((4, len(joints)))
+        self._squares, self._mean_square = np.zeros((2, len(joints)))
         self._samples = 0
         self.apply_power()
 
@@ -145,7 +151,11 @@ class Servo:
         np.multiply(torque, torque, out=work)
         self._squares += work
         self._samples += 1
-        return torque
+        if self._friction is None:
+            return torque
+        np.copyto(self._out, torque)
+        self._friction.resist(position, velocity, self._out)
+        return self._out
 
     def end_cycle(self) -> None:
         """Take stock of the torques since the last call: current and heat."""
