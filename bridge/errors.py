@@ -21,6 +21,10 @@ class LinkError(NaoHilError):
     """A process, a link or a device failed (exit code 3)."""
 
 
+class RobotSilent(LinkError):
+    """The robot did not answer; it may have gone."""
+
+
 class FrameError(NaoHilError):
     """A message from the wire that is not a valid frame; names the field at fault."""
 

@@ -11,7 +11,7 @@ from bridge.datasheet import Body
 from bridge.datasheet.quantities import COUPLED_TO, absent_joints, coupled_limits, limits
 from bridge.errors import FrameError
 from bridge.joints import INDEX, JOINTS, N_JOINTS
-from bridge.messages import ActuatorFrame
+from bridge.messages import ActuatorFrame, require_finite
 
 TOLERANCE: Final = 1e-6
 """rad beyond a limit that are clipped without a word: rounding of the sender's number format."""
@@ -48,7 +48,7 @@ class Guard:
         self._require_numbers(frame)
         if frame.reply_to > seq:
             raise FrameError(
-                f"ActuatorFrame refused: reply_to is {frame.reply_to}, but the newest sensor frame has seq {seq}."
+                f"ActuatorFrame refused: reply_to is {frame.reply_to}, but the newest sensor frame is {seq}."
             )
         position = [0.0] * N_JOINTS
         self.clipped = ""
@@ -68,13 +68,10 @@ class Guard:
         return msgspec.structs.replace(frame, position=tuple(position))
 
     def _require_numbers(self, frame: ActuatorFrame) -> None:
-        for field, values in (("position", frame.position), ("stiffness", frame.stiffness)):
-            for joint, value in zip(JOINTS, values, strict=True):
-                if not math.isfinite(value):
-                    raise FrameError(
-                        f"ActuatorFrame refused: {field} of {joint} is {value}; it must be a finite number."
-                    )
-                if field == "stiffness" and not -1.0 <= value <= 1.0:
-                    raise FrameError(
-                        f"ActuatorFrame refused: stiffness of {joint} is {value}; it must be between -1 and 1."
-                    )
+        require_finite("position", frame.position)
+        require_finite("stiffness", frame.stiffness)
+        for joint, value in zip(JOINTS, frame.stiffness, strict=True):
+            if not -1.0 <= value <= 1.0:
+                raise FrameError(
+                    f"ActuatorFrame refused: stiffness of {joint} is {value}; it must be between -1 and 1."
+                )

@@ -51,7 +51,5 @@ LEG_JOINTS: Final = {
 }
 """The six joints of each leg from hip to foot, in chain order."""
 
-LEG_SLOTS: Final = {
-    side: tuple(INDEX_WITH_MIRROR[j] for j in names) for side, names in LEG_JOINTS.items()
-}
+LEG_SLOTS: Final = {side: tuple(INDEX_WITH_MIRROR[j] for j in names) for side, names in LEG_JOINTS.items()}
 """Frame slots of each leg's six joints; both legs share the HipYawPitch slot."""

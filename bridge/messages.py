@@ -8,23 +8,37 @@ specification of the same for other languages. Unknown fields are ignored, missi
 from __future__ import annotations
 
 import math
+import re
+import sys
 from typing import Annotated, Any, Final, Literal, Protocol, TypeVar
 
 import msgspec
 
 from bridge.errors import FrameError
-from bridge.joints import N_JOINTS
+from bridge.joints import JOINTS, N_JOINTS
 
 SCHEMA_VERSION: Final = 1
 """Version of every message; a receiver refuses a version it does not know."""
 
-Joints = Annotated[tuple[float, ...], msgspec.Meta(min_length=N_JOINTS, max_length=N_JOINTS)]
+MAX_PAYLOAD: Final = 65536
+"""bytes; a receiver does not look into anything longer."""
+
+NAME: Final = r"^[A-Za-z0-9_-]{1,64}(?!\n)$"
+"""Ids of robots and names of controllers: they are parts of keys."""
+
+_MAX_INT: Final = 2**63 - 1
+
+Finite = Annotated[float, msgspec.Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
+"""Neither NaN nor infinite; an integer on the wire is taken for a float."""
+Count = Annotated[int, msgspec.Meta(ge=0, le=_MAX_INT)]
+Name = Annotated[str, msgspec.Meta(pattern=NAME)]
+Joints = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=N_JOINTS, max_length=N_JOINTS)]
 """25 floats in `bridge.joints.JOINTS` order."""
-Vec2 = tuple[float, float]
-Vec3 = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+Vec2 = tuple[Finite, Finite]
+Vec3 = tuple[Finite, Finite, Finite]
+Quaternion = tuple[Finite, Finite, Finite, Finite]
 """(x, y, z, w)."""
-Fsr = Annotated[tuple[float, ...], msgspec.Meta(min_length=8, max_length=8)]
+Fsr = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=8, max_length=8)]
 """Left foot FL, FR, RL, RR, then the right foot in the same order."""
 
 
@@ -32,9 +46,9 @@ class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
     """What the robot measures at the end of one DCM cycle (key `sensors`)."""
 
     version: int = SCHEMA_VERSION
-    seq: int
+    seq: Count
     """Cycle number, from 0 at the start or the last reset of the robot."""
-    time: float
+    time: Finite
     """Robot time, s: `seq` times the cycle time (simulation time on the emulator)."""
     position: Joints
     """Measured joint angles, rad (hands: 0 closed .. 1 open)."""
@@ -52,18 +66,18 @@ class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
     """Angular velocity in the Torso frame, rad/s, right-handed."""
     angle: Vec2
     """Fused torso AngleX (roll) and AngleY (pitch), rad."""
-    touch: Annotated[tuple[float, ...], msgspec.Meta(min_length=14, max_length=14)]
+    touch: Annotated[tuple[Finite, ...], msgspec.Meta(min_length=14, max_length=14)]
     """Buttons, 0 or 1, in LoLA's order: chest, head front, middle, rear, left foot bumper left, right,
     left hand back, left, right, right foot bumper left, right, right hand back, left, right."""
-    battery: Annotated[tuple[float, ...], msgspec.Meta(min_length=4, max_length=4)]
+    battery: Annotated[tuple[Finite, ...], msgspec.Meta(min_length=4, max_length=4)]
     """Charge (0..1), current (A), status, temperature (degrees Celsius)."""
     sonar: Vec2
     """Left and right distance, m."""
-    command: int = -1
+    command: Annotated[int, msgspec.Meta(ge=-1, le=_MAX_INT)] = -1
     """`reply_to` of the actuator frame in force at this frame's cycle; -1 when none has come yet."""
-    missed: int = 0
+    missed: Count = 0
     """Cycles, since `seq` 0, that a controller was expected to serve and did not in time."""
-    wall: int = 0
+    wall: Count = 0
     """Wall clock of the robot side when the frame was sent, ns since the Unix epoch."""
 
 
@@ -71,15 +85,15 @@ class ActuatorFrame(msgspec.Struct, frozen=True, kw_only=True):
     """What the controller asks for (key `actuators`)."""
 
     version: int = SCHEMA_VERSION
-    reply_to: int
+    reply_to: Count
     """`seq` of the sensor frame this answers."""
-    lease: int = 0
+    lease: Count = 0
     """Number that the robot gave with the lease; 0 in process, where there is none."""
     position: Joints
     """Wanted joint angles, rad (hands: 0..1)."""
     stiffness: Joints
     """Wanted stiffness, 0..1; negative: free."""
-    wall: int = 0
+    wall: Count = 0
     """Wall clock of the controller when the frame was sent, ns since the Unix epoch."""
 
 
@@ -96,8 +110,8 @@ class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
     """Ground truth of the emulator at one sensor frame (key `world/truth`); never seen by a controller."""
 
     version: int = SCHEMA_VERSION
-    seq: int
-    time: float
+    seq: Count
+    time: Finite
     torso_position: Vec3
     """Torso frame origin, world frame, m."""
     torso_orientation: Quaternion
@@ -121,7 +135,7 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     """What a robot is and how its clock runs (query `info`)."""
 
     version: int = SCHEMA_VERSION
-    robot: str
+    robot: Name
     """Robot id: the second part of every key."""
     body: str
     """Data-sheet name, for example `nao-v3`."""
@@ -129,11 +143,11 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     """`emulator`, `lola` or `naoqi`."""
     mode: str
     """`real-time` or `lockstep`."""
-    cycle: float
+    cycle: Finite
     """Cycle time, s."""
     absent: tuple[str, ...]
     """Joints of the frame that this body does not have; their slots are ignored and read 0."""
-    boot: int
+    boot: Count
     """Number of this start of the robot process; a new number means that everything began anew."""
     software: str
 
@@ -143,9 +157,9 @@ class LeaseRequest(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     op: Literal["acquire", "release", "status"]
-    controller: str
+    controller: Name
     """Name of the controller, also in its liveliness token."""
-    ticket: Annotated[int, msgspec.Meta(ge=0)] = 0
+    ticket: Count = 0
     """Number that the controller drew at its start, also in its liveliness token, in hexadecimal: it tells two
     controllers of the same name apart."""
 
@@ -155,7 +169,7 @@ class LeaseReply(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     granted: bool
-    lease: int
+    lease: Count
     """The number to put into each actuator frame; 0 unless granted."""
     holder: str
     """Name of the controller that holds the lease now; empty when nobody does."""
@@ -166,7 +180,7 @@ class Notice(msgspec.Struct, frozen=True, kw_only=True):
     """One sentence from the robot side about something it refused, changed or saw (key `notices`)."""
 
     version: int = SCHEMA_VERSION
-    seq: int
+    seq: Count
     level: str
     """`info`, `warning` or `error`."""
     code: str
@@ -178,15 +192,15 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     """What the walker is doing, for people and recordings (key `walk/telemetry`)."""
 
     version: int = SCHEMA_VERSION
-    seq: int
+    seq: Count
     """`seq` of the sensor frame it belongs to."""
     state: str
     """`approach`, `walk`, `stopping`, `stand` or `fallen`."""
     phase: str
     """`DSL`, `SSL`, `DSR`, `SSR`, `start`, `stop` or `stand`."""
-    step: int
+    step: Count
     """Steps completed."""
-    steps: int
+    steps: Count
     """Steps asked for; 0: without end."""
     zmp: Vec2
     """Planned ZMP in the walk frame (x forward, y left, origin between the feet at the start), m."""
@@ -195,7 +209,7 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     left: Vec3
     """Planned left sole in the walk frame, m."""
     right: Vec3
-    tick: float = 0.0
+    tick: Finite = 0.0
     """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""
 
 
@@ -225,29 +239,97 @@ def decode(payload: bytes, kind: type[M]) -> M:
     """A message of the given kind from msgpack.
 
     Raises:
-        FrameError: not msgpack, a missing, ill-typed, wrongly sized or non-finite field, or another schema
-            version; the message names the field and what would be right.
+        FrameError: not msgpack, too long, a missing, ill-typed, wrongly sized or non-finite field, or another
+            schema version; the message names the field and what would be right.
     """
-    decoder = _decoders.get(kind)
-    if decoder is None:
-        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
+    if len(payload) > MAX_PAYLOAD:
+        raise FrameError(f"{kind.__name__} refused: {len(payload)} bytes; at most {MAX_PAYLOAD} are allowed.")
     try:
-        message: M = decoder.decode(payload)
+        message: M = _decoder(kind).decode(payload)
     except msgspec.ValidationError as error:
-        raise FrameError(f"{kind.__name__} refused: {error}.") from None
+        _require_version(kind, payload)
+        raise FrameError(f"{kind.__name__} refused: {_in_words(str(error))}.") from None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise FrameError(
             f"{kind.__name__} refused: {len(payload)} bytes that are not one whole msgpack map ({error})."
         ) from None
     if message.version != SCHEMA_VERSION:
-        raise FrameError(
-            f"{kind.__name__} refused: schema version {message.version}; this side speaks {SCHEMA_VERSION}."
-        )
+        raise _other_version(kind, message.version)
     return message
 
 
+def _decoder(kind: type[Any]) -> msgspec.msgpack.Decoder[Any]:
+    decoder = _decoders.get(kind)
+    if decoder is None:
+        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
+    return decoder
+
+
+class _Head(msgspec.Struct):
+    """What all versions of all messages have in common."""
+
+    version: int = SCHEMA_VERSION
+
+
+def _require_version(kind: type[Any], payload: bytes) -> None:
+    """Blame the version rather than a field, when a message of another version does not fit."""
+    try:
+        version = _decoder(_Head).decode(payload).version
+    except msgspec.ValidationError:
+        return
+    if version != SCHEMA_VERSION:
+        raise _other_version(kind, version)
+
+
+def _other_version(kind: type[Any], version: int) -> FrameError:
+    return FrameError(f"{kind.__name__} refused: schema version {version}; this side speaks {SCHEMA_VERSION}.")
+
+
+_PLACE: Final = re.compile(r"(?P<reason>.*) - at `\$\.?(?P<path>.*)`", re.DOTALL)
+_SLOT: Final = re.compile(r"(?:position|stiffness|current|temperature|joints)\[(\d+)\]")
+_IN_WORDS: Final = (
+    (re.compile(r"Expected `float` [<>]= .*"), "a finite number is expected"),
+    (
+        re.compile(r"Expected `array` of (?:at least |at most )?length (?:[<>]= )?(\d+).*"),
+        r"\1 elements are expected",
+    ),
+    (
+        re.compile(r"Expected `str` matching regex .*", re.DOTALL),
+        "1 to 64 letters, digits, `_` or `-` are expected",
+    ),
+    (
+        re.compile(r"(Invalid enum value '[^']{,40}).*", re.DOTALL),
+        r"\1'; `acquire`, `release` or `status` is expected",
+    ),
+    (re.compile(r"Expected `object`(.*)"), r"a map is expected\1"),
+)
+
+
+def _in_words(error: str) -> str:
+    """A decoder's complaint with the field in front, and the joint's name beside its slot."""
+    found = _PLACE.fullmatch(error)
+    reason = found["reason"] if found else error
+    for pattern, words in _IN_WORDS:
+        reason = pattern.sub(words, reason)
+    return f"{_place(found['path'])}: {reason[:300]}" if found else reason[:300]
+
+
+def _place(path: str) -> str:
+    slot = _SLOT.fullmatch(path)
+    return (
+        f"`{path}` ({JOINTS[int(slot[1])]})" if slot and int(slot[1]) < N_JOINTS else f"`{path or 'message'}`"
+    )
+
+
 def require_finite(name: str, values: tuple[float, ...]) -> None:
-    """Raise `FrameError` naming the array, the element and the value, unless all values are finite numbers."""
+    """For frames that never were on a wire: raise `FrameError` at the first value that is NaN or infinite.
+
+    Args:
+        name: field, one of those in joint order.
+        values: 25 of them.
+    """
     for i, value in enumerate(values):
         if not math.isfinite(value):
-            raise FrameError(f"`{name}[{i}]` is {value}; a finite number is expected.")
+            raise FrameError(
+                f"ActuatorFrame refused: {_place(f'{name}[{i}]')} is {value}; a finite number is expected."
+            )

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from bridge.errors import FrameError
 from bridge.guard import Guard
 from bridge.link import RobotLink
+from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame
 from bridge.observer import Observer
 from emulator.boundary import BoundaryQueue
@@ -48,6 +49,7 @@ class RobotProcess:
         self._observers = observers
         self._stop = stop
         self._began: float | None = None
+        self._asked: Holder | None = None
         self.boundary = BoundaryQueue(wake=link.wake)
         """Where handlers of queries leave what touches the robot."""
         for suffix, answer in DcmQueries(robot, self.boundary, link.require_lease).handlers().items():
@@ -64,30 +66,27 @@ class RobotProcess:
         while not self._stop.is_set():
             timer.wait()
             self.boundary.run()
-            self._cycle(self._newest())
+            self._cycle(self._guarded(self._link.newest_command()))
 
     def lockstep(self) -> None:
-        """Cycle by the controller's answers until stopped."""
+        """Cycle by the controller's answers until stopped; an answer that is here by then is still served."""
         self._publish()
         while not self._stop.is_set():
             self.boundary.run()
-            command = self._answer()
-            if command is not None:
-                self._cycle(command)
+            self._serve(self._link.wait_command(RESEND))
+        # So that a run that its controller ended has the same frames, however fast the stop follows.
+        last = self._link.newest_command()
+        if last is not None:
+            self._serve(last)
 
-    def _newest(self) -> ActuatorFrame | None:
-        """The newest answer that is due; a late one still counts as a command, not as an answer in time."""
-        return self._guarded(self._link.newest_command())
-
-    def _answer(self) -> ActuatorFrame | None:
-        """The answer to the present frame; the frame is sent again while nobody gives one."""
-        command = self._link.wait_command(RESEND)
+    def _serve(self, command: ActuatorFrame | None) -> None:
+        """One cycle, if this answers the present frame; the frame is sent again if nothing came at all."""
         if command is None:
             self._link.publish_sensors(self._robot.frame)
-            return None
-        if command.reply_to != self._robot.frame.seq:
-            return None
-        return self._guarded(command)
+        elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
+            accepted = self._guarded(command)
+            if accepted is not None:
+                self._cycle(accepted)
 
     def _guarded(self, command: ActuatorFrame | None) -> ActuatorFrame | None:
         if command is None:
@@ -95,7 +94,7 @@ class RobotProcess:
         try:
             command = self._guard.check(command, self._robot.frame.seq)
         except FrameError as error:
-            self._link.notice("frame-refused", str(error))
+            self._link.refuse("frame-refused", str(error))
             return None
         if self._guard.clipped:
             self._link.notice("clipped", self._guard.clipped)
@@ -110,11 +109,13 @@ class RobotProcess:
         if command is not None:
             for observer in self._observers:
                 observer.command(command)
-        self._robot.advance(command, expected=self._link.holder is not None)
+        # A controller that took over since the frame went out could not answer it.
+        self._robot.advance(command, expected=self._asked is not None and self._asked == self._link.holder)
         self._publish()
 
     def _publish(self) -> None:
         frame, truth = self._robot.frame, self._robot.truth()
+        self._asked = self._link.holder
         self._link.publish_sensors(frame)
         self._link.publish_truth(truth)
         for observer in self._observers:

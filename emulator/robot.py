@@ -139,7 +139,7 @@ class EmulatedRobot:
 
         Args:
             command: The newest command, or None: the last one stays in force.
-            expected: A controller was to serve this cycle; without a command it counts as missed.
+            expected: A controller was to serve this cycle; without an answer to its frame it counts as missed.
 
         Returns:
             The frame of the new boundary.
@@ -152,7 +152,7 @@ class EmulatedRobot:
             require_finite("stiffness", command.stiffness)
             self.dcm.put_frame(command.position, command.stiffness)
             self._command = command.reply_to
-        elif expected:
+        if expected and (command is None or command.reply_to < self._seq):
             self._missed += 1
         targets = self.dcm.run_cycle()
         if targets is not None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import TracebackType
 
 import zenoh
 
 from bridge.errors import FrameError
 from bridge.link import keys
-from bridge.link.session import open_client
+from bridge.link.session import subscribe, try_client
 from bridge.messages import M, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
 
 
@@ -21,15 +22,23 @@ class Monitor:
     """
 
     def __init__(self, robot: str, connect: str) -> None:
+        self._robot, self._endpoint = robot, connect
         self._newest: dict[str, bytes] = {}
-        self._session = open_client(connect)
-        self._subscribers = [
-            self._session.declare_subscriber(keys.key(robot, suffix), self._keep)
-            for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.NOTICES)
-        ]
+        self._session: zenoh.Session | None = None
 
-    def _keep(self, sample: zenoh.Sample) -> None:
-        self._newest[str(sample.key_expr).split("/", 2)[2]] = sample.payload.to_bytes()
+    def connect(self) -> bool:
+        """Try to connect, unless that was done; False while no robot is there."""
+        if self._session is None:
+            self._session = try_client(self._endpoint)
+            if self._session is not None:
+                self._subscribers = [
+                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
+                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.NOTICES)
+                ]
+        return self._session is not None
+
+    def _keep(self, suffix: str, payload: bytes) -> None:
+        self._newest[suffix] = payload
 
     def _get(self, suffix: str, kind: type[M]) -> M | None:
         payload = self._newest.get(suffix)
@@ -60,7 +69,8 @@ class Monitor:
 
     def close(self) -> None:
         """Leave the network."""
-        self._session.close()
+        if self._session is not None:
+            self._session.close()
 
     def __enter__(self) -> Monitor:
         return self

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import msgspec
 
 from bridge.datasheet import Body, load_body
-from bridge.errors import ConfigurationError
+from bridge.errors import ConfigurationError, RobotSilent
 from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from walker.controller import Controller
@@ -58,6 +58,7 @@ class WalkerProcess:
         self._ticks: list[float] = []
         self._skipped = 0
         self._seq = -1
+        self._boot: int | None = None
         self._last: ActuatorFrame | None = None
 
     def run(self) -> WalkResult:
@@ -66,22 +67,30 @@ class WalkerProcess:
         Raises:
             ConfigurationError: the robot is another body, or cannot walk the gait.
             LeaseRefused: another controller holds the robot.
+            FrameError: the robot speaks another version of the contract.
         """
-        boot = None
         while not self._stop():
             info = self._link.wait_robot(self._stop)
             if info is None:
                 break
-            if info.boot != boot:
-                boot = info.boot
+            if info.boot != self._boot:
+                self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
-            self._link.acquire()
-            logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
-            if self._serve(lockstep=info.mode == "lockstep"):
-                self._link.release()
-                break
+            if self._acquire():
+                logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+                if self._serve(lockstep=info.mode == "lockstep"):
+                    self._link.release()
+                    break
         return self._result()
+
+    def _acquire(self) -> bool:
+        """Ask for the lease; False when the robot went away meanwhile."""
+        try:
+            self._link.acquire()
+        except RobotSilent:
+            return False
+        return True
 
     def _serve(self, *, lockstep: bool) -> bool:
         """Answer frames until the order is done (True), or the robot is gone or the process stopped (False)."""
@@ -89,18 +98,22 @@ class WalkerProcess:
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
         while not self._stop():
-            self._report_notices()
+            self._heed_notices()
             frame = receive(SILENCE)
+            if not self._link.lease:
+                logger.warning("the robot is gone; waiting for it to come back")
+                return False
             if frame is None:
-                if not self._link.robot_alive:
-                    logger.warning("the robot is gone; waiting for it to come back")
-                    return False
                 continue
             if frame.seq > self._seq:
                 self._answer(controller, frame, lockstep)
                 if controller.done:
                     return True
-            elif lockstep and self._last is not None and frame.seq == self._seq:
+            elif frame.seq < self._seq:
+                logger.warning("the robot began anew; so does the walk")
+                self._boot = None
+                return False
+            elif lockstep and self._last is not None:
                 self._link.send(self._last)  # the robot asks again: the answer was lost with an old lease
         return False
 
@@ -118,9 +131,11 @@ class WalkerProcess:
         )
         self._link.send(self._last)
 
-    def _report_notices(self) -> None:
+    def _heed_notices(self) -> None:
         for notice in self._link.notices():
             logger.warning("the robot says: %s", notice.text)
+            if notice.code == "no-lease":
+                self._acquire()  # ours may have been given to another while this process stood still
 
     def _check_body(self, info: Info) -> Body:
         body = load_body(self._body or info.body)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import secrets
 import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Final
+from typing import Final, Literal
 
 import msgspec
 import zenoh
 
-from bridge.errors import FrameError, LeaseRefused, LinkError
+from bridge.errors import FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import keys
 from bridge.link.mailbox import Mailbox
-from bridge.link.session import open_client
+from bridge.link.session import check_endpoint, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
     Info,
@@ -31,12 +32,15 @@ from bridge.messages import (
 _QUEUE: Final = 64
 _QUERY: Final = 1.0
 """s a query may take."""
+_PATIENCE: Final = 0.05
+"""s between two looks for a robot that is not there."""
 
 
 class ControllerLink:
-    """Open link of a controller; close it, or use it as a context manager.
+    """Link of a controller; close it, or use it as a context manager.
 
-    Opening does not wait: the session connects as soon as the robot is there, and again whenever it is back.
+    Making it does not connect: `wait_robot` does, and from then on the link connects again by itself whenever
+    the robot is back.
 
     Args:
         robot: id of the robot.
@@ -52,23 +56,28 @@ class ControllerLink:
     ) -> None:
         self.robot = keys.check_name("Robot id", robot)
         self.name = keys.check_name("Controller name", name)
-        self.endpoint = connect
+        self.endpoint = check_endpoint(connect)
         self.lease = 0
+        """Number of the lease; 0 while none is held, also since the robot went away."""
         self._ticket = secrets.randbits(63)
         self._alive = threading.Event()
-        self._session = open_client(connect)
-        try:
-            self._declare()
-        except BaseException:
-            self._session.close()
-            raise
+        self._sensors: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._notices: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._session: zenoh.Session | None = None
 
-    def _declare(self) -> None:
-        session, key = self._session, self._key
-        self._sensors, self._notices = Mailbox(_QUEUE), Mailbox(_QUEUE)
+    def _connect(self) -> bool:
+        """Try to connect, once; True when that was done already."""
+        if self._session is None:
+            self._session = try_client(self.endpoint)
+            if self._session is not None:
+                self._declare(self._session)
+        return self._session is not None
+
+    def _declare(self, session: zenoh.Session) -> None:
+        key = self._key
         self._subscribers = [
-            session.declare_subscriber(key(keys.SENSORS), self._sensors.receive),
-            session.declare_subscriber(key(keys.NOTICES), self._notices.receive),
+            subscribe(session, key(keys.SENSORS), self._sensors.put),
+            subscribe(session, key(keys.NOTICES), self._notices.put),
         ]
         self._actuators = session.declare_publisher(key(keys.ACTUATORS))
         self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
@@ -83,6 +92,7 @@ class ControllerLink:
     def _on_robot(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE:
             self._alive.clear()
+            self.lease = 0
             self._sensors.wake()
         else:
             self._alive.set()
@@ -97,13 +107,16 @@ class ControllerLink:
 
         Raises:
             LinkError: not there within `timeout` s.
+            FrameError: it speaks another version of the contract.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while not stop():
-            if self._alive.wait(0.05):
-                info = self._info()
-                if info is not None:
-                    return info
+            if not self._connect():
+                time.sleep(_PATIENCE)
+            elif self._alive.wait(_PATIENCE):
+                payload = self._get(keys.INFO, b"")
+                if payload is not None:
+                    return decode(payload, Info)
             if deadline is not None and time.monotonic() > deadline:
                 raise LinkError(
                     f"No robot `{self.robot}` answered at {self.endpoint} within {timeout:g} s; start one with "
@@ -111,17 +124,15 @@ class ControllerLink:
                 )
         return None
 
-    def _info(self) -> Info | None:
-        payload = self._get(keys.INFO, b"")
-        return decode(payload, Info) if payload is not None else None
-
     def acquire(self) -> None:
-        """Ask for the lease; the actuator frames then carry it.
+        """Ask for the lease, which the actuator frames then carry; sensor frames from before are dropped.
 
         Raises:
             LeaseRefused: somebody else holds the robot; names who.
-            LinkError: the robot did not answer.
+            RobotSilent: the robot did not answer.
+            LinkError: the robot did not understand; says why.
         """
+        self._sensors.drain()
         reply = self._ask("acquire")
         if not reply.granted:
             raise LeaseRefused(reply.message)
@@ -129,35 +140,36 @@ class ControllerLink:
 
     def release(self) -> None:
         """Give the lease back, if it is held and the robot is there."""
-        if self.lease and self.robot_alive:
-            self._ask("release")
+        if self.lease:
+            with contextlib.suppress(RobotSilent):
+                self._ask("release")
         self.lease = 0
 
-    def _ask(self, op: str) -> LeaseReply:
+    def _ask(self, op: Literal["acquire", "release", "status"]) -> LeaseReply:
         request = LeaseRequest(op=op, controller=self.name, ticket=self._ticket)
-        payload = self._get(keys.LEASE, encode(request))
-        if payload is None:
-            raise LinkError(f"Robot `{self.robot}` at {self.endpoint} did not answer the request for its lease.")
-        return decode(payload, LeaseReply)
+        return decode(self.query(keys.LEASE, encode(request)), LeaseReply)
 
     def query(self, suffix: str, payload: bytes = b"") -> bytes:
         """Any query of the contract.
 
         Raises:
-            LinkError: no answer, or an error reply, whose sentence it carries.
+            RobotSilent: no answer.
+            LinkError: an error reply, whose sentence it carries.
         """
         answer = self._get(suffix, payload)
         if answer is None:
-            raise LinkError(f"Robot `{self.robot}` at {self.endpoint} does not answer `{suffix}`.")
+            raise RobotSilent(f"Robot `{self.robot}` at {self.endpoint} does not answer `{suffix}`.")
         return answer
 
     def _get(self, suffix: str, payload: bytes) -> bytes | None:
+        if self._session is None:
+            return None
         for reply in self._session.get(self._key(suffix), payload=payload, timeout=_QUERY):
             if reply.ok is not None:
-                return reply.ok.payload.to_bytes()
+                return bytes(reply.ok.payload.to_bytes())
             if reply.err is not None:
                 text = reply.err.payload.to_bytes().decode(errors="replace")
-                if text and text != "Timeout":
+                if text and text != "Timeout":  # Zenoh's own word for no answer
                     raise LinkError(text)
         return None
 
@@ -182,7 +194,7 @@ class ControllerLink:
         return decode(payload, SensorFrame) if payload is not None else None
 
     def send(self, frame: ActuatorFrame) -> None:
-        """Publish an actuator frame with the lease and the present wall clock."""
+        """Publish an actuator frame with the lease and the present wall clock; `wait_robot` comes first."""
         stamped = msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns())
         self._actuators.put(encode(stamped))
 
@@ -202,7 +214,8 @@ class ControllerLink:
 
     def close(self) -> None:
         """Leave the network; the token disappears, and with it the lease."""
-        self._session.close()
+        if self._session is not None:
+            self._session.close()
 
     def __enter__(self) -> ControllerLink:
         return self

@@ -6,6 +6,7 @@ import re
 from typing import Final
 
 from bridge.errors import ConfigurationError
+from bridge.messages import NAME
 
 DEFAULT_ROBOT: Final = "nao"
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
@@ -21,7 +22,7 @@ TELEMETRY: Final = "walk/telemetry"
 ALIVE_ROBOT: Final = "alive/robot"
 ALIVE_CONTROLLERS: Final = "alive/controller/*"
 
-_NAME: Final = re.compile(r"[A-Za-z0-9_-]{1,64}")
+_NAME: Final = re.compile(NAME)
 
 
 def check_name(what: str, name: str) -> str:
@@ -30,7 +31,7 @@ def check_name(what: str, name: str) -> str:
     Raises:
         ConfigurationError: empty, too long, or with other characters.
     """
-    if not _NAME.fullmatch(name):
+    if not _NAME.match(name):
         raise ConfigurationError(f"{what} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
     return name
 

@@ -14,7 +14,7 @@ from typing import Final
 from bridge.messages import LeaseReply
 
 SILENCE: Final = 3.0
-"""s of wall clock without a valid actuator frame, after which another controller may take over."""
+"""s of wall clock without a sign of life of the holder, after which another controller may take over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +46,13 @@ class LeaseBook:
         return self._holder
 
     def acquire(self, name: str, ticket: int, now: float) -> LeaseReply:
-        """Grant the lease, or refuse it naming the holder. Asking again renews nothing and grants the same."""
+        """Grant the lease, or refuse it naming the holder; asking again grants the same, and is a sign of life."""
         with self._lock:
             holder = self._holder
             if holder is not None and holder.ticket == ticket:
+                self._heard = now
                 return self._reply(True, f"`{name}` holds the robot.")
-            if holder is not None and now - self._heard < SILENCE:
+            if holder is not None and now - self._heard <= SILENCE:
                 return self._reply(
                     False,
                     f"The robot is held by controller `{holder.name}`; stop that one first, or wait until it "
@@ -67,12 +68,16 @@ class LeaseBook:
         with self._lock:
             if self._holder is not None and self._holder.ticket == ticket:
                 self._holder = None
-            return self._reply(False, "Nobody holds the robot." if self._holder is None else "Not yours to give.")
+            return self._reply(
+                False, "Nobody holds the robot." if self._holder is None else "Not yours to give."
+            )
 
     def status(self) -> LeaseReply:
         """Who holds the robot, for anyone who asks."""
         with self._lock:
-            return self._reply(False, "Nobody holds the robot." if self._holder is None else "The robot is held.")
+            return self._reply(
+                False, "Nobody holds the robot." if self._holder is None else "The robot is held."
+            )
 
     def gone(self, ticket: int) -> bool:
         """The liveliness token with this ticket disappeared; True if that ended the lease."""

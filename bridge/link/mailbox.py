@@ -1,52 +1,53 @@
-"""Payloads handed from Zenoh's thread to the loop's: bounded, ordered, with a wait that ends."""
+"""Items handed from Zenoh's thread to the loop's: bounded, ordered, with a wait that ends."""
 
 from __future__ import annotations
 
 import queue
+from typing import Generic, TypeVar
 
-import zenoh
+T = TypeVar("T")
 
 
-class Mailbox:
-    """A bounded first-in first-out queue of payloads.
+class Mailbox(Generic[T]):
+    """A bounded first-in first-out queue; when it is full, the oldest item makes room.
 
     Zenoh's own channels have no receive with a time-out, and a blocked receive does not see Ctrl-C.
 
     Args:
-        size: payloads kept; when full, new ones are dropped and counted.
+        size: items kept.
     """
 
     def __init__(self, size: int) -> None:
-        self._queue: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[T | None] = queue.SimpleQueue()
         self._size = size
-        self.dropped = 0
-        """Payloads that found the box full."""
 
-    def receive(self, sample: zenoh.Sample) -> None:
-        """Callback for a subscriber."""
-        if self._queue.qsize() < self._size:
-            self._queue.put(sample.payload.to_bytes())
-        else:
-            self.dropped += 1
+    def put(self, item: T) -> None:
+        """Leave an item; never waits."""
+        while self._queue.qsize() >= self._size:
+            try:
+                self._queue.get_nowait()
+            except queue.Empty:  # taken meanwhile
+                break
+        self._queue.put(item)
 
     def wake(self) -> None:
-        """End a wait without a payload."""
+        """End a wait without an item."""
         self._queue.put(None)
 
-    def take(self, timeout: float) -> bytes | None:
-        """The oldest payload, waiting up to `timeout` s; None when none came or the wait was ended."""
+    def take(self, timeout: float) -> T | None:
+        """The oldest item, waiting up to `timeout` s; None when none came or the wait was ended."""
         try:
             return self._queue.get(timeout=timeout)
         except queue.Empty:
             return None
 
-    def drain(self) -> list[bytes]:
-        """All payloads, oldest first, without waiting."""
-        payloads = []
+    def drain(self) -> list[T]:
+        """All items, oldest first, without waiting."""
+        items: list[T] = []
         while True:
             try:
-                payload = self._queue.get_nowait()
+                item = self._queue.get_nowait()
             except queue.Empty:
-                return payloads
-            if payload is not None:
-                payloads.append(payload)
+                return items
+            if item is not None:
+                items.append(item)

@@ -1,7 +1,13 @@
-"""The robot side of the link: publishes frames, hands out the lease, takes actuator frames."""
+"""The robot side of the link: publishes frames, hands out the lease, takes actuator frames.
+
+Actuator frames are decoded, and held against the lease, where they arrive, in Zenoh's receiving thread: the
+last frame before a release, which comes right behind it, is still the holder's. Everything that is published
+is published from the loop's thread or a query's.
+"""
 
 from __future__ import annotations
 
+import logging
 import secrets
 import threading
 import time
@@ -16,11 +22,10 @@ from bridge.errors import FrameError, LeaseRefused, NaoHilError
 from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
-from bridge.link.session import open_robot
+from bridge.link.session import open_robot, subscribe
 from bridge.messages import (
     ActuatorFrame,
     Info,
-    LeaseReply,
     LeaseRequest,
     Notice,
     SensorFrame,
@@ -29,6 +34,8 @@ from bridge.messages import (
     decode,
     encode,
 )
+
+logger = logging.getLogger(__name__)
 
 _QUEUE: Final = 64
 NOTICE_INTERVAL: Final = 1.0
@@ -51,11 +58,11 @@ class RobotLink:
         keys.check_name("Robot id", info.robot)
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
-        self.refused = 0
-        """Actuator payloads that were not put in force: garbage, wrong lease, or not yet or no longer due."""
+        self._refused = 0
         self._seq = 0
         self._noticed: dict[str, float] = {}
-        self._notice_lock = threading.Lock()
+        self._complaints: dict[str, str] = {}
+        self._lock = threading.Lock()
         self._session = open_robot(listen)
         try:
             self._declare()
@@ -68,10 +75,11 @@ class RobotLink:
         self._sensors = session.declare_publisher(key(keys.SENSORS))
         self._truth = session.declare_publisher(key(keys.TRUTH))
         self._notices = session.declare_publisher(key(keys.NOTICES))
-        self._actuators, self._telemetry = Mailbox(_QUEUE), Mailbox(_QUEUE)
+        self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE)
+        self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE)
         self._subscribers = [
-            session.declare_subscriber(key(keys.ACTUATORS), self._actuators.receive),
-            session.declare_subscriber(key(keys.TELEMETRY), self._telemetry.receive),
+            subscribe(session, key(keys.ACTUATORS), self._on_actuators),
+            subscribe(session, key(keys.TELEMETRY), self._telemetry.put),
         ]
         self._tokens = session.liveliness().declare_subscriber(
             key(keys.ALIVE_CONTROLLERS), self._on_token, history=True
@@ -98,24 +106,21 @@ class RobotLink:
         """Publish ground truth (emulator only)."""
         self._truth.put(encode(frame))
 
+    @property
+    def refused(self) -> int:
+        """Actuator payloads that were not put in force: garbage, wrong lease, or refused by the guard."""
+        return self._refused
+
     def newest_command(self) -> ActuatorFrame | None:
-        """The holder's newest valid actuator frame since the last call, or None; never waits."""
-        newest = None
-        for payload in self._actuators.drain():
-            newest = self._accept(payload) or newest
-        return newest
+        """The holder's newest actuator frame since the last call, or None; never waits."""
+        self._tell()
+        frames = self._actuators.drain()
+        return frames[-1] if frames else None
 
     def wait_command(self, timeout: float) -> ActuatorFrame | None:
-        """The holder's next valid actuator frame; None after `timeout` s, at a granted lease, or at `wake`."""
-        deadline = time.monotonic() + timeout
-        while (left := deadline - time.monotonic()) > 0.0:
-            payload = self._actuators.take(left)
-            if payload is None:
-                return None
-            frame = self._accept(payload)
-            if frame is not None:
-                return frame
-        return None
+        """The holder's next actuator frame; None after `timeout` s, at a granted lease, or at `wake`."""
+        self._tell()
+        return self._actuators.take(timeout)
 
     def wake(self) -> None:
         """End a `wait_command` without a command; any thread may call this."""
@@ -132,9 +137,9 @@ class RobotLink:
         return messages
 
     def notice(self, code: str, text: str, level: str = "warning") -> None:
-        """Tell everyone one sentence; one of each code per second."""
+        """Tell everyone one sentence; one of each code per `NOTICE_INTERVAL`."""
         now = time.monotonic()
-        with self._notice_lock:
+        with self._lock:
             if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
                 return
             self._noticed[code] = now
@@ -152,47 +157,66 @@ class RobotLink:
         who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
         raise LeaseRefused(f"{what} with lease {lease} was refused: {who}; ask for the lease.")
 
+    def refuse(self, code: str, text: str) -> None:
+        """Count an actuator frame that is not put in force; its sender reads why in the next notice."""
+        with self._lock:
+            self._refused += 1
+            self._complaints[code] = text
+
+    def _tell(self) -> None:
+        """Publish what the receiving thread had to complain about."""
+        with self._lock:
+            complaints, self._complaints = self._complaints, {}
+        for code, text in complaints.items():
+            self.notice(code, text)
+
     def serve(self, suffix: str, answer: Callable[[bytes], bytes]) -> None:
-        """Answer queries on `suffix`; a `NaoHilError` of `answer` becomes an error reply with its sentence."""
+        """Answer queries on `suffix`; an error of `answer` becomes an error reply with one sentence.
+
+        Args:
+            suffix: key below the robot's.
+            answer: called in a thread of its own with the query's payload (empty when there is none).
+        """
         key = self._key(suffix)
 
         def on_query(query: zenoh.Query) -> None:
             with query:
                 try:
-                    query.reply(key, answer(query.payload.to_bytes() if query.payload else b""))
+                    reply = answer(query.payload.to_bytes() if query.payload else b"")
                 except NaoHilError as error:
                     query.reply_err(str(error).encode())
+                except Exception as error:  # one query's fault must neither hang its sender nor end the thread
+                    logger.exception("query `%s` failed", suffix)
+                    query.reply_err(f"`{suffix}` failed on the robot side: {error!r}.".encode())
+                else:
+                    query.reply(key, reply)
 
         self._queryables.append(self._session.declare_queryable(key, on_query))
 
-    def _accept(self, payload: bytes) -> ActuatorFrame | None:
+    def _on_actuators(self, payload: bytes) -> None:
         try:
             frame = decode(payload, ActuatorFrame)
         except FrameError as error:
-            self.refused += 1
-            self.notice("frame-refused", str(error))
-            return None
+            self.refuse("frame-refused", str(error))
+            return
         try:
             self.require_lease(frame.lease, "An actuator frame")
         except LeaseRefused as error:
-            self.refused += 1
-            self.notice("no-lease", str(error))
-            return None
-        return frame
+            self.refuse("no-lease", str(error))
+            return
+        self._actuators.put(frame)
 
     def _on_lease(self, payload: bytes) -> bytes:
         request = decode(payload, LeaseRequest)
-        return encode(self._lease_reply(request))
-
-    def _lease_reply(self, request: LeaseRequest) -> LeaseReply:
         if request.op == "acquire":
             reply = self.leases.acquire(request.controller, request.ticket, time.monotonic())
             if reply.granted:
                 self._actuators.wake()
-            return reply
-        if request.op == "release":
-            return self.leases.release(request.ticket)
-        return self.leases.status()
+        elif request.op == "release":
+            reply = self.leases.release(request.ticket)
+        else:
+            reply = self.leases.status()
+        return encode(reply)
 
     def _on_token(self, sample: zenoh.Sample) -> None:
         if sample.kind != zenoh.SampleKind.DELETE:
@@ -201,7 +225,7 @@ class RobotLink:
         try:
             ended = self.leases.gone(int(ticket, 16))
         except ValueError:
-            return
+            return  # a stranger's token
         if ended:
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 

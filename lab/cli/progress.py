@@ -34,6 +34,7 @@ class WalkProgress:
 
     def show(self, monitor: Monitor) -> None:
         """Show the newest of what the monitor has heard."""
+        monitor.connect()
         values = self._values(monitor)
         notice = monitor.notice
         if notice is not None and notice.text != self._notice:

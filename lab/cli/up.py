@@ -77,11 +77,12 @@ def _conclude(
 ) -> int:
     """Summary, JSON and exit code of a run."""
     console = Console(stderr=True)
+    if interrupted and (robot.result is None or walker.result is None):
+        return 130  # before both sides had begun
     for name, outcome in (("robot", robot), ("walker", walker)):
-        if outcome.code not in (0, 1, 130):
+        if outcome.code not in (0, 1, 130) or outcome.result is None:
             raise _failure(name, outcome)
-    if robot.result is None:
-        raise _failure("robot", robot)
+    assert robot.result is not None
     summary = robot.result | {"walker": walker.result}
     directory.write_summary(summary)
     _show(summary, directory, console)
