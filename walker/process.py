@@ -104,8 +104,8 @@ class WalkerProcess:
                 logger.warning("the robot is gone; waiting for it to come back")
                 return False
             if frame is None:
-                continue
-            if frame.seq > self._seq:
+                self._acquire()  # a sign of life, so that a robot that pauses does not give the lease away
+            elif frame.seq > self._seq:
                 self._answer(controller, frame, lockstep)
                 if controller.done:
                     return True

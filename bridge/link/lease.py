@@ -46,7 +46,7 @@ class LeaseBook:
         return self._holder
 
     def acquire(self, name: str, ticket: int, now: float) -> LeaseReply:
-        """Grant the lease, or refuse it naming the holder; asking again grants the same, and is a sign of life."""
+        """Grant the lease, or refuse it naming the holder; asking again shows life and grants the same."""
         with self._lock:
             holder = self._holder
             if holder is not None and holder.ticket == ticket:
