@@ -209,6 +209,18 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     left: Vec3
     """Planned left sole in the walk frame, m."""
     right: Vec3
+    zmp_measured: Vec2 | None = None
+    """ZMP from the force sensors in the walk frame, the feet taken to stand where planned, m; None without load."""
+    contact: tuple[bool, bool] = (False, False)
+    """Whether the left and the right foot touch the ground, by their force sensors."""
+    foot_lift: Vec2 = (0.0, 0.0)
+    """Height of the left and the right sole over the plan (leg admittance), m."""
+    ankle_roll: Vec2 = (0.0, 0.0)
+    """Added to LAnkleRoll and RAnkleRoll by the ankle admittance, rad."""
+    ankle_pitch: Vec2 = (0.0, 0.0)
+    """Added to LAnklePitch and RAnklePitch by the ankle admittance, rad."""
+    torso_control: Vec2 = (0.0, 0.0)
+    """Added to LAnklePitch and RAnklePitch by the torso control, rad."""
     tick: Finite = 0.0
     """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""
 

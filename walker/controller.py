@@ -1,41 +1,24 @@
 """The controller: a pure function of its state and a sensor frame.
 
-One tick: estimate, advance the gait's phase machine, turn the plan into foot poses relative to the torso,
-inverse kinematics, joint limits, one actuator frame. No clock, no I/O: the same object runs in a test, in
-lockstep, in real time and on a robot.
+One tick: estimate, let the state of the walk answer, one actuator frame. No clock, no I/O: the same object runs
+in a test, in lockstep, in real time and on a robot.
 """
 
 from __future__ import annotations
 
-import math
-from typing import Literal
-
-import msgspec
-
 from bridge.datasheet import Body
 from bridge.joints import N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
-from walker.approach import Approach
-from walker.gait import Gait, Reference
+from walker.estimation import Contacts, Estimate, Estimator
+from walker.footing import FootingMachine
+from walker.gait import Foot, Gait, Reference
+from walker.order import WalkOrder
+from walker.parameters import ControllerParameters, controller_parameters
 from walker.pose import PoseMaker
+from walker.stabiliser import Stabiliser
+from walker.states import Approaching, Fallen, State, StateName, Walking, WalkPlan
 
-State = Literal["approach", "walk", "stopping", "stand", "fallen"]
-
-FALL_ANGLE = math.radians(45.0)
-"""Torso roll or pitch that counts as a fall (the field's usual bound)."""
-LIMP = 0.1
-"""Stiffness after a fall: weak enough to yield, strong enough not to flop."""
-
-
-class WalkOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """How far to walk: by steps, by time, or without end."""
-
-    steps: int = 0
-    """Steps to walk, the closing step included; 0: no bound. At least 2 when bounded."""
-    duration: float = math.inf
-    """s of walking after which the robot closes its feet and stands."""
-    settle: float = 1.0
-    """s to stand before the order counts as done."""
+__all__ = ["Controller", "WalkOrder"]
 
 
 class Controller:
@@ -46,97 +29,96 @@ class Controller:
         gait: phase machine in its initial stand.
         order: how far to walk.
         cycle: of the robot, s.
+        parameters: of the controllers; None: the gait's shipped ones.
+
+    Raises:
+        ConfigurationError: no torso controller can be designed to the parameters.
+        UnreachableError: the gait's stand is out of the legs' reach.
     """
 
-    def __init__(self, body: Body, gait: Gait, order: WalkOrder, cycle: float) -> None:
-        self._gait = gait
-        self._order = order
+    def __init__(
+        self,
+        body: Body,
+        gait: Gait,
+        order: WalkOrder,
+        cycle: float,
+        parameters: ControllerParameters | None = None,
+    ) -> None:
+        p = self._p = parameters or controller_parameters(gait.name)
         self._cycle = cycle
-        self._reference = gait.stand()
-        self._pose = PoseMaker(body, self._reference)
-        self._approach: Approach | None = None
-        self._state: State = "approach"
+        self._plan = WalkPlan(gait, order, gait.stand())
+        pose = PoseMaker(body, self._plan.reference)
+        self._stabiliser = Stabiliser(body, p, pose, cycle)
+        footing = FootingMachine(p.touch_down if p.admittance else None)
+        walking = Walking(self._plan, footing, self._stabiliser)
+        self._state: State = Approaching(pose.angles(self._plan.reference), walking)
+        self._estimator = Estimator(body, p)
+        self._estimate = Estimate(Contacts(False, False), None, False)
         self._seq: int | None = None
-        self._walked = 0.0
-        self._stood = 0.0
-        self._command = (0.0,) * N_JOINTS
-        self._stiffness = 1.0
-        self._last_seq = 0
 
     @property
-    def state(self) -> State:
+    def state(self) -> StateName:
         """What the controller is doing."""
-        return self._state
+        return self._state.name
 
     @property
     def done(self) -> bool:
         """The order is carried out (standing again, settled), or the robot fell and lies still."""
-        return self._state in ("stand", "fallen") and self._stood >= self._order.settle
+        return self._state.name in ("stand", "fallen") and self._state.settled >= self._plan.order.settle
 
     @property
-    def telemetry(self) -> WalkTelemetry:
-        """The last tick's plan."""
-        r = self._reference
-        return WalkTelemetry(
-            seq=self._last_seq,
-            state=self._state,
-            phase=r.phase,
-            step=r.step,
-            steps=self._order.steps,
-            zmp=r.zmp,
-            com=r.com,
-            left=(r.left.x, r.left.y, r.left.z),
-            right=(r.right.x, r.right.y, r.right.z),
-        )
+    def reference(self) -> Reference:
+        """The plan of the last tick."""
+        return self._plan.reference
 
     def tick(self, frame: SensorFrame) -> ActuatorFrame:
         """One cycle.
 
         Args:
-            frame: newest sensor frame; frames that were lost in between are made up for in the plan's time.
+            frame: newest sensor frame; frames that were lost in between are made up for in the plan's time, up
+                to `ControllerParameters.longest_gap`.
         """
-        dt = self._cycle * (frame.seq - self._seq) if self._seq is not None else 0.0
-        self._seq = self._last_seq = frame.seq
-        self._detect_fall(frame)
-        if self._state == "approach":
-            self._tick_approach(frame, dt)
-        elif self._state in ("walk", "stopping"):
-            self._tick_walk(dt)
+        dt = self._elapsed(frame.seq)
+        walking = self._state.name in ("walk", "stopping")
+        self._estimate = self._estimator.update(frame, dt, self._plan.reference, walking=walking)
+        if self._estimate.falling and self._state.name != "fallen":
+            self._state = Fallen(frame.position, self._p.fall.stiffness)
         else:
-            self._stood += dt
+            self._state = self._state.advance(frame, self._estimate, dt)
         return ActuatorFrame(
             reply_to=frame.seq,
-            position=self._command,
-            stiffness=(self._stiffness,) * N_JOINTS,
+            position=self._state.position,
+            stiffness=(self._state.stiffness,) * N_JOINTS,
         )
 
-    def _detect_fall(self, frame: SensorFrame) -> None:
-        if self._state != "fallen" and max(abs(frame.angle[0]), abs(frame.angle[1])) > FALL_ANGLE:
-            self._state = "fallen"
-            self._stood = 0.0
-            self._command = frame.position
-            self._stiffness = LIMP
+    def _elapsed(self, seq: int) -> float:
+        """Time since the last frame, s."""
+        cycles = seq - self._seq if self._seq is not None else 0
+        self._seq = seq
+        return min(max(cycles, 0) * self._cycle, max(self._p.longest_gap, self._cycle))
 
-    def _tick_approach(self, frame: SensorFrame, dt: float) -> None:
-        if self._approach is None:
-            self._approach = Approach(frame.position, self._pose.angles(self._reference))
-        self._command = self._approach.advance(dt)
-        if self._approach.done:
-            self._state = "walk"
+    @property
+    def telemetry(self) -> WalkTelemetry:
+        """Plan, estimates and corrections of the last tick."""
+        r, e, c = self._plan.reference, self._estimate, self._stabiliser.corrections
+        return WalkTelemetry(
+            seq=self._seq or 0,
+            state=self._state.name,
+            phase=r.phase,
+            step=r.step,
+            steps=self._plan.order.steps,
+            zmp=r.zmp,
+            com=r.com,
+            left=_place(r.left),
+            right=_place(r.right),
+            zmp_measured=e.zmp,
+            contact=e.contacts,
+            foot_lift=c.lift,
+            ankle_roll=c.ankle_roll,
+            ankle_pitch=c.ankle_pitch,
+            torso_control=c.torso,
+        )
 
-    def _tick_walk(self, dt: float) -> None:
-        self._walked += dt
-        enough = bool(self._order.steps) and self._reference.step >= self._order.steps - 1
-        go_on = not enough and self._walked < self._order.duration
-        if not go_on:
-            self._state = "stopping"
-        self._reference = self._gait.advance(dt, go_on=go_on)
-        self._command = self._pose.angles(self._reference)
-        if not go_on and self._reference.phase == "stand":
-            self._state = "stand"
-            self._stood = 0.0
 
-
-def planned_reference(controller: Controller) -> Reference:
-    """The plan of the last tick, for figures and tests."""
-    return controller._reference
+def _place(foot: Foot) -> tuple[float, float, float]:
+    return foot.x, foot.y, foot.z

@@ -14,11 +14,11 @@ from typing import Final
 import numpy as np
 
 from bridge.datasheet import Body
-from bridge.datasheet.quantities import coupled_limits
 from bridge.joints import INDEX, LEG_SLOTS, N_JOINTS
 from walker.gait import Foot, Reference
 from walker.kinematics.com import CentreOfMass
 from walker.kinematics.inverse import solve_legs
+from walker.kinematics.limits import AnkleRange
 from walker.kinematics.transforms import Transform
 
 ARMS: Final = {
@@ -52,6 +52,7 @@ class PoseMaker:
         self._angles = [0.0] * N_JOINTS
         for joint, angle in ARMS.items():
             self._angles[INDEX[joint]] = angle
+        self._ankles = {"L": AnkleRange(body, "L"), "R": AnkleRange(body, "R")}
         self._com_in_torso = self._standing_com(stand)
 
     def angles(self, reference: Reference) -> tuple[float, ...]:
@@ -61,10 +62,10 @@ class PoseMaker:
             UnreachableError: a foot is out of the leg's reach.
         """
         angles = list(self.unlimited_angles(reference))
-        for side in ("L", "R"):
+        for side, ankle in self._ankles.items():
             pitch, roll = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
-            lower, upper = coupled_limits(self._body, f"{side}AnkleRoll", angles[pitch])
-            angles[roll] = min(max(angles[roll], lower), upper)
+            angles[pitch] = ankle.clip_pitch(angles[pitch])
+            angles[roll] = ankle.clip_roll(angles[roll], angles[pitch])
         return tuple(angles)
 
     def unlimited_angles(self, reference: Reference) -> tuple[float, ...]:

@@ -69,7 +69,7 @@ class LegAdmittance:
 
     States (see `phases`): hold in stance, release in the first half of the swing, comply in the second. The
     target that reaches below the ground is part of the offset, so that what is held is what the foot found:
-    0 on level ground, positive on an obstacle, down to -`reach_below` in a depression.
+    0 on level ground, positive on an obstacle, down to -`reach_below` (and the search) in a depression.
     """
 
     def __init__(self, parameters: LegParameters) -> None:
@@ -81,7 +81,14 @@ class LegAdmittance:
         self._held = (0.0, 0.0)
 
     def update(
-        self, force_z: float, role: Role, dt: float, *, progress: float = 1.0, ankle_z: float = -math.inf
+        self,
+        force_z: float,
+        role: Role,
+        dt: float,
+        *,
+        progress: float = 1.0,
+        ankle_z: float = -math.inf,
+        search: float = 0.0,
     ) -> float:
         """One cycle.
 
@@ -92,13 +99,15 @@ class LegAdmittance:
             progress: share of the swing that has passed, 0..1; without meaning in stance.
             ankle_z: planned height of this leg's ankle in the frame of its hip, m (negative), for the limit
                 `z_highest`; the limit does not lengthen a leg that is planned too short.
+            search: how much further the target of a swing foot reaches below the ground that it has not met, m.
+            search: how much further the target of a swing foot is to reach below the ground, m.
 
         Returns:
             e - depth: what to add to the planned height of the foot, m, up positive. It changes by at most
             `max_rate` dt per cycle, except downwards where the leg length limit forces it.
         """
         p = self._p
-        e, depth = self._wanted(force_z, role, dt, progress)
+        e, depth = self._wanted(force_z, role, dt, progress, search)
         step = p.max_rate * dt
         sink = clip(depth - self.depth, -step, step)
         self.e += clip(e - self.e, sink - step, sink + step)
@@ -107,14 +116,31 @@ class LegAdmittance:
             self.e = min(self.e, max(p.z_highest - ankle_z, 0.0) + self.depth)
         return self.e - self.depth
 
-    def _wanted(self, force_z: float, role: Role, dt: float, progress: float) -> tuple[float, float]:
+    @property
+    def held(self) -> float:
+        """Height over the plan at which the foot stands, or stood when it was last on the ground, m."""
+        return self._held[0] - self._held[1]
+
+    def lower(self, by: float) -> None:
+        """Lower the foot and where it stood by `by`, m: the body rises over both feet.
+
+        Stays inside the spring's poles.
+        """
+        p = self._p
+        lowest, highest = -p.pole * _INSIDE - p.k_b, p.pole * _INSIDE - p.k_b
+        self.e = clip(self.e - by, lowest, highest)
+        self._held = clip(self._held[0] - by, lowest, highest), self._held[1]
+
+    def _wanted(
+        self, force_z: float, role: Role, dt: float, progress: float, search: float
+    ) -> tuple[float, float]:
         """Error and depth before the limits; all three states keep e strictly inside the pole."""
         if role == "stance":
             self._held = self.e, self.depth
             return self._held
         if progress < APEX:
             return self._held[0] * kept(progress), self._held[1] * kept(progress)
-        return self._comply(force_z, dt), self._p.reach_below * lowered(progress)
+        return self._comply(force_z, dt), self._p.reach_below * lowered(progress) + search
 
     def _comply(self, force_z: float, dt: float) -> float:
         """Implicit step of (4.1): the root of a function that rises from -inf to inf between the poles."""

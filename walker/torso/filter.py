@@ -18,8 +18,9 @@ The notch sees every sample in every phase, so it has settled when a single supp
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
+
+import msgspec
 
 from bridge.errors import ConfigurationError
 from walker.gait.reference import Support
@@ -30,8 +31,7 @@ _LARGEST_ANGLE: Final = math.pi
 """rad; no torso is pitched further, so a wilder value cannot drive the filter's states anywhere."""
 
 
-@dataclass(frozen=True, slots=True)
-class TorsoLimits:
+class TorsoLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the correction may do to an ankle."""
 
     offset: float = math.radians(15.0)

@@ -1,0 +1,71 @@
+"""All estimates of one cycle together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bridge.datasheet import Body
+from bridge.datasheet.model import Side
+from bridge.messages import SensorFrame, Vec2
+from walker.estimation.contact import ContactEstimator, Contacts
+from walker.estimation.fall import FallDetector
+from walker.gait import Foot, Reference
+from walker.kinematics.transforms import Transform
+from walker.parameters.model import ControllerParameters
+from walker.zmp import FootForces
+
+
+class Estimate(NamedTuple):
+    """What one sensor frame tells."""
+
+    contacts: Contacts
+    zmp: Vec2 | None
+    """Measured zero moment point in the walk frame, m; None without load."""
+    falling: bool
+
+
+class Estimator:
+    """Turns sensor frames into estimates, once per received frame.
+
+    Args:
+        body: places of the force sensors.
+        parameters: thresholds.
+    """
+
+    def __init__(self, body: Body, parameters: ControllerParameters) -> None:
+        self._contact = ContactEstimator(parameters.contact)
+        self._fall = FallDetector(parameters.fall)
+        self._forces = FootForces(body)
+        self._height = body.lengths.FootHeight
+
+    def update(self, frame: SensorFrame, dt: float, reference: Reference, *, walking: bool) -> Estimate:
+        """One cycle.
+
+        Args:
+            frame: newest sensor frame.
+            dt: time since the last one, s.
+            reference: the plan in force: the feet that touch are taken to stand, level, where it put them.
+            walking: as in `FallDetector.update`.
+        """
+        contacts = self._contact.update(frame.fsr)
+        return Estimate(
+            contacts,
+            self._zmp(frame, contacts, reference),
+            self._fall.update(frame.angle, contacts, dt, walking=walking),
+        )
+
+    def _zmp(self, frame: SensorFrame, contacts: Contacts, reference: Reference) -> Vec2 | None:
+        feet: dict[Side, Transform] = {}
+        if contacts.left:
+            feet["L"] = self._pose(reference.left)
+        if contacts.right:
+            feet["R"] = self._pose(reference.right)
+        point = self._forces.zmp(frame.fsr, feet)
+        return None if point is None else (float(point[0]), float(point[1]))
+
+    def _pose(self, foot: Foot) -> Transform:
+        pose = np.eye(4)
+        pose[:3, 3] = foot.x, foot.y, self._height
+        return pose

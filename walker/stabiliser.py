@@ -1,0 +1,180 @@
+"""The stabilising controllers on top of a plan: which joint angles to ask for in this cycle.
+
+In order: the leg admittances move the planned feet up or down; inverse kinematics; torso control turns the
+ankles of the stance leg, the ankle admittances those of the swing leg; joint ranges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+from bridge.datasheet import Body
+from bridge.datasheet.model import Side
+from bridge.joints import INDEX
+from bridge.messages import SensorFrame, Vec2
+from walker.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
+from walker.errors import UnreachableError
+from walker.footing import Footing
+from walker.gait import Foot, Reference
+from walker.kinematics.limits import AnkleRange
+from walker.parameters.model import ControllerParameters
+from walker.pose import PoseMaker
+from walker.torso.filter import TorsoControl
+
+_SIDES: Final[tuple[Side, Side]] = ("L", "R")
+
+
+class Corrections(NamedTuple):
+    """What the stabilisers added to the plan, left and right."""
+
+    lift: Vec2 = (0.0, 0.0)
+    """Height of the feet over the plan (leg admittance), m."""
+    ankle_roll: Vec2 = (0.0, 0.0)
+    """AnkleRoll (ankle admittance), rad."""
+    ankle_pitch: Vec2 = (0.0, 0.0)
+    """AnklePitch (ankle admittance), rad."""
+    torso: Vec2 = (0.0, 0.0)
+    """AnklePitch (torso control), rad."""
+
+
+class Stabiliser:
+    """Turns plans into joint angles, corrected by what the sensors say.
+
+    Args:
+        body: data sheet.
+        parameters: which controllers are on, and their numbers.
+        pose: inverse kinematics of the plan.
+        cycle: of the robot, s.
+
+    Raises:
+        ConfigurationError: no torso controller can be designed to the specification.
+    """
+
+    def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
+        self._pose = pose
+        self._foot_height = body.lengths.FootHeight
+        self._ranges = {side: AnkleRange(body, side) for side in _SIDES}
+        self._legs = self._ankles = None
+        if parameters.admittance:
+            self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
+            self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
+        self._level_rate = parameters.level_rate
+        self._torso = _torso_control(parameters, cycle)
+        self.corrections = Corrections()
+        """Of the last cycle."""
+
+    def watch(self, frame: SensorFrame) -> None:
+        """Take in a frame of a cycle in which nothing is to be corrected yet, so that the filters settle."""
+        if self._torso is not None:
+            self._torso.update(frame.angle[1], "both")
+
+    def angles(
+        self, reference: Reference, footing: Footing, frame: SensorFrame, dt: float
+    ) -> tuple[float, ...]:
+        """One cycle, once per received frame.
+
+        Args:
+            reference: the plan.
+            footing: roles of the legs.
+            frame: newest sensor frame.
+            dt: time since the last one, s.
+
+        Returns:
+            25 joint angles within their ranges, rad.
+        """
+        lift = self._lift(reference, footing, frame, dt)
+        torso = self._torso.update(frame.angle[1], footing.support) if self._torso is not None else (0.0, 0.0)
+        angles = self._solve(reference, lift)
+        roll: list[float] = []
+        pitch: list[float] = []
+        for i, side in enumerate(_SIDES):
+            r, p = self._turn_ankle(side, angles, torso[i], footing, frame, dt)
+            roll.append(r)
+            pitch.append(p)
+        self.corrections = Corrections(lift, (roll[0], roll[1]), (pitch[0], pitch[1]), torso)
+        return tuple(angles)
+
+    def _lift(self, reference: Reference, footing: Footing, frame: SensorFrame, dt: float) -> Vec2:
+        """Height of both feet over the plan, m."""
+        if self._legs is None:
+            return 0.0, 0.0
+        lift = []
+        self._keep_level(self._legs["L"], self._legs["R"], dt)
+        for side, foot, fsr in (
+            (_SIDES[0], reference.left, frame.fsr[:4]),
+            (_SIDES[1], reference.right, frame.fsr[4:]),
+        ):
+            lift.append(
+                self._legs[side].update(
+                    sum(fsr),
+                    footing.role(side),
+                    dt,
+                    progress=footing.progress,
+                    ankle_z=foot.z + self._foot_height - reference.hip_height,
+                    search=footing.search,
+                )
+            )
+        return lift[0], lift[1]
+
+    def _keep_level(self, left: LegAdmittance, right: LegAdmittance, dt: float) -> None:
+        """Bring the body back to its planned height over the ground where both feet stand off it.
+
+        Each landing of a body that sags towards its swing foot is a little early. Held, that shortens the leg,
+        and the other leg lands early by the more: step by step both legs would fold up. What both feet have in
+        common is no unevenness of the ground, so both are lowered by it; what differs between them is kept.
+        """
+        common = min(left.held, right.held)
+        if common < 0.0:
+            common = min(max(left.held, right.held), 0.0)
+        step = self._level_rate * dt
+        by = min(max(common, -step), step)
+        left.lower(by)
+        right.lower(by)
+
+    def _solve(self, reference: Reference, lift: Vec2) -> list[float]:
+        try:
+            return list(self._pose.unlimited_angles(_lifted(reference, lift)))
+        except UnreachableError:
+            # The plan alone was found to be in reach before the walk began.
+            return list(self._pose.unlimited_angles(reference))
+
+    def _turn_ankle(
+        self, side: Side, angles: list[float], torso: float, footing: Footing, frame: SensorFrame, dt: float
+    ) -> Vec2:
+        """Add the corrections to one ankle's joints, in place; returns those of the admittance, rad."""
+        pitch_slot, roll_slot = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
+        ankle = self._ranges[side]
+        pitch = ankle.clip_pitch(angles[pitch_slot] + torso)
+        roll = ankle.clip_roll(angles[roll_slot], pitch)
+        turn = (0.0, 0.0)
+        if self._ankles is not None:
+            # The ranges less what is planned: an offset of zero is always allowed, so that a plan which its
+            # range cuts short is not stored as an offset.
+            lower, upper = ankle.roll_range(pitch)
+            limits = AnkleLimits(lower - roll, upper - roll, ankle.lower - pitch, ankle.upper - pitch)
+            forces = frame.fsr[:4] if side == "L" else frame.fsr[4:]
+            turn = self._ankles[side].update(forces, footing.role(side), dt, limits, progress=footing.progress)
+        angles[pitch_slot] = ankle.clip_pitch(pitch + turn[1])
+        angles[roll_slot] = ankle.clip_roll(roll + turn[0], angles[pitch_slot])
+        return turn
+
+
+def _lifted(reference: Reference, lift: Vec2) -> Reference:
+    if lift == (0.0, 0.0):
+        return reference
+    return replace(reference, left=_raised(reference.left, lift[0]), right=_raised(reference.right, lift[1]))
+
+
+def _raised(foot: Foot, by: float) -> Foot:
+    return Foot(foot.x, foot.y, foot.z + by, foot.pitch)
+
+
+def _torso_control(parameters: ControllerParameters, cycle: float) -> TorsoControl | None:
+    if parameters.torso == "none":
+        return None
+    # Imported late: it takes a second, and a walk without torso control needs none of it.
+    from walker.torso.choice import torso_controller
+
+    controller = torso_controller(parameters.torso, parameters.torso_design, cycle)
+    return TorsoControl(controller, parameters.torso_limits)

@@ -1,0 +1,9 @@
+"""The states of a walk, one per file: approach, walk, stand, fallen."""
+
+from walker.states.approach import Approaching
+from walker.states.fallen import Fallen
+from walker.states.stand import Standing
+from walker.states.state import State, StateName
+from walker.states.walk import Walking, WalkPlan
+
+__all__ = ["Approaching", "Fallen", "Standing", "State", "StateName", "WalkPlan", "Walking"]
