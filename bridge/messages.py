@@ -287,7 +287,7 @@ def _require_version(kind: type[Any], payload: bytes) -> None:
     """Blame the version rather than a field, when a message of another version does not fit."""
     try:
         version = _decoder(_Head).decode(payload).version
-    except msgspec.ValidationError:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return
     if version != SCHEMA_VERSION:
         raise _other_version(kind, version)
