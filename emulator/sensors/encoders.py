@@ -7,17 +7,43 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.sensors.noise import NormalRows
+from emulator.sensors.parameters import EncoderParameters
+
+Vector = NDArray[np.float64]
+
 
 class Encoders:
-    """Rounds joint angles to the encoder's grid.
+    """What the encoders of all joints read.
+
+    Captured V6 packets lie on a grid of 2 pi / 4096 that is off whole counts by the same amount on every joint,
+    with a sign that is the joint's own: the grid is shifted, the reading stays true to half a step.
 
     Args:
-        steps: Counts per turn (data sheet: 12 bit; the grid 2 pi / 4096 is confirmed by captured V6 packets).
+        steps: Counts per turn (data sheet).
+        count: Number of joints.
+        parameters: Imperfections.
+        random: A generator of their own.
     """
 
-    def __init__(self, steps: int) -> None:
+    def __init__(
+        self, steps: int, count: int, parameters: EncoderParameters, random: np.random.Generator
+    ) -> None:
+        constants, noise = random.spawn(2)
         self._step = 2.0 * math.pi / steps
+        self._grid = parameters.grid
+        self.shift: Vector = np.where(constants.random(count) < 0.5, -1.0, 1.0) * parameters.residue
+        """Place of each joint's grid, rad."""
+        self.zero_error: Vector = constants.standard_normal(count) * parameters.zero_error
+        """What each joint reads too much, rad."""
+        self._noise = parameters.noise
+        self._rows = NormalRows(noise, count)
 
-    def read(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    def read(self, angles: Vector) -> Vector:
         """Measured angles of true ones, rad."""
-        return np.asarray(np.rint(angles / self._step) * self._step)
+        angles = angles + self.zero_error
+        if self._noise > 0.0:
+            angles += np.array(self._rows.next()) * self._noise
+        if self._grid:
+            angles = np.rint((angles - self.shift) / self._step) * self._step + self.shift
+        return angles

@@ -5,61 +5,18 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from bridge.datasheet.model import InertialUnit
 from bridge.messages import Vec2, Vec3
 from emulator.mechanics import TorsoState
-from emulator.vectors import add, cross, length, rotate, rotate_back, scaled
+from emulator.sensors.fusion import FusedAngle
+from emulator.sensors.parameters import SensorParameters
+from emulator.sensors.triaxial import ALL_AXES, TriaxialSensor
+from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
 
-CORRECTION_RATE: Final = 1.0
-"""How fast the accelerometer pulls the fused angle at rest, 1/s (assumed)."""
-ACCELERATION_SCALE: Final = 0.2
-"""Departure of |acceleration| from gravity that halves the pull, m/s^2 (assumed)."""
-RATE_SCALE: Final = 0.1
-"""Rate of turn that halves the pull, rad/s (assumed)."""
-
-
-class FusedAngle:
-    """AngleX and AngleY as the vendor describes them: accelerometer at rest, gyroscope in motion.
-
-    The direction up is turned by the gyroscope and pulled towards the accelerometer, the less the more the
-    body moves. With R = Rz Ry Rx the torso's orientation, up in the Torso frame is
-    (-sin AngleY, cos AngleY sin AngleX, cos AngleY cos AngleX).
-
-    Args:
-        gravity: m/s^2.
-        acceleration: First accelerometer sample, m/s^2; the angle starts exactly there.
-    """
-
-    def __init__(self, gravity: float, acceleration: Vec3) -> None:
-        self._gravity = gravity
-        self._rate: Vec3 = (0.0, 0.0, 0.0)
-        self._up = _unit(acceleration)
-
-    def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
-        """Take in one sample of both sensors, dt seconds after the last one."""
-        turn = scaled(add(self._rate, rate), 0.5 * dt)
-        self._rate = rate
-        # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
-        way = cross(self._up, turn)
-        up = add(self._up, add(way, scaled(cross(way, turn), 0.5)))
-        size = length(acceleration)
-        if size > 0.0:
-            a = (size - self._gravity) / ACCELERATION_SCALE
-            r = length(rate) / RATE_SCALE
-            pull = CORRECTION_RATE * dt / ((1.0 + a * a) * (1.0 + r * r))
-            up = add(scaled(up, 1.0 - pull), scaled(acceleration, pull / size))
-        self._up = _unit(up)
-
-    @property
-    def angle(self) -> Vec2:
-        """AngleX (roll) and AngleY (pitch), rad."""
-        x, y, z = self._up
-        return math.atan2(y, z), math.atan2(-x, math.hypot(y, z))
-
-
-def _unit(vector: Vec3) -> Vec3:
-    size = length(vector)
-    return scaled(vector, 1.0 / size) if size > 0.0 else (0.0, 0.0, 1.0)
+REST_BEFORE_START: Final = 2.0
+"""How long the unit has been on and at rest before the first sample, s: it knows its gyroscope's bias."""
 
 
 class InertialSample(NamedTuple):
@@ -73,34 +30,85 @@ class InertialSample(NamedTuple):
     """Fused AngleX and AngleY, rad."""
 
 
+def mean_rate(before: Rotation, after: Rotation, time: float) -> Vec3:
+    """Mean angular velocity between two orientations less than 90 degrees apart, body frame, rad/s.
+
+    Args:
+        before: Body to world.
+        after: Body to world, `time` seconds later.
+        time: s.
+    """
+    # columns of before^T after; its skew part is sin(angle) times the axis
+    x = rotate_back(before, (after[0], after[3], after[6]))
+    y = rotate_back(before, (after[1], after[4], after[7]))
+    z = rotate_back(before, (after[2], after[5], after[8]))
+    a, b, c = 0.5 * (y[2] - z[1]), 0.5 * (z[0] - x[2]), 0.5 * (x[1] - y[0])
+    sine = math.sqrt(a * a + b * b + c * c)
+    factor = (math.asin(min(sine, 1.0)) / sine if sine > 0.0 else 1.0) / time
+    return a * factor, b * factor, c * factor
+
+
 class InertialSensors:
     """The unit of a body, sampled once per cycle.
 
-    The accelerometer gives the mean specific force of the cycle at its place: change of velocity over the
-    cycle's physics steps, seen in the mean of the torso's orientations at both ends. The gyroscope gives the
-    rate at the end of the cycle.
+    Both sensors give means over the cycle, as low-pass filters before the sampling do: specific force at the
+    accelerometer's place from the change of velocity, rate from the change of orientation. Sampling the last
+    instant instead would be wrong in the mean, because servos that get a new request every cycle shake the
+    torso in step with the sampling.
 
     Args:
-        unit: Places and axes (data sheet).
+        unit: Places, axes, ranges and steps (data sheet).
+        parameters: Imperfections.
+        random: A generator of its own.
         gravity: m/s^2.
         cycle: s.
-        torso: The torso at the first sample, taken to be at rest.
+        torso: The torso at the first sample, taken to have been at rest.
     """
 
-    def __init__(self, unit: InertialUnit, gravity: float, cycle: float, torso: TorsoState) -> None:
+    def __init__(
+        self,
+        unit: InertialUnit,
+        parameters: SensorParameters,
+        random: np.random.Generator,
+        gravity: float,
+        cycle: float,
+        torso: TorsoState,
+    ) -> None:
+        for_accelerometer, for_gyroscope = random.spawn(2)
+        self.accelerometer = TriaxialSensor(
+            unit.accelerometer_range,
+            unit.accelerometer_step,
+            ALL_AXES,
+            parameters.accelerometer,
+            for_accelerometer,
+        )
+        self.gyroscope = TriaxialSensor(
+            unit.gyroscope_range,
+            unit.gyroscope_step,
+            unit.gyroscope_axes,
+            parameters.gyroscope,
+            for_gyroscope,
+        )
         self._place = unit.accelerometer
-        self._third_axis = 1.0 if unit.gyroscope_axes == 3 else 0.0
-        self._up: Vec3 = (0.0, 0.0, gravity)
+        self._gravity, self._up = gravity, (0.0, 0.0, gravity)
         self._cycle = cycle
         self._rotation = torso.rotation
         self._velocity = self._point_velocity(torso)
-        acceleration = rotate_back(torso.rotation, self._up)
-        self._fusion = FusedAngle(gravity, acceleration)
-        self.sample = InertialSample(acceleration, (0.0, 0.0, 0.0), self._fusion.angle)
-        """The latest sample."""
+        at_rest = rotate_back(torso.rotation, self._up)
+        self._fusion = FusedAngle(gravity, self.accelerometer.measure(at_rest))
+        for _ in range(round(REST_BEFORE_START / cycle)):
+            self._take(at_rest, (0.0, 0.0, 0.0))
 
     def _point_velocity(self, torso: TorsoState) -> Vec3:
         return add(torso.velocity, cross(torso.angular_velocity, rotate(torso.rotation, self._place)))
+
+    def _take(self, acceleration: Vec3, rate: Vec3) -> None:
+        seen, turned = self.accelerometer.measure(acceleration), self.gyroscope.measure(rate)
+        self._fusion.update(seen, turned, self._cycle)
+        self.sample = InertialSample(
+            self.accelerometer.report(seen), self.gyroscope.report(turned), self._fusion.angle
+        )
+        """The latest sample."""
 
     def update(self, torso: TorsoState) -> None:
         """Sample at the end of a cycle."""
@@ -108,9 +116,10 @@ class InertialSensors:
         change = add(velocity, scaled(self._velocity, -1.0))
         specific = add(scaled(change, 1.0 / self._cycle), self._up)
         seen = add(rotate_back(self._rotation, specific), rotate_back(torso.rotation, specific))
-        x, y, z = rotate_back(torso.rotation, torso.angular_velocity)
-        rate = (x, y, z * self._third_axis)
-        acceleration = scaled(seen, 0.5)
-        self._fusion.update(acceleration, rate, self._cycle)
+        rate = mean_rate(self._rotation, torso.rotation, self._cycle)
         self._velocity, self._rotation = velocity, torso.rotation
-        self.sample = InertialSample(acceleration, rate, self._fusion.angle)
+        self._take(scaled(seen, 0.5), rate)
+
+    def rezero(self) -> None:
+        """The unit starts anew, as after a loss of power: angle zero, nothing known of the gyroscope's bias."""
+        self._fusion = FusedAngle(self._gravity, self._up)

@@ -1,9 +1,106 @@
-"""What makes the sensors differ from the truth; every default is ideal."""
+"""What makes the sensors differ from the truth: one number or switch per effect, every default ideal.
+
+Constants of a robot (gains, biases, offsets) are drawn once per run from a normal distribution with the given
+standard deviation; noise is drawn anew for each sample.
+"""
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
+Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
-class SensorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Imperfections of encoders, force sensors and the inertial unit."""
+
+class _Parameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base: frozen, and a misspelt key is an error."""
+
+
+class EncoderParameters(_Parameters, frozen=True):
+    """Joint encoders."""
+
+    grid: bool = True
+    """Round to the data sheet's counts per turn; a property of the part, so an ideal robot has it too."""
+    residue: NotNegative = 0.0
+    """How far each joint's grid lies off whole counts, rad; the sign is drawn per joint."""
+    zero_error: NotNegative = 0.0
+    """Standard deviation of the joints' zero errors, rad."""
+    noise: NotNegative = 0.0
+    """Standard deviation per sample, rad."""
+
+
+class FsrParameters(_Parameters, frozen=True):
+    """Force sensors of the feet, per cell."""
+
+    saturation: bool = False
+    """Nothing above the data sheet's range."""
+    step: NotNegative = 0.0
+    """Quantisation, N; 0: none."""
+    gain: NotNegative = 0.0
+    """Standard deviation of the cells' gains around 1."""
+    offset: NotNegative = 0.0
+    """Standard deviation of the cells' offsets, N."""
+    drift: NotNegative = 0.0
+    """Standard deviation of the slow wandering of each cell's offset, N."""
+    drift_time: Positive = 60.0
+    """Correlation time of the wandering, s."""
+    dead_band: NotNegative = 0.0
+    """Forces below are not felt, N."""
+    noise: NotNegative = 0.0
+    """Standard deviation per sample, N."""
+
+
+class TriaxialParameters(_Parameters, frozen=True):
+    """Accelerometer (m/s^2) or gyroscope (rad/s), per axis."""
+
+    saturation: bool = False
+    """Nothing beyond the data sheet's range."""
+    quantisation: bool = False
+    """Report multiples of the data sheet's step."""
+    gain: NotNegative = 0.0
+    """Standard deviation of the axes' gains around 1."""
+    bias: NotNegative = 0.0
+    """Standard deviation of the axes' biases."""
+    noise: NotNegative = 0.0
+    """Standard deviation per sample."""
+
+
+class SonarParameters(_Parameters, frozen=True):
+    """Ultrasound in the chest."""
+
+    step: NotNegative = 0.0
+    """Quantisation, m; 0: none."""
+    noise: NotNegative = 0.0
+    """Standard deviation per echo, m."""
+
+
+class BatteryParameters(_Parameters, frozen=True):
+    """Battery in the torso."""
+
+    energy: NotNegative = 0.0
+    """When full, W h; 0: it never runs down."""
+    voltage: Positive = 21.6
+    """V, taken as constant."""
+    charge: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 1.0
+    """At the start."""
+    idle_current: NotNegative = 0.0
+    """What the computers draw, A."""
+    heating: NotNegative = 0.0
+    """Temperature over the room's in the end, K per A^2."""
+    heating_time: Positive = 900.0
+    """Time constant of the heating, s."""
+    room: float = 25.0
+    """Temperature at the start, degrees Celsius."""
+
+
+class SensorParameters(_Parameters, frozen=True):
+    """Imperfections of all sensors."""
+
+    encoders: EncoderParameters = EncoderParameters()
+    fsr: FsrParameters = FsrParameters()
+    accelerometer: TriaxialParameters = TriaxialParameters()
+    gyroscope: TriaxialParameters = TriaxialParameters()
+    sonar: SonarParameters = SonarParameters()
+    battery: BatteryParameters = BatteryParameters()

@@ -1,0 +1,125 @@
+"""The angle that the inertial board fuses: accelerometer at rest, gyroscope in motion (vendor's description).
+
+Nothing but the samples of the two sensors goes in. The filter is assumed; the vendor's own is not published.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from bridge.messages import Vec2, Vec3
+from emulator.vectors import add, cross, length, scaled
+
+WINDOW: Final = 0.2
+"""Time constant of the running means and variances that tell rest from motion, s."""
+HOLD: Final = 0.5
+"""How long the samples must have been quiet before the unit believes that it rests, s."""
+QUIET_RATE: Final = 0.015
+"""Largest standard deviation of the rate at rest, rad/s."""
+QUIET_ACCELERATION: Final = 0.35
+"""Largest standard deviation of the acceleration at rest, m/s^2."""
+LARGEST_BIAS: Final = 0.05
+"""Largest mean rate that is taken for the gyroscope's bias, rad/s; a faster one is a turn."""
+FIRST_REST: Final = 1.0
+"""Time at rest in which the unit believes whatever it measures, s; what follows holds after that."""
+BIAS_STEP: Final = 0.01
+"""Largest change of a bias once learnt, rad/s; a larger one is a slow turn, unless it lasts."""
+LEAN_STEP: Final = 0.15
+"""Largest disagreement between the fused direction up and the mean acceleration at rest, m/s^2; a larger one is
+an acceleration, unless it lasts."""
+LONG_HOLD: Final = 3.0
+"""How long they must last to be a bias and a lean after all, s: no robot turns or speeds up so evenly then."""
+LARGEST_DEPARTURE: Final = 0.3
+"""Largest departure of the mean acceleration's size from gravity at rest, m/s^2."""
+REST_PULL: Final = 1.0
+"""How fast the accelerometer pulls the angle at rest, 1/s; in the first rest so that all of it averages."""
+MOTION_PULL: Final = 0.05
+"""The same in motion, 1/s: the accelerations of a walk average out over 20 s, and an error of b in the bias
+costs no more than b / 0.05 s^-1."""
+SHOCK: Final = 2.0
+"""Departure of |acceleration| from gravity that halves the pull, m/s^2."""
+BIAS_MEMORY: Final = 5.0
+"""The gyroscope's bias is its mean over that much time at rest, s: over all of it while there is less."""
+
+
+class FusedAngle:
+    """AngleX and AngleY.
+
+    The direction up is turned by the gyroscope, less the bias it had when the body last rested, and pulled
+    towards the accelerometer: strongly at rest, weakly in motion. Rest is when both sensors have hardly varied
+    for a while; a body that glides at constant acceleration cannot be told from one at rest, by nobody.
+
+    With R = Rz Ry Rx the torso's orientation, up in the Torso frame is
+    (-sin AngleY, cos AngleY sin AngleX, cos AngleY cos AngleX).
+
+    Args:
+        gravity: m/s^2.
+        acceleration: First accelerometer sample, m/s^2; the angle starts exactly there.
+    """
+
+    def __init__(self, gravity: float, acceleration: Vec3) -> None:
+        self._gravity = gravity
+        self._up = _unit(acceleration)
+        self._bias: Vec3 = (0.0, 0.0, 0.0)
+        self._mean_rate: Vec3 = (0.0, 0.0, 0.0)
+        self._mean_acceleration = acceleration
+        self._rate_variance = self._acceleration_variance = 0.0
+        self._quiet = self._rested = 0.0
+        self.at_rest = False
+        """The unit believes that it rests."""
+
+    def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
+        """Take in the means of both sensors over the last dt seconds."""
+        self._watch(acceleration, rate, dt)
+        size = length(acceleration)
+        if self.at_rest:
+            self._rested = min(self._rested + dt, BIAS_MEMORY)
+            pull = max(REST_PULL, 1.0 / self._rested)
+            learnt = add(self._mean_rate, scaled(self._bias, -1.0))
+            self._bias = add(self._bias, scaled(learnt, dt / self._rested))
+        else:
+            departure = (size - self._gravity) / SHOCK
+            pull = MOTION_PULL / (1.0 + departure * departure)
+        turn = scaled(add(rate, scaled(self._bias, -1.0)), dt)
+        # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
+        way = cross(self._up, turn)
+        up = add(self._up, add(way, scaled(cross(way, turn), 0.5)))
+        # not the acceleration's direction: only the vectors themselves average to gravity
+        self._up = _unit(add(scaled(up, 1.0 - pull * dt), scaled(acceleration, pull * dt / self._gravity)))
+
+    def _watch(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
+        """Means and variances of both sensors, and for how long they have been quiet."""
+        share = dt / WINDOW
+        off_rate = add(rate, scaled(self._mean_rate, -1.0))
+        off_acceleration = add(acceleration, scaled(self._mean_acceleration, -1.0))
+        self._mean_rate = add(self._mean_rate, scaled(off_rate, share))
+        self._mean_acceleration = add(self._mean_acceleration, scaled(off_acceleration, share))
+        self._rate_variance += share * (_square(off_rate) - self._rate_variance)
+        self._acceleration_variance += share * (_square(off_acceleration) - self._acceleration_variance)
+        quiet = (
+            self._rate_variance < QUIET_RATE**2
+            and self._acceleration_variance < QUIET_ACCELERATION**2
+            and _square(self._mean_rate) < LARGEST_BIAS**2
+            and abs(length(self._mean_acceleration) - self._gravity) < LARGEST_DEPARTURE
+        )
+        self._quiet = self._quiet + dt if quiet else 0.0
+        turn = add(self._mean_rate, scaled(self._bias, -1.0))
+        lean = add(self._mean_acceleration, scaled(self._up, -self._gravity))
+        doubt = self._rested >= FIRST_REST and (_square(turn) > BIAS_STEP**2 or _square(lean) > LEAN_STEP**2)
+        self.at_rest = self._quiet >= (LONG_HOLD if doubt else HOLD)
+
+    @property
+    def angle(self) -> Vec2:
+        """AngleX (roll) and AngleY (pitch), rad."""
+        x, y, z = self._up
+        return math.atan2(y, z), math.atan2(-x, math.hypot(y, z))
+
+
+def _square(a: Vec3) -> float:
+    return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+
+
+def _unit(vector: Vec3) -> Vec3:
+    size = length(vector)
+    return scaled(vector, 1.0 / size) if size > 0.0 else (0.0, 0.0, 1.0)

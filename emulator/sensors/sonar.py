@@ -1,0 +1,115 @@
+"""Ultrasound in the chest: distance of the nearest thing that sends the echo back."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from bridge.messages import Vec2, Vec3
+from emulator.engine import bullet
+from emulator.mechanics import TorsoState
+from emulator.sensors.noise import NormalRows
+from emulator.sensors.parameters import SonarParameters
+from emulator.vectors import Rotation, add, rotate, scaled
+
+NEAREST: Final = 0.25
+FARTHEST: Final = 2.55
+"""m (vendor); nearer things read as the nearest, none reads as the farthest."""
+PERIOD: Final = 0.1
+"""Time between two echoes, s (vendor, periodic mode; taken to be always on)."""
+PLACE: Final = (0.0507, 0.03785, 0.06035)
+"""Of the left sensor, Torso frame, m; the right one mirrors y (vendor's URDF of the V4, for all bodies)."""
+DOWN: Final = 0.04365
+OUTWARD: Final = 0.39265
+"""Directions of the axis, rad (vendor's URDF of the V4)."""
+CONE: Final = (0.13, 0.26)
+"""Half angles of the rings of rays around the axis, rad: a field of view of 30 degrees (assumed)."""
+RAYS_PER_RING: Final = 6
+GRAZING: Final = 0.5
+"""A surface hit at more than 60 degrees off its normal mirrors the sound away (assumed), as the floor does."""
+OWN_BODY_LAYERS: Final = 4
+"""How many of the robot's own links a ray may pass; it does not hear itself (assumed)."""
+
+
+def _rays(side: float) -> list[Vec3]:
+    """Unit vectors of one sensor's rays, Torso frame; side is 1 left, -1 right."""
+    sy, cy = math.sin(side * OUTWARD), math.cos(side * OUTWARD)
+    sp, cp = math.sin(DOWN), math.cos(DOWN)
+    to_torso: Rotation = (cy * cp, -sy, cy * sp, sy * cp, cy, sy * sp, -sp, 0.0, cp)
+    rays: list[Vec3] = [rotate(to_torso, (1.0, 0.0, 0.0))]
+    for half in CONE:
+        for k in range(RAYS_PER_RING):
+            turn = 2.0 * math.pi * k / RAYS_PER_RING
+            ray = (math.cos(half), math.sin(half) * math.cos(turn), math.sin(half) * math.sin(turn))
+            rays.append(rotate(to_torso, ray))
+    return rays
+
+
+class Sonars:
+    """Both sensors.
+
+    Args:
+        client: Physics client.
+        robot: PyBullet's number of the robot, which no ray sees.
+        parameters: Imperfections.
+        cycle: Time between two updates, s.
+        random: A generator of their own.
+    """
+
+    def __init__(
+        self, client: int, robot: int, parameters: SonarParameters, cycle: float, random: np.random.Generator
+    ) -> None:
+        self._client, self._robot = client, robot
+        self._noise, self._step = parameters.noise, parameters.step
+        self._rows = NormalRows(random, 2)
+        self._every = max(1, round(PERIOD / cycle))
+        self._cycles = 0
+        self._left, self._right = _rays(1.0), _rays(-1.0)
+        self._reading: Vec2 = (FARTHEST, FARTHEST)
+
+    def update(self, torso: TorsoState) -> None:
+        """One cycle; every tenth of a second both sensors listen."""
+        if self._cycles % self._every == 0:
+            left = self._listen(torso, PLACE, self._left)
+            right = self._listen(torso, (PLACE[0], -PLACE[1], PLACE[2]), self._right)
+            a, b = self._rows.next()
+            self._reading = self._report(left, a), self._report(right, b)
+        self._cycles += 1
+
+    def read(self) -> Vec2:
+        """Left and right distance, m."""
+        return self._reading
+
+    def _report(self, distance: float, noise: float) -> float:
+        if distance >= FARTHEST:
+            return FARTHEST
+        distance += self._noise * noise
+        if self._step > 0.0:
+            distance = round(distance / self._step) * self._step
+        return min(max(distance, NEAREST), FARTHEST)
+
+    def _listen(self, torso: TorsoState, place: Vec3, rays: list[Vec3]) -> float:
+        """Distance of the nearest echo of one sensor, m; infinite without one."""
+        origin = add(torso.position, rotate(torso.rotation, place))
+        ways = [rotate(torso.rotation, ray) for ray in rays]
+        nearest, begin = math.inf, [0.0] * len(ways)
+        for _ in range(OWN_BODY_LAYERS):
+            hits = bullet.rayTestBatch(
+                [add(origin, scaled(way, at)) for way, at in zip(ways, begin, strict=True)],
+                [add(origin, scaled(way, FARTHEST)) for way in ways],
+                physicsClientId=self._client,
+            )
+            again, resume = [], []
+            for way, at, (body, _, fraction, _, normal) in zip(ways, begin, hits, strict=True):
+                distance = at + fraction * (FARTHEST - at)
+                if body == self._robot:
+                    again.append(way)
+                    resume.append(distance + 1e-3)
+                elif body >= 0 and -sum(n * w for n, w in zip(normal, way, strict=True)) > GRAZING:
+                    nearest = min(nearest, distance)
+            if not again:
+                break
+            ways, begin = again, resume
+        return nearest

@@ -1,0 +1,74 @@
+"""All sensors of a robot together: from its true state to the sensor part of a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bridge.datasheet import Body
+from emulator.contacts import GroundContacts
+from emulator.mechanics import TorsoState
+from emulator.model import RobotModel
+from emulator.sensors.battery import Battery
+from emulator.sensors.encoders import Encoders
+from emulator.sensors.fsr import FootForceSensors
+from emulator.sensors.fsr_cells import ForceCells
+from emulator.sensors.imu import InertialSensors
+from emulator.sensors.parameters import SensorParameters
+from emulator.sensors.sonar import Sonars
+from emulator.sensors.touch import Touch
+
+
+class Sensors:
+    """Everything that measures.
+
+    Every sensor, and in it every effect, has a generator of its own: switching one effect on changes no other.
+
+    Args:
+        body: Data sheet.
+        parameters: Imperfections.
+        random: The robot's generator; only children of it are drawn from.
+        model: The robot in its physics client.
+        gravity: m/s^2.
+        torso: The torso at the start, taken to have been at rest.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        parameters: SensorParameters,
+        random: np.random.Generator,
+        model: RobotModel,
+        gravity: float,
+        torso: TorsoState,
+    ) -> None:
+        encoders, cells, inertial, sonars = random.spawn(4)
+        self.encoders = Encoders(body.encoder_steps, len(model.joints), parameters.encoders, encoders)
+        self._left, self._right = FootForceSensors(body.fsr.L), FootForceSensors(body.fsr.R)
+        self.cells = ForceCells(body.fsr.range, body.cycle, parameters.fsr, cells)
+        self.inertial = InertialSensors(body.inertial_unit, parameters, inertial, gravity, body.cycle, torso)
+        self.touch = Touch()
+        self.battery = Battery(parameters.battery, body.cycle)
+        self.sonars = Sonars(model.client, model.robot, parameters.sonar, body.cycle, sonars)
+
+    def update(self, torso: TorsoState, currents: Sequence[float]) -> None:
+        """The end of a cycle, for all that has a memory.
+
+        Args:
+            torso: Its true state now.
+            currents: Of the motors, A.
+        """
+        self.inertial.update(torso)
+        self.sonars.update(torso)
+        self.battery.update(currents)
+
+    def forces(self, contacts: GroundContacts) -> tuple[float, ...]:
+        """Readings of the eight force cells, left foot first, N; once per cycle."""
+        left, right = contacts.feet["L"], contacts.feet["R"]
+        return self.cells.read(
+            (
+                *self._left.share(left.normal_force, left.cop),
+                *self._right.share(right.normal_force, right.cop),
+            )
+        )
