@@ -1,0 +1,274 @@
+"""The handlers of the `dcm/` queries: what they answer, and that nothing but a sentence meets a wrong query."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from bridge import dcm as wire
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.errors import DcmRefused, FrameError, LeaseRefused, NaoHilError
+from bridge.messages import SensorFrame, decode
+from emulator.boundary import BoundaryQueue
+from emulator.dcm import Dcm, DcmQueries
+
+LED = "ChestBoard/Led/Red/Actuator/Value"
+LEASE = 4711
+REFUSED = (wire.PREFERENCES, wire.SPECIAL, wire.CALIBRATION)
+COMMANDS = (wire.CREATE_ALIAS, wire.SET, wire.SET_ALIAS)
+KEYS = (*COMMANDS, wire.GET_TIME, wire.GET_PREFIX, wire.READ, *REFUSED)
+FRAME = SensorFrame(
+    seq=0, time=0.0, position=POSTURES["Stand"], stiffness=(1.0,) * 25, current=(0.0,) * 25,
+    temperature=(25.0,) * 25, fsr=(0.0,) * 8, accelerometer=(0.0, 0.0, 9.81), gyroscope=(0.0,) * 3,
+    angle=(0.0, 0.0), touch=(0.0,) * 14, battery=(1.0, 0.0, 0.0, 25.0), sonar=(2.55, 2.55),
+)  # fmt: skip
+
+
+@dataclass
+class Robot:
+    """What the queries see of a robot."""
+
+    dcm: Dcm
+    frame: SensorFrame = FRAME
+
+
+class Bench:
+    """Handlers whose boundary comes at once, in the thread that asks."""
+
+    def __init__(self) -> None:
+        self.robot = Robot(Dcm(load_body("nao-v3"), POSTURES["Stand"]))
+        self.holder = LEASE
+        boundary = BoundaryQueue(wake=lambda: boundary.run())
+        self.handlers = DcmQueries(self.robot, boundary, self.require_lease).handlers()
+
+    def require_lease(self, lease: int, what: str) -> None:
+        if lease != self.holder:
+            raise LeaseRefused(f"{what} was refused: `walker` holds the robot.")
+
+    def ask(self, key: str, **fields: Any) -> Any:
+        payload = msgspec.msgpack.encode({"version": 1, **fields})
+        return decode(self.handlers[key](payload), wire.DcmReply).result
+
+    def command(self, key: str, command: Any, lease: int = LEASE) -> Any:
+        return self.ask(key, lease=lease, command=command)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def sentence(error: BaseException) -> bool:
+    """One line, not long, with an end."""
+    text = str(error)
+    return text.endswith(".") and text.isprintable() and len(text) < 500
+
+
+def test_there_is_a_key_for_each_method(bench: Bench) -> None:
+    assert set(bench.handlers) == set(KEYS)
+
+
+def test_a_program_from_start_to_end(bench: Bench) -> None:
+    assert bench.ask(wire.GET_PREFIX) == ["Device/SubDeviceList/"]
+    assert bench.command(wire.CREATE_ALIAS, ["eyes", [LED, "none"]]) == ["eyes", [LED, ""]]
+    now = bench.ask(wire.GET_TIME, offset=0)
+    assert bench.ask(wire.GET_TIME, offset=25) == now + 25
+    separate = ["eyes", "ClearAll", "time-separate", 0, [now, now + 20], [[0.0, 0.5], [0.0, 0.0]]]
+    assert bench.command(wire.SET_ALIAS, separate) is None
+    for expected in (0.0, 0.25, 0.5):
+        bench.robot.dcm.run_cycle()
+        assert bench.ask(wire.READ, names=[LED]) == [expected]
+    assert bench.command(wire.SET, [LED, "ClearAll", [[1.0, now]]]) is None
+    bench.robot.dcm.run_cycle()
+    assert bench.ask(wire.READ, names=[wire.PREFIX + LED, "DCM/Time"]) == [1.0, now + 40]
+
+
+@pytest.mark.parametrize("key", COMMANDS)
+def test_commands_need_the_lease(bench: Bench, key: str) -> None:
+    bench.command(wire.CREATE_ALIAS, ["eyes", [LED]])
+    commands = {
+        wire.CREATE_ALIAS: ["eyes", []],
+        wire.SET: [LED, "ClearAll", [[1.0, 0]]],
+        wire.SET_ALIAS: ["eyes", 0, [1.0]],
+    }
+    with pytest.raises(LeaseRefused, match=f"`{key}` command was refused: `walker` holds"):
+        bench.command(key, commands[key], lease=LEASE + 1)
+    assert bench.robot.dcm.waiting(LED) == ()
+    bench.command(wire.SET, ["eyes", "ClearAll", [[0.5, 0]]])
+    bench.robot.dcm.run_cycle()
+    assert bench.ask(wire.READ, names=[LED]) == [0.5]
+
+
+def test_reading_needs_no_lease(bench: Bench) -> None:
+    bench.holder = 0
+    assert isinstance(bench.ask(wire.GET_TIME), int)
+    assert bench.ask(wire.READ, names=[]) == []
+
+
+def test_what_is_waiting_outlives_the_lease(bench: Bench) -> None:
+    bench.command(wire.SET, [LED, "ClearAll", [[1.0, bench.ask(wire.GET_TIME, offset=30)]]])
+    bench.holder = 0
+    for _ in range(4):
+        bench.robot.dcm.run_cycle()
+    assert bench.ask(wire.READ, names=[LED]) == [1.0]
+
+
+@pytest.mark.parametrize("key", REFUSED)
+def test_what_is_not_emulated_is_refused(bench: Bench, key: str) -> None:
+    with pytest.raises(DcmRefused, match=f"^{key[4:]} is not emulated: .*\\.$"):
+        bench.ask(key, lease=LEASE)
+
+
+def test_a_query_asks_the_dcm_of_the_robot_as_it_is_after_a_reset(bench: Bench) -> None:
+    bench.robot.dcm.run_cycle()
+    assert bench.ask(wire.GET_TIME) == 10
+    bench.robot.dcm = Dcm(load_body("nao-v3"), POSTURES["Stand"])
+    assert bench.ask(wire.GET_TIME) == 0
+
+
+WRONG: tuple[tuple[str, Any, str], ...] = (
+    (wire.CREATE_ALIAS, ["a"], "a list of 1 items; \\[alias, \\[actuator"),
+    (wire.CREATE_ALIAS, ["", [LED]], "the alias has no name"),
+    (wire.CREATE_ALIAS, [1, [LED]], "item 0 is 1; a name"),
+    (wire.CREATE_ALIAS, ["a", LED], "item 1 is 'Chest.*; a list"),
+    (wire.CREATE_ALIAS, ["a", [LED, None]], "item 1, entry 1 is None; a name"),
+    (wire.CREATE_ALIAS, ["a", [LED] * 257], "257 actuators; an alias takes at most 256"),
+    (wire.SET, [LED, "clearall", []], "item 1 is 'clearall'; one of Merge, ClearAll, ClearAfter, ClearBefore"),
+    (wire.SET, [LED, "Merge"], "a list of 2 items"),
+    (wire.SET, [LED, "Merge", [0.5, 0]], "item 2, command 0 is 0.5; \\[value, time\\]"),
+    (wire.SET, [LED, "Merge", [[0.5]]], "item 2, command 0 is \\[0.5\\]"),
+    (wire.SET, [LED, "Merge", [["1", 0]]], "command 0, value is '1'; a finite number"),
+    (wire.SET, [LED, "Merge", [[float("nan"), 0]]], "command 0, value is nan; a finite number"),
+    (wire.SET, [LED, "Merge", [[0.0, 0], [float("inf"), 0]]], "command 1, value is inf; a finite number"),
+    (wire.SET, [LED, "Merge", [[True, 0]]], "command 0, value is True; a finite number"),
+    (wire.SET, [LED, "Merge", [[0.0, 2**31]]], "command 0, time is 2147483648; .* signed 4-byte integer"),
+    (wire.SET, [LED, "Merge", [[0.0, 1.5]]], "command 0, time is 1.5; .* signed 4-byte integer"),
+    (wire.SET, ["nothing", "Merge", []], "'nothing' is neither an actuator of this body nor an alias"),
+    (wire.SET_ALIAS, ["nothing", "Merge", "time-mixed", []], "'nothing' is no alias; make it with createAlias"),
+    (wire.SET_ALIAS, ["a", "Merge", "time-separate", []], "item 2 is 'time-separate'; a command of 4 items"),
+    (wire.SET_ALIAS, ["a", "Merge", "time-mixed", 0, [], []], "item 2 is 'time-mixed'; a command of 6 items"),
+    (
+        wire.SET_ALIAS,
+        ["a", "Merge", "time-separate", 0, [0], [[0.0, 1.0]]],
+        "entry 0 has 2 values; item 4 has 1",
+    ),
+    (wire.SET_ALIAS, ["a", 0, "x"], "item 2 is 'x'; a list"),
+    (wire.SET_ALIAS, [], "a list of 0 items"),
+)
+
+
+@pytest.mark.parametrize(("key", "command", "what"), WRONG)
+def test_wrong_commands_are_refused_with_the_item(bench: Bench, key: str, command: Any, what: str) -> None:
+    with pytest.raises(DcmRefused, match=what) as caught:
+        bench.command(key, command)
+    assert sentence(caught.value)
+
+
+def test_an_alias_needs_an_entry_for_each_actuator(bench: Bench) -> None:
+    bench.command(wire.CREATE_ALIAS, ["eyes", [LED, "none"]])
+    with pytest.raises(DcmRefused, match="'eyes' has 2 actuators; commands for 1 came"):
+        bench.command(wire.SET_ALIAS, ["eyes", "Merge", "time-mixed", [[[0.5, 0]]]])
+
+
+@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize(
+    "payload", [b"", b"\xc1", b"\x90", b"\x80" * 9, msgspec.msgpack.encode({"version": 2})]
+)
+def test_payloads_that_are_no_request_are_refused(bench: Bench, key: str, payload: bytes) -> None:
+    with pytest.raises(FrameError) as caught:
+        bench.handlers[key](payload)
+    assert sentence(caught.value)
+
+
+scalars = (
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**63), 2**64 - 1)
+    | st.floats()
+    | st.text(max_size=8)
+    | st.binary(max_size=8)
+)
+likely = st.sampled_from(
+    [LED, wire.PREFIX + LED, "eyes", "Merge", "ClearAll", "ClearAfter", "time-mixed", "time-separate", 0, 0.5]
+)
+things = st.recursive(
+    likely | scalars,
+    lambda inner: st.lists(inner, max_size=6) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=20,
+)
+requests = st.fixed_dictionaries(
+    {},
+    optional={
+        "version": st.just(1) | things,
+        "lease": st.just(LEASE) | things,
+        "command": st.lists(things, max_size=7) | things,
+        "names": st.lists(likely | things, max_size=4) | things,
+        "offset": things,
+    },
+)
+
+
+@pytest.fixture(scope="module")
+def used_bench() -> Iterator[Bench]:
+    """One bench for all that is thrown at it."""
+    bench = Bench()
+    bench.command(wire.CREATE_ALIAS, ["eyes", [LED, "none"]])
+    yield bench
+    # After all of it the DCM still works.
+    bench.command(wire.SET, [LED, "ClearAll", [[0.25, bench.ask(wire.GET_TIME)]]])
+    bench.robot.dcm.run_cycle()
+    assert bench.ask(wire.READ, names=[LED]) == [0.25]
+
+
+def answered(bench: Bench, key: str, payload: bytes) -> None:
+    """A reply of the right kind, or a refusal in one sentence; any other exception fails the test."""
+    try:
+        reply = bench.handlers[key](payload)
+    except NaoHilError as error:
+        assert sentence(error), str(error)
+    else:
+        decode(reply, wire.DcmReply)
+    bench.robot.dcm.run_cycle()
+
+
+@given(st.sampled_from(KEYS), requests)
+@settings(deadline=None, max_examples=400, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_map_is_answered_or_refused(used_bench: Bench, key: str, request_map: dict[str, Any]) -> None:
+    answered(used_bench, key, msgspec.msgpack.encode(request_map))
+
+
+@given(st.sampled_from(KEYS), st.binary(max_size=64))
+@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_bytes_are_answered_or_refused(used_bench: Bench, key: str, payload: bytes) -> None:
+    answered(used_bench, key, payload)
+
+
+def test_commands_are_carried_out_by_the_loop_only() -> None:
+    """The handler's thread waits; the DCM is touched when the loop comes to its boundary."""
+    arrived = threading.Event()
+    boundary = BoundaryQueue(wake=arrived.set)
+    robot = Robot(Dcm(load_body("nao-v3"), POSTURES["Stand"]))
+    handlers = DcmQueries(robot, boundary, lambda lease, what: None).handlers()
+    payload = msgspec.msgpack.encode({"lease": 1, "command": [LED, "Merge", [[1.0, 50]]]})
+    thread = threading.Thread(target=_run(handlers[wire.SET], payload))
+    thread.start()
+    assert arrived.wait(10.0)
+    assert robot.dcm.waiting(LED) == ()
+    boundary.run()
+    thread.join(10.0)
+    assert len(robot.dcm.waiting(LED)) == 1
+
+
+def _run(handler: Callable[[bytes], bytes], payload: bytes) -> Callable[[], None]:
+    def target() -> None:
+        handler(payload)
+
+    return target
