@@ -239,7 +239,7 @@ class Versioned(Protocol):
 M = TypeVar("M", bound=Versioned)
 
 _encoder = msgspec.msgpack.Encoder()
-_decoders: dict[type[Any], msgspec.msgpack.Decoder[Any]] = {}
+_decoders: dict[Any, msgspec.msgpack.Decoder[Any]] = {}
 
 
 def encode(message: Versioned) -> bytes:
@@ -254,23 +254,29 @@ def decode(payload: bytes, kind: type[M]) -> M:
         FrameError: not msgpack, too long, a missing, ill-typed, wrongly sized or non-finite field, or another
             schema version; the message names the field and what would be right.
     """
-    if len(payload) > MAX_PAYLOAD:
-        raise FrameError(f"{kind.__name__} refused: {len(payload)} bytes; at most {MAX_PAYLOAD} are allowed.")
-    try:
-        message: M = _decoder(kind).decode(payload)
-    except msgspec.ValidationError as error:
-        _require_version(kind, payload)
-        raise FrameError(f"{kind.__name__} refused: {_in_words(str(error))}.") from None
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FrameError(
-            f"{kind.__name__} refused: {len(payload)} bytes that are not one whole msgpack map ({error})."
-        ) from None
-    if message.version != SCHEMA_VERSION:
-        raise _other_version(kind, message.version)
+    message: M = decode_as(payload, kind, kind.__name__)
     return message
 
 
-def _decoder(kind: type[Any]) -> msgspec.msgpack.Decoder[Any]:
+def decode_as(payload: bytes, kind: Any, name: str) -> Any:
+    """As `decode`, for a union of messages too; `name` is what the errors call it."""
+    if len(payload) > MAX_PAYLOAD:
+        raise FrameError(f"{name} refused: {len(payload)} bytes; at most {MAX_PAYLOAD} are allowed.")
+    try:
+        message = _decoder(kind).decode(payload)
+    except msgspec.ValidationError as error:
+        _require_version(name, payload)
+        raise FrameError(f"{name} refused: {_in_words(str(error))}.") from None
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FrameError(
+            f"{name} refused: {len(payload)} bytes that are not one whole msgpack map ({error})."
+        ) from None
+    if message.version != SCHEMA_VERSION:
+        raise _other_version(name, message.version)
+    return message
+
+
+def _decoder(kind: Any) -> msgspec.msgpack.Decoder[Any]:
     decoder = _decoders.get(kind)
     if decoder is None:
         decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
@@ -283,18 +289,18 @@ class _Head(msgspec.Struct):
     version: int = SCHEMA_VERSION
 
 
-def _require_version(kind: type[Any], payload: bytes) -> None:
+def _require_version(name: str, payload: bytes) -> None:
     """Blame the version rather than a field, when a message of another version does not fit."""
     try:
         version = _decoder(_Head).decode(payload).version
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return
     if version != SCHEMA_VERSION:
-        raise _other_version(kind, version)
+        raise _other_version(name, version)
 
 
-def _other_version(kind: type[Any], version: int) -> FrameError:
-    return FrameError(f"{kind.__name__} refused: schema version {version}; this side speaks {SCHEMA_VERSION}.")
+def _other_version(name: str, version: int) -> FrameError:
+    return FrameError(f"{name} refused: schema version {version}; this side speaks {SCHEMA_VERSION}.")
 
 
 _PLACE: Final = re.compile(r"(?P<reason>.*) - at `\$\.?(?P<path>.*)`", re.DOTALL)

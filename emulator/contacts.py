@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from bridge.datasheet.model import Side
 from bridge.messages import Vec2, Vec3
 from emulator.engine import bullet
 from emulator.model import RobotModel
+
+
+class Ground(Protocol):
+    """What a robot stands on."""
+
+    bodies: set[int]
+    """PyBullet's numbers of the floor and of everything fixed on it."""
+    normal: Vec3
+    """Of the floor, world frame, upward."""
 
 
 @dataclass(frozen=True)
@@ -29,12 +38,15 @@ class GroundContacts:
 
     feet: dict[Side, FootLoad]
     zmp: Vec2 | None
-    """Centre of pressure of both feet together, world frame x and y, m; None without load."""
+    """Centre of pressure of both feet together, world frame x and y, m; None without load. Points count by
+    their force along the floor's normal, so that it is the true one on a tilted floor too."""
     fallen: bool
-    """Something other than a foot touches the world."""
+    """Something other than a foot touches the ground."""
+    bumped: frozenset[str] = frozenset()
+    """Bumpers that something pushes, by their names in `emulator.sensors.touch`."""
 
 
-def ground_contacts(model: RobotModel) -> GroundContacts:
+def ground_contacts(model: RobotModel, ground: Ground) -> GroundContacts:
     """Contacts of the last physics step."""
     points = bullet.getContactPoints(model.robot, physicsClientId=model.client)
     by_link: dict[int, list[Any]] = {link: [] for link in model.feet.values()}
@@ -42,10 +54,11 @@ def ground_contacts(model: RobotModel) -> GroundContacts:
     for point in points:
         if point[3] in by_link:
             by_link[point[3]].append(point)
-        elif point[8] <= 0.0:
+        elif point[8] <= 0.0 and point[2] in ground.bodies:
             fallen = True
     feet = {side: _foot_load(model, link, by_link[link]) for side, link in model.feet.items()}
-    return GroundContacts(feet, _zmp([p for points in by_link.values() for p in points]), fallen)
+    zmp = _zmp([p for points in by_link.values() for p in points], ground.normal)
+    return GroundContacts(feet, zmp, fallen)
 
 
 def _force(point: Any) -> Vec3:
@@ -78,10 +91,11 @@ def _foot_load(model: RobotModel, link: int, points: list[Any]) -> FootLoad:
     return FootLoad((fx, fy, fz), normal, cop)
 
 
-def _zmp(points: list[Any]) -> Vec2 | None:
+def _zmp(points: list[Any], normal: Vec3) -> Vec2 | None:
     total = x = y = 0.0
     for point in points:
-        load = _force(point)[2]
+        force = _force(point)
+        load = force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2]
         total += load
         x += load * point[6][0]
         y += load * point[6][1]

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from bridge.messages import Quaternion, Vec3
-from emulator.contacts import GroundContacts, ground_contacts
+from emulator.contacts import Ground, GroundContacts
 from emulator.engine import bullet
 from emulator.model import RobotModel
+from emulator.reactions import GroundReactions
 from emulator.servo import Servo
 from emulator.vectors import Rotation, add, cross, rotate, scaled
 
+JAM_TORQUE: Final = 100.0
+"""What a jammed gear withstands, N m: far above any motor's stall torque."""
 _HERE: Final = (0.0, 0.0, 0.0)
 
 
@@ -46,6 +50,8 @@ class Mechanics:
         self._steps = steps
         self._joints = list(range(len(model.joints)))
         self._read_joints()
+        self._reactions = GroundReactions(model)
+        self._jammed: frozenset[int] = frozenset()
         _, self._to_torso = bullet.invertTransform(_HERE, model.torso_principal)
         # PyBullet starts every joint with a motor of its own that brakes
         bullet.setJointMotorControlArray(
@@ -63,20 +69,37 @@ class Mechanics:
         self.velocity = np.array([state[1] for state in states])
         """rad/s"""
 
-    def run_cycle(self) -> None:
-        """Servo and physics over one cycle."""
+    def run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
+        """Servo and physics over one cycle; the world may act before every physics step."""
         client, robot, joints, servo = self.model.client, self.model.robot, self._joints, self.servo
         apply, step, control = bullet.setJointMotorControlArray, bullet.stepSimulation, bullet.TORQUE_CONTROL
+        self._reactions.begin_cycle()
         for _ in range(self._steps):
             torque = servo.torque(self.position, self.velocity)
             apply(robot, joints, control, forces=torque.tolist(), physicsClientId=client)
+            if before_step is not None:
+                before_step()
             step(client)
+            self._reactions.take_step()
             self._read_joints()
         servo.end_cycle()
 
-    def contacts(self) -> GroundContacts:
-        """Ground reactions of the last physics step."""
-        return ground_contacts(self.model)
+    def jam(self, joints: frozenset[int]) -> None:
+        """Block these joints where they are, and free all others that were blocked."""
+        for joint in joints ^ self._jammed:
+            bullet.setJointMotorControl2(
+                self.model.robot,
+                joint,
+                bullet.VELOCITY_CONTROL,
+                targetVelocity=0.0,
+                force=JAM_TORQUE if joint in joints else 0.0,
+                physicsClientId=self.model.client,
+            )
+        self._jammed = joints
+
+    def contacts(self, ground: Ground) -> GroundContacts:
+        """Mean ground reactions of the last cycle; to be called after each."""
+        return self._reactions.mean(ground)
 
     def torso(self) -> TorsoState:
         """The torso now."""

@@ -162,6 +162,8 @@ def _set_dynamics(client: int, robot: int, link: int, inertia: PrincipalInertia)
         angularDamping=0.0,
         jointDamping=0.0,
         restitution=0.0,
+        # PyBullet multiplies the coefficients of both partners; the floor's alone is the pair's.
+        lateralFriction=1.0,
         physicsClientId=client,
     )
 

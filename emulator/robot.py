@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Final
 
@@ -16,6 +16,7 @@ from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import (
     ActuatorFrame,
     Contact,
+    Notice,
     Quaternion,
     SensorFrame,
     TruthFrame,
@@ -24,21 +25,21 @@ from bridge.messages import (
 from emulator.contacts import FootLoad
 from emulator.dcm import Dcm
 from emulator.engine import bullet, connect, disconnect
+from emulator.faults import Faults
 from emulator.hands import Hands
 from emulator.mechanics import Mechanics
 from emulator.model import build_model
-from emulator.sensors.encoders import Encoders
-from emulator.sensors.fsr import FootForceSensors
-from emulator.sensors.imu import InertialSensors
+from emulator.scenarios import FLAT, Scenario
+from emulator.sensors.suite import Sensors
 from emulator.servo import Servo
 from emulator.start import place, start_posture
 from emulator.wear import WearProfile
-from emulator.world import WorldParameters, build_world
+from emulator.world import WorldParameters
+from emulator.world.stage import Stage
+from emulator.world.timeline import build_world, timeline
 
 ROOM_TEMPERATURE: Final = 25.0
-"""Reported for every motor and the battery: heating is not simulated yet, degrees Celsius."""
-SONAR_RANGE: Final = 2.55
-"""Reported by both sonars: nothing stands in the world yet, m."""
+"""Reported for every motor: heating is not simulated yet, degrees Celsius."""
 DEFAULT_WORLD: Final = WorldParameters()
 IDEAL: Final = WearProfile(name="ideal")
 FALLEN_TILT: Final = math.cos(math.radians(45.0))
@@ -52,8 +53,9 @@ class EmulatedRobot:
     Args:
         body: Data sheet.
         seed: Of the one random generator that everything random here draws from.
-        posture: Start posture by name, or 25 angles in frame order, rad.
+        posture: Start posture by name, or 25 angles in frame order, rad; None: the scenario's.
         world: Physics settings.
+        scenario: Ground, and what happens when.
         wear: State of the drives and sensors.
         settle: Time in which the robot may settle into its posture before `seq` 0, s.
         orientation: Of the torso at the start; None: soles level.
@@ -69,8 +71,9 @@ class EmulatedRobot:
         body: Body,
         *,
         seed: int,
-        posture: str | Sequence[float] = "StandInit",
+        posture: str | Sequence[float] | None = None,
         world: WorldParameters = DEFAULT_WORLD,
+        scenario: Scenario = FLAT,
         wear: WearProfile = IDEAL,
         settle: float = 0.5,
         orientation: Quaternion | None = None,
@@ -79,7 +82,8 @@ class EmulatedRobot:
     ) -> None:
         self.body = body
         self._seed = seed
-        self._start = start_posture(posture)
+        self._start = start_posture(scenario.start.posture if posture is None else posture)
+        self._scenario = scenario
         self._world_parameters, self._wear = world, wear
         self._settle = round(settle / body.cycle)
         self._orientation, self._lift, self._held = orientation, lift, held
@@ -88,8 +92,6 @@ class EmulatedRobot:
             raise ConfigurationError(
                 f"A physics step of {world.step:g} s does not divide the {body.cycle:g} s cycle of {body.name}."
             )
-        self._encoders = Encoders(body.encoder_steps)
-        self._feet = {"L": FootForceSensors(body.fsr.L), "R": FootForceSensors(body.fsr.R)}
         self._client = connect()
         self._build()
 
@@ -97,7 +99,9 @@ class EmulatedRobot:
         """Everything that a reset makes anew."""
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
-        self.world = build_world(self._client, self._world_parameters)
+        # children draw from streams of their own: a scenario does not change the noise of the sensors
+        terrain, chance = self.random.spawn(2)
+        self.world = build_world(self._client, self._world_parameters, self._scenario, terrain)
         joints = tuple(joint_tree(self.body))
         self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
         request = np.array(self._start)[self._slots]
@@ -105,7 +109,9 @@ class EmulatedRobot:
         model = build_model(
             self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
         )
-        place(model, self.body, self._start, self._orientation, self._lift)
+        start = self._scenario.start
+        at = (start.x, start.y, math.radians(start.yaw))
+        place(model, self.body, self._start, self._orientation, self._lift, self.world, at)
         self.mechanics = Mechanics(model, servo, self._steps)
         self._hands = Hands(self.body, self._start)
         self.dcm = Dcm(self.body, self._start)
@@ -115,24 +121,32 @@ class EmulatedRobot:
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
         self._torso = self.mechanics.torso()
-        self._imu = InertialSensors(
-            self.body.inertial_unit, self._world_parameters.gravity, self.body.cycle, self._torso
+        self.sensors = Sensors(
+            self.body, self._wear.sensors, self.random, model, self._world_parameters.gravity, self._torso
         )
+        """Everything that measures; `sensors.touch` presses buttons."""
+        self._currents = self._by_slot(servo.current())
         for _ in range(self._settle):
             self._run_cycle()
-        self._contacts = self.mechanics.contacts()
-        self._start_height = self._torso.position[2]
+        self._contacts = self.mechanics.contacts(self.world)
+        self._start_height = self.world.clearance(self._torso.position)
         self._seq = 0
+        self._notices: list[Notice] = []
+        self.stage = Stage(self.world, self.mechanics, self.body, timeline(self._scenario), self._say)
+        """Carries out what happens in the world."""
+        self.faults = Faults(self.mechanics, self._scenario.faults, chance, self._say)
+        """What goes wrong."""
         self._command = -1
         self._missed = 0
         self.frame = self._sample()
         """The present boundary's sensor frame."""
 
-    def _run_cycle(self) -> None:
-        self.mechanics.run_cycle()
+    def _run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
+        self.mechanics.run_cycle(before_step)
         self._hands.run_cycle(self.body.cycle)
         self._torso = self.mechanics.torso()
-        self._imu.update(self._torso)
+        self._currents = self._by_slot(self.mechanics.servo.current())
+        self.sensors.update(self._torso, self._currents)
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
         """Latch the command, run one cycle, sample.
@@ -150,19 +164,50 @@ class EmulatedRobot:
         if command is not None:
             require_finite("position", command.position)
             require_finite("stiffness", command.stiffness)
+        while self.run_stalled():
+            pass
+        command = self.faults.carry(command)
+        if command is not None:
             self.dcm.put_frame(command.position, command.stiffness)
             self._command = command.reply_to
-        if expected and (command is None or command.reply_to < self._seq):
+        if expected and (command is None or command.reply_to < self.frame.seq):
             self._missed += 1
         targets = self.dcm.run_cycle()
         if targets is not None:
             self.mechanics.servo.latch(targets.position, targets.stiffness)
             self._hands.latch(targets.position, targets.stiffness)
-        self._run_cycle()
-        self._contacts = self.mechanics.contacts()
-        self._seq += 1
+        self._world_cycle()
         self.frame = self._sample()
         return self.frame
+
+    def run_stalled(self) -> bool:
+        """Run one cycle if the DCM stands still (a fault): no commands, no frame; False if it does not.
+
+        `advance` does so by itself; who keeps to a wall clock calls this once per cycle before it.
+        """
+        self.faults.begin_cycle(self.time)
+        if not self.faults.stalled:
+            return False
+        self._world_cycle()
+        return True
+
+    def _world_cycle(self) -> None:
+        self._run_cycle(self.stage.begin_cycle(self.time))
+        self._contacts = self.mechanics.contacts(self.world)
+        self._seq += 1
+
+    @property
+    def time(self) -> float:
+        """Robot time at the present boundary, s."""
+        return self._seq * self.body.cycle
+
+    def _say(self, code: str, text: str) -> None:
+        self._notices.append(Notice(seq=self._seq, level="info", code=code, text=text))
+
+    def take_notices(self) -> list[Notice]:
+        """What has been said about world and faults since the last call."""
+        notices, self._notices = self._notices, []
+        return notices
 
     def _by_slot(self, values: NDArray[np.float64]) -> list[float]:
         """Values of the mechanical joints in frame order; the two hips share the left one's slot."""
@@ -173,34 +218,34 @@ class EmulatedRobot:
         return slots
 
     def _sample(self) -> SensorFrame:
-        servo, inertial = self.mechanics.servo, self._imu.sample
-        loads = self._contacts.feet
-        return SensorFrame(
+        servo, sensors = self.mechanics.servo, self.sensors
+        inertial = sensors.inertial.sample
+        frame = SensorFrame(
             seq=self._seq,
             time=self._seq * self.body.cycle,
-            position=self._hands.put(self._by_slot(self._encoders.read(self.mechanics.position))),
+            position=self._hands.put(self._by_slot(sensors.encoders.read(self.mechanics.position))),
             stiffness=self._hands.put_stiffness(self._by_slot(servo.stiffness)),
-            current=tuple(self._by_slot(servo.current())),
+            current=tuple(self._currents),
             temperature=self._temperature,
-            fsr=(
-                *self._feet["L"].share(loads["L"].normal_force, loads["L"].cop),
-                *self._feet["R"].share(loads["R"].normal_force, loads["R"].cop),
-            ),
+            fsr=sensors.forces(self._contacts),
             accelerometer=inertial.acceleration,
             gyroscope=inertial.rate,
             angle=inertial.angle,
-            touch=(0.0,) * 14,
-            battery=(1.0, 0.0, 0.0, ROOM_TEMPERATURE),
-            sonar=(SONAR_RANGE, SONAR_RANGE),
+            touch=sensors.touch.read(self._contacts.bumped),
+            battery=sensors.battery.read(),
+            sonar=sensors.sonars.read(),
             command=self._command,
             missed=self._missed,
         )
+        return self.faults.spoil(frame)
 
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
         torso, contacts = self._torso, self._contacts
         fell = (
-            contacts.fallen or torso.rotation[8] < FALLEN_TILT or torso.position[2] < 0.5 * self._start_height
+            contacts.fallen
+            or torso.rotation[8] < FALLEN_TILT
+            or self.world.clearance(torso.position) < 0.5 * self._start_height
         )
         return TruthFrame(
             seq=self._seq,

@@ -14,6 +14,7 @@ from bridge.messages import Quaternion, Vec3
 from emulator.engine import bullet
 from emulator.model import RobotModel
 from emulator.shapes import sole_points
+from emulator.world.world import World
 
 _HERE: Final = (0.0, 0.0, 0.0)
 _UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
@@ -37,16 +38,24 @@ def start_posture(posture: str | Sequence[float]) -> tuple[float, ...]:
 
 
 def place(
-    model: RobotModel, body: Body, angles: Sequence[float], orientation: Quaternion | None, lift: float
+    model: RobotModel,
+    body: Body,
+    angles: Sequence[float],
+    orientation: Quaternion | None,
+    lift: float,
+    world: World,
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> None:
-    """Set the joints, and put the robot at rest over the world's origin.
+    """Set the joints, and put the robot at rest on the ground.
 
     Args:
         model: The robot.
         body: Its data sheet.
         angles: 25 joint angles in frame order, rad.
-        orientation: Of the torso in the world; None: the left sole is level and the torso looks along x.
-        lift: Height of the lowest corner of the soles above z = 0, m.
+        orientation: Of the torso; None: the left sole is parallel to the floor and the torso looks along x.
+        lift: Height of the lowest corner of the soles above the ground, m.
+        world: With the ground; the pose is meant in its floor's frame.
+        at: Place of the torso on the floor, x and y in m, and its heading, rad.
     """
     client, robot = model.client, model.robot
     for i, name in enumerate(model.joints):
@@ -55,12 +64,22 @@ def place(
     soles = {side: _link_frame(model, link) for side, link in model.feet.items()}
     if orientation is None:
         orientation = _level(soles["L"][1])
-    lowest = 0.0
-    for side, (position, turn) in soles.items():
-        foot = bullet.multiplyTransforms(_HERE, orientation, position, turn)
-        for corner in sole_points(body, side).tolist():
-            lowest = min(lowest, bullet.multiplyTransforms(*foot, corner, _UPRIGHT)[0][2])
-    _put_torso(model, (0.0, 0.0, lift - lowest), orientation)
+    corners = [
+        bullet.multiplyTransforms(
+            *bullet.multiplyTransforms(_HERE, orientation, position, turn), corner, _UPRIGHT
+        )[0]
+        for side, (position, turn) in soles.items()
+        for corner in sole_points(body, side).tolist()
+    ]
+    lowest = min(0.0, *(corner[2] for corner in corners))
+    where = (at[0], at[1], lift - lowest), bullet.getQuaternionFromEuler((0.0, 0.0, at[2]))
+    if world.uneven:
+        feet = [bullet.multiplyTransforms(*where, corner, _UPRIGHT)[0] for corner in corners]
+        grounds = world.ground([(foot[0], foot[1]) for foot in feet])
+        rise = max(ground + lift - foot[2] for ground, foot in zip(grounds, feet, strict=True))
+        where = (at[0], at[1], where[0][2] + max(0.0, rise)), where[1]
+    position, turn = bullet.multiplyTransforms(*where, _HERE, orientation)
+    _put_torso(model, *world.to_world(position, turn))
 
 
 def _level(sole: Quaternion) -> Quaternion:

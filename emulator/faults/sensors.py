@@ -1,0 +1,71 @@
+"""Faults between the sensors and the frame: stuck, dead, noisy, offset, and an inertial unit zeroed anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from bridge.faults import (
+    InertialRezero,
+    PowerLoss,
+    SensorDead,
+    SensorNoisy,
+    SensorOffset,
+    SensorStuck,
+    sensor_slots,
+)
+from bridge.joints import N_JOINTS
+from bridge.messages import SensorFrame
+
+FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | InertialRezero | PowerLoss
+
+
+class FrameFaults:
+    """Spoils sensor frames.
+
+    Args:
+        random: of the noise.
+    """
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self._random = random
+        self._held: dict[str, tuple[float, ...]] = {}
+        """Values of the last good frame, by fault: what a stuck sensor repeats, where upright was taken."""
+
+    def forget(self, name: str) -> None:
+        """A fault has ended, or begins anew."""
+        self._held.pop(name, None)
+
+    def spoil(self, frame: SensorFrame, faults: Iterable[FrameFault]) -> SensorFrame:
+        """The frame as a controller gets to see it."""
+        for fault in faults:
+            frame = msgspec.structs.replace(frame, **self._changes(frame, fault))
+        return frame
+
+    def _changes(self, frame: SensorFrame, fault: FrameFault) -> dict[str, Any]:
+        if isinstance(fault, InertialRezero):
+            zero = self._held.setdefault(fault.name, frame.angle)
+            return {"angle": (frame.angle[0] - zero[0], frame.angle[1] - zero[1])}
+        if isinstance(fault, PowerLoss):
+            none = (0.0,) * N_JOINTS
+            return {"stiffness": none, "current": none, "battery": (0.0, 0.0, *frame.battery[2:])}
+        field, slots = sensor_slots(fault.sensor)
+        values = list(getattr(frame, field))
+        for i, value in zip(slots, self._values(fault, [values[i] for i in slots]), strict=True):
+            values[i] = value
+        return {field: tuple(values)}
+
+    def _values(
+        self, fault: SensorStuck | SensorDead | SensorNoisy | SensorOffset, values: list[float]
+    ) -> Iterable[float]:
+        if isinstance(fault, SensorStuck):
+            return self._held.setdefault(fault.name, tuple(values))
+        if isinstance(fault, SensorDead):
+            return [0.0] * len(values)
+        if isinstance(fault, SensorOffset):
+            return [value + fault.offset for value in values]
+        noise: list[float] = self._random.normal(0.0, fault.deviation, len(values)).tolist()
+        return [value + error for value, error in zip(values, noise, strict=True)]

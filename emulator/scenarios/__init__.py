@@ -1,0 +1,56 @@
+"""Scenarios: the shipped ones by name, anyone's own from a TOML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from bridge.config import load_toml, unknown_name
+from bridge.errors import ConfigurationError
+from emulator.scenarios.model import Heightfield, Scenario
+
+_FOLDER: Final = Path(__file__).parent
+SCENARIOS: Final = tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
+"""Names of the scenarios that come with the package."""
+__all__ = ["FLAT", "SCENARIOS", "Scenario", "load_scenario"]
+FLAT: Final = Scenario(title="A flat floor")
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """A shipped scenario by name, or one from a TOML file.
+
+    Raises:
+        ConfigurationError: no such scenario, unknown key, an impossible value, or a bad CSV file.
+    """
+    if name_or_path in SCENARIOS:
+        path = _FOLDER / f"{name_or_path}.toml"
+    elif name_or_path.endswith(".toml"):
+        path = Path(name_or_path)
+    else:
+        raise ConfigurationError(
+            f"{unknown_name('scenario', name_or_path, SCENARIOS)}, or the path of a .toml file"
+        )
+    scenario = load_toml(path, Scenario)
+    field = scenario.heightfield
+    if field is not None and field.file:
+        field = _with_heights(field, path.parent / field.file)
+        scenario = msgspec.structs.replace(scenario, heightfield=field)
+    return scenario
+
+
+def _with_heights(field: Heightfield, path: Path) -> Heightfield:
+    """The heights of a CSV file in place of its name."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{path}: cannot be read ({error}); give a CSV file of heights in m") from None
+    try:
+        rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip()]
+        table = {"spacing": field.spacing, "centre": field.centre, "heights": rows}
+        return msgspec.convert(table, Heightfield)
+    except (ValueError, msgspec.ValidationError) as error:
+        raise ConfigurationError(
+            f"{path}: is not a table of heights ({error}); numbers of m, separated by commas, are right"
+        ) from None

@@ -1,0 +1,80 @@
+"""From a scenario to the world and what happens in it: degrees become radians here."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bridge.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
+from emulator.scenarios.model import Scenario
+from emulator.world.parameters import WorldParameters
+from emulator.world.stage import Happening
+from emulator.world.terrain import lay_heightfield, lay_tiles
+from emulator.world.world import World
+
+
+def build_world(
+    client: int, parameters: WorldParameters, scenario: Scenario, random: np.random.Generator
+) -> World:
+    """The world of a scenario as it is before anything happens.
+
+    Args:
+        client: An empty physics client.
+        parameters: Physics settings.
+        scenario: What to build.
+        random: For tiles and heightfields without a seed of their own.
+    """
+    floor = scenario.floor
+    world = World(client, parameters, floor.friction, math.radians(floor.roll), math.radians(floor.pitch))
+    if scenario.heightfield is not None:
+        lay_heightfield(world, scenario.heightfield, random)
+    if scenario.tiles is not None:
+        lay_tiles(world, scenario.tiles, random)
+    for box in scenario.boxes:
+        world.add_box(
+            box.name,
+            box.size,
+            box.at,
+            math.radians(box.yaw),
+            height=box.height,
+            mass=box.mass,
+            friction=box.friction,
+        )
+    return world
+
+
+def timeline(scenario: Scenario) -> list[tuple[float, Happening]]:
+    """What happens when (s), as the commands that would do it live; events of one time in the order here."""
+    events: list[tuple[float, Happening]] = []
+    for change in scenario.frictions:
+        events.append((change.time, SetFriction(friction=change.friction)))
+    for tilt in scenario.tilts:
+        command = TiltFloor(
+            roll=math.radians(tilt.roll), pitch=math.radians(tilt.pitch), duration=tilt.duration
+        )
+        events.append((tilt.time, command))
+    for plate in scenario.plates:
+        events.append(
+            (
+                plate.time,
+                PlateUnderFoot(foot=plate.foot, size=plate.size, shift=plate.shift, name=plate.name),
+            )
+        )
+    for push in scenario.pushes:
+        impulse = push.impulse_vector()
+        events.append((push.time, Push(impulse=impulse, duration=push.duration, target=push.target)))
+    for strike in scenario.pendulums:
+        events.append(
+            (
+                strike.time,
+                SwingPendulum(
+                    mass=strike.mass,
+                    length=strike.length,
+                    angle=math.radians(strike.angle),
+                    direction=math.radians(strike.direction),
+                    height=strike.height,
+                ),
+            )
+        )
+    return events
