@@ -29,16 +29,28 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     parameters: dict[str, Any] = {}
     """Gait parameters that differ from the shipped ones."""
+    controller: dict[str, Any] = {}
+    """Controller parameters that differ from the gait's shipped ones; `torso` and `admittance` are its switches."""
 
 
-def run_config(file: Path | None, **options: Any) -> RunConfig:
+def run_config(
+    file: Path | None, *, torso: str | None = None, admittance: bool | None = None, **options: Any
+) -> RunConfig:
     """The defaults, overridden by the file, overridden by the options that are not None.
+
+    Args:
+        file: TOML.
+        torso: into the table `controller`.
+        admittance: into the table `controller`.
+        options: fields of `RunConfig`.
 
     Raises:
         ConfigurationError: unreadable file, unknown key, or an impossible value.
     """
     base = load_toml(file, RunConfig) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}
+    switches = {k: v for k, v in (("torso", torso), ("admittance", admittance)) if v is not None}
+    given["controller"] = base.controller | switches
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
     if config.steps == 1:
         raise ConfigurationError(

@@ -20,6 +20,18 @@ Wear = Annotated[
     ),
 ]
 Gait = Annotated[str | None, typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
+Torso = Annotated[
+    str | None,
+    typer.Option(
+        "--torso", help="Torso control; default: the gait's own choice.", metavar="none|thesis|robust"
+    ),
+]
+Admittance = Annotated[
+    bool | None,
+    typer.Option(
+        "--admittance/--no-admittance", help="Leg and ankle admittance; default: the gait's own choice."
+    ),
+]
 Steps = Annotated[
     int | None,
     typer.Option("--steps", help="Steps to walk, the closing one included; 0: without end.", metavar="N"),
@@ -38,7 +50,11 @@ Mode = Annotated[
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed of everything random.", metavar="N")]
 Config = Annotated[
     Path | None,
-    typer.Option("--config", help="TOML file with any of these options and gait `parameters`.", metavar="FILE"),
+    typer.Option(
+        "--config",
+        help="TOML file with any of these options and the tables `parameters` (gait), `controller`.",
+        metavar="FILE",
+    ),
 ]
 Out = Annotated[
     Path | None,

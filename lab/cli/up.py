@@ -28,6 +28,8 @@ def up(
     robot: options.Body = None,
     wear: options.Wear = None,
     gait: options.Gait = None,
+    torso: options.Torso = None,
+    admittance: options.Admittance = None,
     mode: options.Mode = None,
     steps: options.Steps = None,
     duration: options.Duration = None,
@@ -43,7 +45,16 @@ def up(
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
     """
     settings = run_config(
-        config, robot=robot, wear=wear, gait=gait, mode=mode, steps=steps, duration=duration, seed=seed
+        config,
+        robot=robot,
+        wear=wear,
+        gait=gait,
+        torso=torso,
+        admittance=admittance,
+        mode=mode,
+        steps=steps,
+        duration=duration,
+        seed=seed,
     )
     directory = RunDirectory(out)
     directory.write_config(settings)

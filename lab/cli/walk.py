@@ -19,6 +19,7 @@ from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
 from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
+from walker.parameters import controller_parameters
 from walker.process import MakeController, WalkerProcess
 from walker.walkable import check_walkable
 
@@ -26,6 +27,8 @@ from walker.walkable import check_walkable
 def walk(
     robot: options.Body = None,
     gait: options.Gait = None,
+    torso: options.Torso = None,
+    admittance: options.Admittance = None,
     steps: options.Steps = None,
     duration: options.Duration = None,
     name: options.Name = DEFAULT_ROBOT,
@@ -40,7 +43,9 @@ def walk(
 
     Example: nao-hil walk --gait static --steps 20 --connect tcp/192.168.1.7:7447
     """
-    settings = run_config(config, robot=robot, gait=gait, steps=steps, duration=duration)
+    settings = run_config(
+        config, robot=robot, gait=gait, torso=torso, admittance=admittance, steps=steps, duration=duration
+    )
     logging.basicConfig(
         level=logging.INFO,
         format="%(message)s",
@@ -48,10 +53,10 @@ def walk(
     )
     stop = threading.Event()
     on_signals(stop.set)
-    gait_parameters(settings.gait, settings.parameters)  # a wrong parameter is told before anyone waits
+    make = controller_maker(settings)  # a wrong parameter is told before anyone waits
     with ControllerLink(name, connect, controller) as link:
         body = settings.robot if robot is not None or config is not None else None
-        result = WalkerProcess(link, controller_maker(settings), body, stop.is_set).run()
+        result = WalkerProcess(link, make, body, stop.is_set).run()
     if as_json:
         print(json.dumps(msgspec.to_builtins(result)), flush=True)
     if result.fell:
@@ -60,12 +65,17 @@ def walk(
 
 
 def controller_maker(settings: RunConfig) -> MakeController:
-    """How to make the controller of a run, for the robot that turns out to be there."""
+    """How to make the controller of a run, for the robot that turns out to be there.
+
+    Raises:
+        ConfigurationError: a wrong parameter of the gait or the controller.
+    """
     parameters = gait_parameters(settings.gait, settings.parameters)
+    stabilisers = controller_parameters(settings.gait, settings.controller)
     order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))
 
     def make(body: Body, cycle: float) -> Controller:
         check_walkable(body, make_gait(settings.gait, parameters, body))
-        return Controller(body, make_gait(settings.gait, parameters, body), order, cycle)
+        return Controller(body, make_gait(settings.gait, parameters, body), order, cycle, stabilisers)
 
     return make
