@@ -16,8 +16,8 @@ from bridge.errors import LinkError
 
 T = TypeVar("T")
 
-PATIENCE: Final = 2.0
-"""s a handler waits for the next boundary."""
+PATIENCE: Final = 0.8
+"""s a handler waits for the next boundary; a controller waits longer for its answer, and so hears why."""
 
 
 class BoundaryQueue:

@@ -1,0 +1,146 @@
+"""A DCM program over the link: the `dcm/` queries reach the robot's loop, in real time and in lockstep."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import msgspec
+import pytest
+
+from bridge import dcm as wire
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.errors import LinkError
+from bridge.guard import Guard
+from bridge.joints import INDEX
+from bridge.link import ControllerLink, RobotLink
+from bridge.messages import ActuatorFrame, Info, decode
+
+pytest.importorskip("pybullet")
+
+from emulator.process import RobotProcess
+from emulator.robot import EmulatedRobot
+from emulator.timing import CycleTimer
+
+BODY = load_body("nao-v3")
+LED = "ChestBoard/Led/Red/Actuator/Value"
+ELBOW = "LElbowYaw/Position/Actuator/Value"
+SLOT = INDEX["LElbowYaw"]
+PATIENT = 20.0
+"""s that anything may take before the test gives up."""
+
+
+def free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@contextmanager
+def running_robot(mode: str) -> Iterator[str]:
+    """A robot's process in a thread, held in the air; gives its endpoint."""
+    endpoint, stop = free_endpoint(), threading.Event()
+    info = Info(
+        robot="nao",
+        body=BODY.name,
+        side="emulator",
+        mode=mode,
+        cycle=BODY.cycle,
+        absent=(),
+        boot=1,
+        software="test",
+    )
+    robot = EmulatedRobot(BODY, seed=0, posture="Stand", held=True, lift=0.3, settle=0.1)
+    with robot, RobotLink(info, endpoint) as link:
+        process = RobotProcess(robot, link, Guard(BODY), [], stop)
+        loop = (lambda: process.real_time(CycleTimer(BODY.cycle))) if mode == "real-time" else process.lockstep
+        thread = threading.Thread(target=loop)
+        thread.start()
+        try:
+            yield endpoint
+        finally:
+            stop.set()
+            thread.join(PATIENT)
+            assert not thread.is_alive()
+
+
+@contextmanager
+def controller(endpoint: str, name: str = "program", lease: bool = True) -> Iterator[ControllerLink]:
+    with ControllerLink("nao", endpoint, name) as link:
+        link.wait_robot(timeout=PATIENT)
+        if lease:
+            link.acquire()
+        yield link
+
+
+def ask(link: ControllerLink, key: str, **fields: Any) -> Any:
+    payload = msgspec.msgpack.encode({"version": 1, **fields})
+    return decode(link.query(key, payload), wire.DcmReply).result
+
+
+def command(link: ControllerLink, key: str, *items: Any) -> Any:
+    return ask(link, key, lease=link.lease, command=list(items))
+
+
+def test_a_dcm_program_moves_the_robot_in_real_time() -> None:
+    with running_robot("real-time") as endpoint, controller(endpoint) as link:
+        names = [wire.PREFIX + ELBOW, "RHipYawPitch/Position/Actuator/Value", "LHand/Position/Actuator/Value"]
+        assert command(link, wire.CREATE_ALIAS, "JointAngles", names) == ["JointAngles", [*names[:2], ""]]
+        begin = ask(link, wire.GET_TIME, offset=50)
+        mixed = [[[-0.5, begin], [-1.0, begin + 200]], [[0.3, begin]], [[1.0, begin]]]
+        assert command(link, wire.SET_ALIAS, "JointAngles", "ClearAll", "time-mixed", mixed) is None
+        last = time.monotonic() + PATIENT
+        while ask(link, wire.GET_TIME) - begin < 400:
+            assert time.monotonic() < last
+        assert ask(link, wire.READ, names=[ELBOW]) == [pytest.approx(-1.0, abs=1e-4)]
+        frame = link.latest(PATIENT)
+        assert frame is not None
+        assert frame.position[SLOT] == pytest.approx(-1.0, abs=0.06)
+
+
+def test_in_lockstep_queries_are_answered_while_the_robot_waits() -> None:
+    with running_robot("lockstep") as endpoint, controller(endpoint) as link:
+        now = ask(link, wire.GET_TIME)
+        command(link, wire.SET, LED, "ClearAll", [[0.0, now], [1.0, now + 40]])
+        assert ask(link, wire.READ, names=[LED]) == [0.0]
+        assert ask(link, wire.GET_TIME) == now
+        seen = []
+        frame = link.latest(PATIENT)
+        while len(seen) < 5:
+            assert frame is not None
+            link.send(ActuatorFrame(reply_to=frame.seq, position=POSTURES["Stand"], stiffness=(1.0,) * 25))
+            answered = frame.seq
+            while frame is not None and frame.seq <= answered:
+                frame = link.next(PATIENT)
+            seen += ask(link, wire.READ, names=[LED])
+        assert seen == [0.0, 0.25, 0.5, 0.75, 1.0]
+        assert ask(link, wire.GET_TIME) == now + 50
+
+
+def test_who_does_not_hold_the_robot_may_read_but_not_command() -> None:
+    with running_robot("real-time") as endpoint, controller(endpoint, "walker") as holder:
+        with controller(endpoint, "other", lease=False) as other:
+            assert isinstance(ask(other, wire.GET_TIME), int)
+            assert ask(other, wire.READ, names=[LED]) == [0.0]
+            with pytest.raises(LinkError, match=r"`dcm/set` command .* `walker` holds the robot"):
+                command(other, wire.SET, LED, "ClearAll", [[1.0, 0]])
+        command(holder, wire.SET, LED, "ClearAll", [[0.5, ask(holder, wire.GET_TIME)]])
+        last = time.monotonic() + PATIENT
+        while ask(holder, wire.READ, names=[LED]) != [0.5]:
+            assert time.monotonic() < last
+
+
+def test_refusals_come_as_sentences() -> None:
+    with running_robot("lockstep") as endpoint, controller(endpoint) as link:
+        with pytest.raises(LinkError, match=r"^set: 'none' is neither an actuator"):
+            command(link, wire.SET, "none", "ClearAll", [])
+        with pytest.raises(LinkError, match=r"^calibration is not emulated: .*\.$"):
+            ask(link, wire.CALIBRATION)
+        with pytest.raises(LinkError, match=r"^DcmCommand refused: "):
+            link.query(wire.SET, b"\xc1")
+        assert isinstance(ask(link, wire.GET_TIME), int)
