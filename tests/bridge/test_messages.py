@@ -1,0 +1,277 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bridge.errors import FrameError
+from bridge.joints import JOINTS
+from bridge.messages import (
+    MAX_PAYLOAD,
+    SCHEMA_VERSION,
+    ActuatorFrame,
+    Contact,
+    Info,
+    LeaseReply,
+    LeaseRequest,
+    Notice,
+    SensorFrame,
+    TruthFrame,
+    WalkTelemetry,
+    decode,
+    encode,
+)
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+COUNT = st.integers(0, 2**63 - 1)
+NAME = st.text("ABCxyz019_-", min_size=1, max_size=64)
+TEXT = st.text(max_size=50)
+
+
+def floats(n: int) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.lists(FINITE, min_size=n, max_size=n).map(tuple)
+
+
+CONTACT = st.builds(Contact, force=floats(3), cop=st.none() | floats(2))
+SENSOR_FRAME = st.builds(
+    SensorFrame,
+    seq=COUNT,
+    time=FINITE,
+    position=floats(25),
+    stiffness=floats(25),
+    current=floats(25),
+    temperature=floats(25),
+    fsr=floats(8),
+    accelerometer=floats(3),
+    gyroscope=floats(3),
+    angle=floats(2),
+    touch=floats(14),
+    battery=floats(4),
+    sonar=floats(2),
+    command=st.integers(-1, 2**63 - 1),
+    missed=COUNT,
+    wall=COUNT,
+)
+ACTUATOR_FRAME = st.builds(
+    ActuatorFrame, reply_to=COUNT, lease=COUNT, position=floats(25), stiffness=floats(25), wall=COUNT
+)
+MESSAGE = st.one_of(
+    SENSOR_FRAME,
+    ACTUATOR_FRAME,
+    st.builds(
+        TruthFrame,
+        seq=COUNT,
+        time=FINITE,
+        torso_position=floats(3),
+        torso_orientation=floats(4),
+        torso_velocity=floats(3),
+        torso_angular_velocity=floats(3),
+        joints=floats(25),
+        com=floats(3),
+        zmp=st.none() | floats(2),
+        left=CONTACT,
+        right=CONTACT,
+        fell=st.booleans(),
+    ),
+    st.builds(
+        Info,
+        robot=NAME,
+        body=TEXT,
+        side=TEXT,
+        mode=TEXT,
+        cycle=FINITE,
+        absent=st.lists(st.sampled_from(JOINTS)).map(tuple),
+        boot=COUNT,
+        software=TEXT,
+    ),
+    st.builds(
+        LeaseRequest,
+        op=st.sampled_from(["acquire", "release", "status"]),
+        controller=NAME,
+        ticket=COUNT,
+    ),
+    st.builds(LeaseReply, granted=st.booleans(), lease=COUNT, holder=TEXT, message=TEXT),
+    st.builds(Notice, seq=COUNT, level=TEXT, code=TEXT, text=TEXT),
+    st.builds(
+        WalkTelemetry,
+        seq=COUNT,
+        state=TEXT,
+        phase=TEXT,
+        step=COUNT,
+        steps=COUNT,
+        zmp=floats(2),
+        com=floats(2),
+        left=floats(3),
+        right=floats(3),
+        tick=FINITE,
+    ),
+)
+KINDS = [SensorFrame, ActuatorFrame, TruthFrame, Info, LeaseRequest, LeaseReply, Notice, WalkTelemetry]
+
+ZEROS = (0.0,) * 25
+COMMAND = ActuatorFrame(reply_to=7, lease=3, position=ZEROS, stiffness=ZEROS)
+
+
+def fields(**changes: Any) -> dict[str, Any]:
+    """The fields of a good actuator frame, some of them changed."""
+    return msgspec.to_builtins(COMMAND) | changes
+
+
+def refusal(fields: Any) -> str:
+    with pytest.raises(FrameError) as error:
+        decode(msgspec.msgpack.encode(fields), ActuatorFrame)
+    return str(error.value)
+
+
+@settings(deadline=None)
+@given(MESSAGE)
+def test_a_message_comes_out_as_it_went_in(message: Any) -> None:
+    assert decode(encode(message), type(message)) == message
+
+
+@settings(deadline=None)
+@given(MESSAGE)
+def test_the_wire_is_a_map_of_all_fields_by_name(message: Any) -> None:
+    raw = msgspec.msgpack.decode(encode(message))
+    assert list(raw) == list(message.__struct_fields__)
+    assert raw["version"] == SCHEMA_VERSION
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(deadline=None)
+@given(payload=st.binary(max_size=300))
+def test_random_bytes_are_refused_and_nothing_else_happens(kind: type[Any], payload: bytes) -> None:
+    with pytest.raises(FrameError):
+        decode(payload, kind)
+
+
+@settings(deadline=None)
+@given(SENSOR_FRAME | ACTUATOR_FRAME, st.data())
+def test_a_truncated_frame_is_refused(frame: Any, data: st.DataObject) -> None:
+    payload = encode(frame)
+    end = data.draw(st.integers(0, len(payload) - 1))
+    with pytest.raises(FrameError):
+        decode(payload[:end], type(frame))
+
+
+@settings(deadline=None)
+@given(SENSOR_FRAME | ACTUATOR_FRAME, st.data())
+def test_a_mutated_frame_is_refused_or_still_a_valid_frame(frame: Any, data: st.DataObject) -> None:
+    payload = bytearray(encode(frame))
+    for _ in range(data.draw(st.integers(1, 4))):
+        payload[data.draw(st.integers(0, len(payload) - 1))] = data.draw(st.integers(0, 255))
+    try:
+        decoded = decode(bytes(payload), type(frame))
+    except FrameError:
+        return
+    assert len(decoded.position) == len(decoded.stiffness) == 25
+    assert all(math.isfinite(v) for v in (*decoded.position, *decoded.stiffness))
+
+
+@settings(deadline=None)
+@given(
+    st.recursive(st.none() | st.booleans() | FINITE | TEXT, lambda s: st.lists(s) | st.dictionaries(TEXT, s))
+)
+def test_msgpack_that_is_no_frame_is_refused(thing: Any) -> None:
+    with pytest.raises(FrameError):
+        decode(msgspec.msgpack.encode(thing), ActuatorFrame)
+
+
+@pytest.mark.parametrize("field", ["position", "stiffness"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("slot", [0, 8, 24])
+def test_a_number_that_is_none_is_refused_by_field_index_and_joint(field: str, value: float, slot: int) -> None:
+    values = [0.0] * 25
+    values[slot] = value
+    sentence = refusal(fields(**{field: values}))
+    assert f"{field}[{slot}]" in sentence
+    assert JOINTS[slot] in sentence
+    assert "finite" in sentence
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_sensor_frame_has_finite_numbers_only(value: float) -> None:
+    frame = SensorFrame(
+        seq=0,
+        time=0.0,
+        position=ZEROS,
+        stiffness=ZEROS,
+        current=ZEROS,
+        temperature=ZEROS,
+        fsr=(0.0,) * 8,
+        accelerometer=(0.0, value, 0.0),
+        gyroscope=(0.0,) * 3,
+        angle=(0.0, 0.0),
+        touch=(0.0,) * 14,
+        battery=(0.0,) * 4,
+        sonar=(0.0, 0.0),
+    )
+    with pytest.raises(FrameError, match=r"accelerometer\[1\]"):
+        decode(encode(frame), SensorFrame)
+
+
+@pytest.mark.parametrize("n", [0, 24, 26])
+def test_a_wrong_length_is_refused_by_field_and_right_length(n: int) -> None:
+    sentence = refusal(fields(position=[0.0] * n))
+    assert "position" in sentence
+    assert "25" in sentence
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("position", ["0.5"] + [0.0] * 24),
+        ("position", [True] + [0.0] * 24),
+        ("position", [None] + [0.0] * 24),
+        ("position", 0.0),
+        ("reply_to", "7"),
+        ("reply_to", 7.0),
+        ("reply_to", -1),
+        ("reply_to", 2**64 - 1),
+        ("lease", -1),
+        ("lease", None),
+    ],
+)
+def test_an_ill_typed_field_is_refused_by_name(field: str, value: Any) -> None:
+    assert field in refusal(fields(**{field: value}))
+
+
+def test_a_missing_field_is_refused_by_name() -> None:
+    raw = fields()
+    del raw["stiffness"]
+    assert "stiffness" in refusal(raw)
+
+
+def test_integers_are_taken_for_floats_and_unknown_fields_ignored() -> None:
+    raw = fields(position=[1] * 25, colour="red")
+    assert decode(msgspec.msgpack.encode(raw), ActuatorFrame).position == (1.0,) * 25
+
+
+def test_another_version_is_blamed_rather_than_a_field_it_changed() -> None:
+    sentence = refusal({"version": 2, "angles": [0.0] * 25})
+    assert "version 2" in sentence
+    assert str(SCHEMA_VERSION) in sentence
+    assert "version 9" in refusal(fields(version=9))
+
+
+def test_a_payload_that_is_too_long_is_refused_unread() -> None:
+    padded = msgspec.msgpack.encode(fields(padding="x" * MAX_PAYLOAD))
+    with pytest.raises(FrameError, match=str(MAX_PAYLOAD)):
+        decode(padded, ActuatorFrame)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "a*", "a b", "ä", "a\n", "x" * 65])
+def test_a_name_that_cannot_be_part_of_a_key_is_refused(name: str) -> None:
+    request = msgspec.msgpack.encode({"op": "acquire", "controller": name})
+    with pytest.raises(FrameError, match="controller"):
+        decode(request, LeaseRequest)
+
+
+def test_an_unknown_lease_operation_is_refused_with_the_known_ones() -> None:
+    request = msgspec.msgpack.encode({"op": "grab", "controller": "me"})
+    with pytest.raises(FrameError, match="acquire"):
+        decode(request, LeaseRequest)
