@@ -14,6 +14,7 @@ from emulator.engine import bullet
 from emulator.model import RobotModel
 from emulator.reactions import GroundReactions
 from emulator.servo import Servo
+from emulator.stops import Stops
 from emulator.vectors import Rotation, add, cross, rotate, scaled
 
 JAM_TORQUE: Final = 100.0
@@ -43,11 +44,12 @@ class Mechanics:
         model: The robot in its physics client.
         servo: Its drives.
         steps: Physics and servo steps per cycle.
+        stops: Its joints' mechanical stops.
     """
 
-    def __init__(self, model: RobotModel, servo: Servo, steps: int) -> None:
+    def __init__(self, model: RobotModel, servo: Servo, steps: int, stops: Stops) -> None:
         self.model, self.servo = model, servo
-        self._steps = steps
+        self._steps, self._stops = steps, stops
         self._joints = list(range(len(model.joints)))
         self._read_joints()
         self._reactions = GroundReactions(model)
@@ -72,10 +74,12 @@ class Mechanics:
     def run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
         """Servo and physics over one cycle; the world may act before every physics step."""
         client, robot, joints, servo = self.model.client, self.model.robot, self._joints, self.servo
+        stops = self._stops
         apply, step, control = bullet.setJointMotorControlArray, bullet.stepSimulation, bullet.TORQUE_CONTROL
         self._reactions.begin_cycle()
         for _ in range(self._steps):
             torque = servo.torque(self.position, self.velocity)
+            stops.brake(self.position, self.velocity, torque)
             apply(robot, joints, control, forces=torque.tolist(), physicsClientId=client)
             if before_step is not None:
                 before_step()

@@ -33,13 +33,12 @@ from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo import Servo
 from emulator.start import place, start_posture
+from emulator.stops import Stops
 from emulator.wear import WearProfile
 from emulator.world import WorldParameters
 from emulator.world.stage import Stage
 from emulator.world.timeline import build_world, timeline
 
-ROOM_TEMPERATURE: Final = 25.0
-"""Reported for every motor: heating is not simulated yet, degrees Celsius."""
 DEFAULT_WORLD: Final = WorldParameters()
 IDEAL: Final = WearProfile(name="ideal")
 FALLEN_TILT: Final = math.cos(math.radians(45.0))
@@ -112,12 +111,12 @@ class EmulatedRobot:
         start = self._scenario.start
         at = (start.x, start.y, math.radians(start.yaw))
         place(model, self.body, self._start, self._orientation, self._lift, self.world, at)
-        self.mechanics = Mechanics(model, servo, self._steps)
+        stops = Stops(self.body, joints, servo.rotor_inertia, self._world_parameters.step)
+        self.mechanics = Mechanics(model, servo, self._steps, stops)
         self._hands = Hands(self.body, self._start)
         self.dcm = Dcm(self.body, self._start)
         """Timed commands and aliases; actuator frames go through it too."""
         present = set(self._slots) | self._hands.slots
-        self._temperature = tuple(ROOM_TEMPERATURE if i in present else 0.0 for i in range(N_JOINTS))
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
         self._torso = self.mechanics.torso()
@@ -217,6 +216,14 @@ class EmulatedRobot:
             slots[slot] = value
         return slots
 
+    def _temperatures(self) -> tuple[float, ...]:
+        """Of the motors in frame order, degrees Celsius; hands stay as cool as the room, absent joints read 0."""
+        heat = self.mechanics.servo.heat
+        temperature = self._by_slot(heat.temperature)
+        for slot in self._hands.slots:
+            temperature[slot] = self._wear.servo.heating.room
+        return tuple(temperature)
+
     def _sample(self) -> SensorFrame:
         servo, sensors = self.mechanics.servo, self.sensors
         inertial = sensors.inertial.sample
@@ -226,7 +233,7 @@ class EmulatedRobot:
             position=self._hands.put(self._by_slot(sensors.encoders.read(self.mechanics.position))),
             stiffness=self._hands.put_stiffness(self._by_slot(servo.stiffness)),
             current=tuple(self._currents),
-            temperature=self._temperature,
+            temperature=self._temperatures(),
             fsr=sensors.forces(self._contacts),
             accelerometer=inertial.acceleration,
             gyroscope=inertial.rate,
