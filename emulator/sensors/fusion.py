@@ -23,7 +23,7 @@ LARGEST_BIAS: Final = 0.05
 """Largest mean rate that is taken for the gyroscope's bias, rad/s; a faster one is a turn."""
 FIRST_REST: Final = 1.0
 """Time at rest in which the unit believes whatever it measures, s; what follows holds after that."""
-BIAS_STEP: Final = 0.01
+BIAS_STEP: Final = 0.005
 """Largest change of a bias once learnt, rad/s; a larger one is a slow turn, unless it lasts."""
 LEAN_STEP: Final = 0.15
 """Largest disagreement between the fused direction up and the mean acceleration at rest, m/s^2; a larger one is
@@ -37,9 +37,7 @@ REST_PULL: Final = 1.0
 MOTION_PULL: Final = 0.05
 """The same in motion, 1/s: the accelerations of a walk average out over 20 s, and an error of b in the bias
 costs no more than b / 0.05 s^-1."""
-SHOCK: Final = 2.0
-"""Departure of |acceleration| from gravity that halves the pull, m/s^2."""
-BIAS_MEMORY: Final = 5.0
+BIAS_MEMORY: Final = 20.0
 """The gyroscope's bias is its mean over that much time at rest, s: over all of it while there is less."""
 
 
@@ -48,7 +46,9 @@ class FusedAngle:
 
     The direction up is turned by the gyroscope, less the bias it had when the body last rested, and pulled
     towards the accelerometer: strongly at rest, weakly in motion. Rest is when both sensors have hardly varied
-    for a while; a body that glides at constant acceleration cannot be told from one at rest, by nobody.
+    for a while; a body that glides at constant acceleration cannot be told from one at rest, by nobody. A unit
+    without a Z axis does not see how turning about the vertical moves the lean of a body around: the larger
+    part of what is wrong in a walk of such a body, up to a degree.
 
     With R = Rz Ry Rx the torso's orientation, up in the Torso frame is
     (-sin AngleY, cos AngleY sin AngleX, cos AngleY cos AngleX).
@@ -72,15 +72,12 @@ class FusedAngle:
     def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Take in the means of both sensors over the last dt seconds."""
         self._watch(acceleration, rate, dt)
-        size = length(acceleration)
+        pull = MOTION_PULL
         if self.at_rest:
             self._rested = min(self._rested + dt, BIAS_MEMORY)
             pull = max(REST_PULL, 1.0 / self._rested)
             learnt = add(self._mean_rate, scaled(self._bias, -1.0))
             self._bias = add(self._bias, scaled(learnt, dt / self._rested))
-        else:
-            departure = (size - self._gravity) / SHOCK
-            pull = MOTION_PULL / (1.0 + departure * departure)
         turn = scaled(add(rate, scaled(self._bias, -1.0)), dt)
         # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
         way = cross(self._up, turn)

@@ -15,7 +15,7 @@ from emulator.sensors.parameters import SensorParameters
 from emulator.sensors.triaxial import ALL_AXES, TriaxialSensor
 from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
 
-REST_BEFORE_START: Final = 2.0
+REST_BEFORE_START: Final = 5.0
 """How long the unit has been on and at rest before the first sample, s: it knows its gyroscope's bias."""
 
 
