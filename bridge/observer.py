@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 
 
 class Observer(Protocol):
@@ -20,4 +20,8 @@ class Observer(Protocol):
 
     def telemetry(self, message: WalkTelemetry) -> None:
         """What the walker says of its walk."""
+        ...
+
+    def notice(self, message: Notice) -> None:
+        """What the robot side says that happened in its world: pushes, plates, faults."""
         ...

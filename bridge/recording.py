@@ -153,6 +153,10 @@ class Recorder:
         """As an observer: record it."""
         self.write_telemetry(message)
 
+    def notice(self, message: Notice) -> None:
+        """As an observer: record it."""
+        self.write_notice(message)
+
     def _write(self, message: Recordable) -> None:
         kind = type(message)
         data = canonical_json(message)

@@ -160,6 +160,14 @@ class EndFault(_Command, frozen=True, kw_only=True, tag="fault-off"):
     name: str = ""
 
 
+class Press(_Command, frozen=True, kw_only=True, tag="press"):
+    """Press or release a button, bumper or touch surface."""
+
+    button: str
+    """As in `bridge.faults.ELEMENTS["touch"]`, for example `chest`."""
+    pressed: bool = True
+
+
 WorldCommand = (
     Status
     | Reset
@@ -175,6 +183,7 @@ WorldCommand = (
     | SetFriction
     | StartFault
     | EndFault
+    | Press
 )
 
 

@@ -17,13 +17,17 @@ from bridge.link import RobotLink
 from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame
 from bridge.observer import Observer
+from bridge.world import COMMAND
 from emulator.boundary import BoundaryQueue
 from emulator.dcm import DcmQueries
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
+from emulator.world.queries import WorldQueries
 
 RESEND = 0.2
 """s; how often a robot in lockstep repeats the frame it waits on."""
+IDLE = 0.005
+"""s; how often a robot in lockstep that was paused looks for commands to the world."""
 
 
 class RobotProcess:
@@ -52,6 +56,8 @@ class RobotProcess:
         self._asked: Holder | None = None
         self.boundary = BoundaryQueue(wake=link.wake)
         """Where handlers of queries leave what touches the robot."""
+        self._world = WorldQueries(robot, self.boundary)
+        link.serve(COMMAND, self._world.answer)
         for suffix, answer in DcmQueries(robot, self.boundary, link.require_lease).handlers().items():
             link.serve(suffix, answer)
 
@@ -65,19 +71,35 @@ class RobotProcess:
         self._publish()
         while not self._stop.is_set():
             timer.wait()
-            self.boundary.run()
-            self._cycle(self._guarded(self._link.newest_command()))
+            self._at_boundary()
+            if not self._world.stands_still and not self._robot.run_stalled():
+                self._cycle(self._guarded(self._link.newest_command()))
+        self._world.close()
 
     def lockstep(self) -> None:
         """Cycle by the controller's answers until stopped; an answer that is here by then is still served."""
         self._publish()
         while not self._stop.is_set():
-            self.boundary.run()
-            self._serve(self._link.wait_command(RESEND))
+            self._at_boundary()
+            if self._world.stands_still:
+                self._stop.wait(IDLE)
+            elif self._world.steps and self._link.holder is None:
+                self._cycle(None)
+            else:
+                self._serve(self._link.wait_command(RESEND))
         # So that a run that its controller ended has the same frames, however fast the stop follows.
         last = self._link.newest_command()
         if last is not None:
             self._serve(last)
+        self._world.close()
+
+    def _at_boundary(self) -> None:
+        """Between two cycles: what queries want of the robot."""
+        self.boundary.run()
+        if self._world.began_anew:
+            self._world.began_anew = False
+            self._publish()
+        self._tell()
 
     def _serve(self, command: ActuatorFrame | None) -> None:
         """One cycle, if this answers the present frame; the frame is sent again if nothing came at all."""
@@ -112,6 +134,7 @@ class RobotProcess:
         # A controller that took over since the frame went out could not answer it.
         self._robot.advance(command, expected=self._asked is not None and self._asked == self._link.holder)
         self._publish()
+        self._world.cycle_done()
 
     def _publish(self) -> None:
         frame, truth = self._robot.frame, self._robot.truth()
@@ -120,3 +143,11 @@ class RobotProcess:
         self._link.publish_truth(truth)
         for observer in self._observers:
             observer.sensors(frame, truth)
+        self._tell()
+
+    def _tell(self) -> None:
+        """Pass on what the robot says of its world."""
+        for notice in self._robot.take_notices():
+            self._link.publish_notice(notice)
+            for observer in self._observers:
+                observer.notice(notice)

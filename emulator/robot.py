@@ -196,6 +196,11 @@ class EmulatedRobot:
         self._seq += 1
 
     @property
+    def seq(self) -> int:
+        """Number of the present boundary."""
+        return self._seq
+
+    @property
     def time(self) -> float:
         """Robot time at the present boundary, s."""
         return self._seq * self.body.cycle

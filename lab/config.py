@@ -20,6 +20,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Body: a name of `nao-hil robots`, or the path of a data sheet."""
     wear: str = "ideal"
     """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
+    scenario: str = "flat"
+    """World: a name of `nao-hil scenarios`, or the path of one."""
     gait: str = "static"
     mode: Mode = "real-time"
     steps: Annotated[int, msgspec.Meta(ge=0)] = 10
@@ -30,7 +32,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     parameters: dict[str, Any] = {}
     """Gait parameters that differ from the shipped ones."""
     controller: dict[str, Any] = {}
-    """Controller parameters that differ from the gait's shipped ones; `torso` and `admittance` are its switches."""
+    """What differs from the shipped controller parameters of the gait; `torso` and `admittance` are switches."""
 
 
 def run_config(

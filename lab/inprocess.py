@@ -27,5 +27,8 @@ def run(
         robot.advance(command)
         for observer in observers:
             observer.sensors(robot.frame, robot.truth())
+        for notice in robot.take_notices():
+            for observer in observers:
+                observer.notice(notice)
         if controller.done:
             return

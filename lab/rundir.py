@@ -52,6 +52,10 @@ class RunDirectory:
         self.config.write_bytes(msgspec.toml.encode(settings))
         (self.path / "versions.json").write_text(json.dumps(versions(), indent=2) + "\n")
 
+    def write_scenario(self, scenario: msgspec.Struct) -> None:
+        """Write the world in full, a heightfield's numbers included."""
+        (self.path / "scenario.toml").write_bytes(msgspec.toml.encode(scenario))
+
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write the result of the run."""
         (self.path / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")

@@ -6,7 +6,7 @@ import math
 
 import msgspec
 
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording import FrameHash
 
 
@@ -72,6 +72,9 @@ class RunStatistics:
             if self._walk_began is None:
                 self._walk_began = self._last_frame.time
             self._walk_ended = self._last_frame.time
+
+    def notice(self, message: Notice) -> None:
+        """What happens in the world is not counted; what comes of it is."""
 
     def summary(self, wall_seconds: float) -> Summary:
         """The summary so far; `wall_seconds` is the wall-clock length of the run."""

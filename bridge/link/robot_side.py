@@ -143,7 +143,11 @@ class RobotLink:
             if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
                 return
             self._noticed[code] = now
-        self._notices.put(encode(Notice(seq=self._seq, level=level, code=code, text=text)))
+        self.publish_notice(Notice(seq=self._seq, level=level, code=code, text=text))
+
+    def publish_notice(self, notice: Notice) -> None:
+        """Tell everyone what happened in the world; each time it does."""
+        self._notices.put(encode(notice))
 
     def require_lease(self, lease: int, what: str) -> None:
         """Accept a sign of life of the holder, or refuse `what` came with another number; any thread may ask.

@@ -1,4 +1,4 @@
-"""`nao-hil robots` and `nao-hil gaits`: what there is."""
+"""`nao-hil robots`, `nao-hil gaits`, `nao-hil scenarios`: what there is."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rich.table import Table
 
 from bridge.datasheet import BODIES, load_body
 from bridge.datasheet.quantities import total_mass
+from emulator.scenarios import SCENARIOS, load_scenario
 from lab.cli import options
 from walker.gait import GAITS, gait_parameters
 
@@ -41,5 +42,18 @@ def gaits(as_json: options.Json = False) -> int:
     for name, parameters in rows.items():
         for i, (key, value) in enumerate(parameters.items()):
             table.add_row(name if i == 0 else "", key, str(value))
+    Console().print(table)
+    return 0
+
+
+def scenarios(as_json: options.Json = False) -> int:
+    """List the worlds that come with the program."""
+    rows = [{"name": name, "title": load_scenario(name).title} for name in SCENARIOS]
+    if as_json:
+        print(json.dumps(rows))
+        return 0
+    table = Table("name", "what happens", title="Scenarios")
+    for row in rows:
+        table.add_row(row["name"], row["title"])
     Console().print(table)
     return 0

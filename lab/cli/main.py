@@ -30,6 +30,7 @@ app.command()(walk.walk)
 app.command()(doctor.doctor)
 app.command()(catalogue.robots)
 app.command()(catalogue.gaits)
+app.command()(catalogue.scenarios)
 
 
 def _version(value: bool) -> None:

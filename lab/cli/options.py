@@ -19,6 +19,10 @@ Wear = Annotated[
         metavar="WEAR",
     ),
 ]
+Scenario = Annotated[
+    str | None,
+    typer.Option("--scenario", help="World: a name of `nao-hil scenarios`, or a path.", metavar="NAME|FILE"),
+]
 Gait = Annotated[str | None, typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
 Torso = Annotated[
     str | None,
@@ -66,3 +70,7 @@ Listen = Annotated[
     str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
 ]
 Connect = Annotated[str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")]
+RealtimePriority = Annotated[
+    bool,
+    typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time."),
+]

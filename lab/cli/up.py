@@ -27,6 +27,7 @@ GRACE = 5.0
 def up(
     robot: options.Body = None,
     wear: options.Wear = None,
+    scenario: options.Scenario = None,
     gait: options.Gait = None,
     torso: options.Torso = None,
     admittance: options.Admittance = None,
@@ -48,6 +49,7 @@ def up(
         config,
         robot=robot,
         wear=wear,
+        scenario=scenario,
         gait=gait,
         torso=torso,
         admittance=admittance,

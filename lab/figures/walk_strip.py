@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.datasheet import load_body
 from bridge.guard import Guard
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from emulator.engine import bullet
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
@@ -52,6 +52,9 @@ class Strip:
         self.plan.append(message.zmp)
         if len(self.plan) % 100 == 60:
             self.frames.append(picture(self._robot, self._robot.truth()))
+
+    def notice(self, message: Notice) -> None:
+        """Nothing to keep."""
 
 
 def picture(robot: EmulatedRobot, truth: TruthFrame) -> NDArray[np.uint8]:
