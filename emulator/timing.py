@@ -1,12 +1,8 @@
-"""The wall clock of the DCM cycle: absolute deadlines, counted misses, and a quiet process to keep them in."""
+"""The wall clock of the DCM cycle: absolute deadlines and counted misses."""
 
 from __future__ import annotations
 
-import ctypes
-import gc
 import math
-import os
-import sys
 import time
 from collections.abc import Callable
 from typing import Final
@@ -16,11 +12,6 @@ import msgspec
 from emulator.histogram import DurationHistogram, Percentiles
 
 NANOSECONDS: Final = 1_000_000_000
-PRIORITY: Final = 50
-"""SCHED_FIFO priority of a cycle: over every ordinary process, under the kernel's own threads."""
-
-_PR_SET_TIMERSLACK: Final = 29
-"""Number of the prctl request (Linux)."""
 
 
 class CycleTimes(msgspec.Struct, frozen=True, kw_only=True):
@@ -105,34 +96,3 @@ class CycleTimer:
             lateness=self._lateness.percentiles(),
             work=self._work.percentiles(),
         )
-
-
-def quiet_process(*, real_time: bool) -> bool:
-    """Prepare the calling process for short, punctual cycles; call it once everything is built.
-
-    Sets the timer slack of the calling thread to 1 ns (Linux; the default of 50 us is added to every sleep),
-    and takes all living objects out of the garbage collector's sight (a full collection of a large process
-    takes tens of milliseconds).
-
-    Args:
-        real_time: also ask for SCHED_FIFO.
-
-    Returns:
-        Whether the process now runs under SCHED_FIFO; without the permission it goes on as an ordinary one.
-    """
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    gc.collect()
-    gc.freeze()
-    return real_time and request_real_time()
-
-
-def request_real_time() -> bool:
-    """Put the calling thread under SCHED_FIFO; False where the system does not permit or know it."""
-    if sys.platform != "linux":
-        return False
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-    except (PermissionError, OSError):
-        return False
-    return True

@@ -12,6 +12,7 @@ from bridge.datasheet import Body, load_body
 from bridge.errors import ConfigurationError, RobotSilent
 from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
+from bridge.realtime import quiet_process
 from walker.controller import Controller
 
 logger = logging.getLogger(__name__)
@@ -48,11 +49,18 @@ class WalkerProcess:
         make_controller: called anew for each start of the robot.
         body: name the robot must have; None takes the robot's word.
         stop: becomes true when the process is to end.
+        priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
     """
 
     def __init__(
-        self, link: ControllerLink, make_controller: MakeController, body: str | None, stop: Callable[[], bool]
+        self,
+        link: ControllerLink,
+        make_controller: MakeController,
+        body: str | None,
+        stop: Callable[[], bool],
+        priority: int | None = None,
     ) -> None:
+        self._priority = priority
         self._link, self._make, self._body, self._stop = link, make_controller, body, stop
         self._controller: Controller | None = None
         self._ticks: list[float] = []
@@ -79,6 +87,8 @@ class WalkerProcess:
                 self._seq = -1
             if self._acquire():
                 logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+                if info.mode == "real-time":
+                    quiet_process(self._priority)
                 if self._serve(lockstep=info.mode == "lockstep"):
                     self._link.release()
                     break

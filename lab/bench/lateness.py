@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LinkError
-from emulator.timing import CycleTimer, quiet_process
+from bridge.realtime import ROBOT_PRIORITY, quiet_process
+from emulator.timing import CycleTimer
 from lab.supervisor import Child
 
 
@@ -63,7 +64,7 @@ def _bare(seconds: float) -> dict[str, float]:
 def bare_loop(seconds: float) -> None:
     """Wait for 10 ms deadlines and do nothing else; prints p50, p99 and max of the lateness."""
     timer = CycleTimer(0.01)
-    quiet_process(real_time=True)
+    quiet_process(ROBOT_PRIORITY)
     for _ in range(round(seconds / 0.01)):
         timer.wait()
     lateness = timer.times.lateness

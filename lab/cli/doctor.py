@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import Final, Literal, TypeVar
 
@@ -18,7 +19,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from emulator.timing import CycleTimer, CycleTimes, quiet_process, request_real_time
+from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
+from emulator.timing import CycleTimer, CycleTimes
 from lab.cli import options
 
 T = TypeVar("T")
@@ -78,7 +80,7 @@ def diagnose() -> list[Finding]:
         python_finding(sys.version_info[:3]),
         cores_finding(usable_cores()),
         timer_finding(in_child(measure_timer)),
-        real_time_finding(in_child(request_real_time)),
+        real_time_finding(in_child(partial(request_real_time, CONTROLLER_PRIORITY))),
         port_finding(PORT),
         *(package_finding(extra, name) for extra, names in EXTRAS.items() for name in names),
     ]
@@ -117,7 +119,7 @@ def cores_finding(cores: int) -> Finding:
 def measure_timer() -> CycleTimes:
     """Keep 100 cycles of 10 ms as the robot's process does, at ordinary priority."""
     timer = CycleTimer(CYCLE)
-    quiet_process(real_time=False)
+    quiet_process(None)
     timer.restart()
     for _ in range(CYCLES):
         timer.wait()

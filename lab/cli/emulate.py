@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import secrets
 import threading
-from typing import Annotated, Any
+from typing import Any
 
 import msgspec
-import typer
 from rich.console import Console
 
 from bridge.datasheet import load_body
@@ -16,6 +15,7 @@ from bridge.datasheet.quantities import absent_joints
 from bridge.guard import Guard
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
 from bridge.messages import Info
+from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from bridge.recording import Recorder
 from lab import __version__
 from lab.cli import options
@@ -28,14 +28,12 @@ from lab.statistics import RunStatistics
 def emulate(
     robot: options.Body = None,
     wear: options.Wear = None,
+    scenario: options.Scenario = None,
     mode: options.Mode = None,
     seed: options.Seed = None,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
-    realtime_priority: Annotated[
-        bool,
-        typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO."),
-    ] = True,
+    realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
     out: options.Out = None,
     as_json: options.Json = False,
@@ -44,7 +42,7 @@ def emulate(
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
-    settings = run_config(config, robot=robot, wear=wear, mode=mode, seed=seed)
+    settings = run_config(config, robot=robot, wear=wear, scenario=scenario, mode=mode, seed=seed)
     console = Console(stderr=True)
     stop = threading.Event()
     on_signals(stop.set)
@@ -66,7 +64,8 @@ def _run(
     # Imported late: the walker's machine has no PyBullet, and the command line must start there too.
     from emulator.process import RobotProcess
     from emulator.robot import EmulatedRobot
-    from emulator.timing import CycleTimer, quiet_process
+    from emulator.scenarios import load_scenario
+    from emulator.timing import CycleTimer
     from emulator.wear import load_wear
 
     body = load_body(settings.robot)
@@ -81,9 +80,11 @@ def _run(
         software=f"nao-hil {__version__}",
     )
     statistics = RunStatistics(settings.seed)
-    robot = EmulatedRobot(body, seed=settings.seed, wear=load_wear(settings.wear))
+    scenario = load_scenario(settings.scenario)
+    robot = EmulatedRobot(body, seed=settings.seed, wear=load_wear(settings.wear), scenario=scenario)
     with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
         directory.write_config(settings)
+        directory.write_scenario(scenario)
         process = RobotProcess(robot, link, Guard(body), [statistics, recorder], stop)
         console.print(
             f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}"
@@ -91,7 +92,7 @@ def _run(
         summary: dict[str, Any]
         if settings.mode == "real-time":
             timer = CycleTimer(body.cycle)
-            quiet_process(real_time=priority)
+            quiet_process(ROBOT_PRIORITY if priority else None)
             process.real_time(timer)
             extra = {"timing": msgspec.to_builtins(timer.times)}
         else:

@@ -14,6 +14,7 @@ from rich.logging import RichHandler
 
 from bridge.datasheet import Body
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.realtime import CONTROLLER_PRIORITY
 from lab.cli import options
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
@@ -36,6 +37,7 @@ def walk(
     controller: Annotated[
         str, typer.Option("--controller", help="Name of this controller, shown to others.", metavar="NAME")
     ] = "walker",
+    realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
     as_json: options.Json = False,
 ) -> int:
@@ -56,7 +58,8 @@ def walk(
     make = controller_maker(settings)  # a wrong parameter is told before anyone waits
     with ControllerLink(name, connect, controller) as link:
         body = settings.robot if robot is not None or config is not None else None
-        result = WalkerProcess(link, make, body, stop.is_set).run()
+        priority = CONTROLLER_PRIORITY if realtime_priority else None
+        result = WalkerProcess(link, make, body, stop.is_set, priority).run()
     if as_json:
         print(json.dumps(msgspec.to_builtins(result)), flush=True)
     if result.fell:
