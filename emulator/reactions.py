@@ -1,4 +1,4 @@
-"""Ground reactions averaged over the physics steps of a cycle.
+"""Ground reactions from PyBullet's contact points, averaged over the physics steps of a cycle.
 
 A servo that gets a new request every cycle makes the contact forces swing within the cycle, by tens of
 newtons when it is stiff. A sample of the last step would be wrong in the mean, the centre of pressure by
