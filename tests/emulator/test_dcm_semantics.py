@@ -65,6 +65,14 @@ def test_set_gives_each_actuator_of_an_alias_the_same_commands(dcm: Dcm) -> None
     assert (read(dcm, LED), read(dcm, GREEN), read(dcm, BLUE)) == (0.75, 0.75, 0.0)
 
 
+def test_an_actuator_named_twice_in_an_alias_gets_both(dcm: Dcm) -> None:
+    dcm.create_alias(alias_request(["twice", [LED, LED]]))
+    dcm.set_alias(set_alias_request(["twice", "Merge", "time-mixed", [[[0.5, 20]], [[1.0, 40]]]]))
+    assert times(dcm) == [20, 40]
+    dcm.set_alias(set_alias_request(["twice", "ClearAll", "time-mixed", [[[0.5, 20]], [[1.0, 40]]]]))
+    assert times(dcm) == [40]
+
+
 def test_time_separate_has_times_for_all_and_values_for_each(dcm: Dcm) -> None:
     dcm.create_alias(alias_request(["leds", [LED, GREEN]]))
     values = [[0.25, 0.5], [0.75, 1.0]]
@@ -362,6 +370,14 @@ def test_an_actuator_frame_is_clear_all_at_the_time_of_now() -> None:
         for dcm, sent in zip((by_frame, by_alias), history, strict=True):
             sent.append((dcm.run_cycle(), read(dcm, LED), read(dcm, KNEE)))
     assert history[0] == history[1]
+
+
+def test_a_frame_clears_what_waits_for_any_joint(dcm: Dcm) -> None:
+    names = [a.name for a in dcm.table if "/Position/" in a.name or "/Hardness/" in a.name]
+    for name in names:
+        put(dcm, name, "Merge", (0.1, 500))
+    dcm.put_frame(START, (1.0,) * 25)
+    assert [name for name in names if dcm.waiting(name)] == []
 
 
 def test_a_frame_leaves_leds_alone(dcm: Dcm) -> None:
