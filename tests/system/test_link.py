@@ -1,0 +1,460 @@
+"""The link with real sessions on loopback; whoever is to be killed is a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+import zenoh
+
+from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError
+from bridge.link import ControllerLink, RobotLink, keys
+from bridge.link.session import open_client, subscribe
+from bridge.messages import (
+    ActuatorFrame,
+    Info,
+    LeaseRequest,
+    Notice,
+    SensorFrame,
+    WalkTelemetry,
+    decode,
+    encode,
+)
+
+PATIENCE = 20.0
+"""s until a test gives up; what is waited for takes some 10 ms on an idle machine."""
+ZEROS = (0.0,) * 25
+
+HOLDER = """
+import sys, time
+from bridge.link import ControllerLink
+with ControllerLink(connect=sys.argv[1], name="victim") as link:
+    link.wait_robot()
+    link.acquire()
+    print("ready", flush=True)
+    time.sleep(600)
+"""
+
+ROBOT = """
+import sys, time
+from bridge.link import RobotLink
+from bridge.messages import Info, SensorFrame
+zeros = (0.0,) * 25
+info = Info(robot="nao", body="nao-v3", side="emulator", mode="real-time", cycle=0.01, absent=(),
+            boot=int(sys.argv[2]), software="test")
+with RobotLink(info, sys.argv[1]) as link:
+    print("ready", flush=True)
+    for seq in range(60_000):
+        link.publish_sensors(SensorFrame(
+            seq=seq, time=0.01 * seq, position=zeros, stiffness=zeros, current=zeros, temperature=zeros,
+            fsr=zeros[:8], accelerometer=zeros[:3], gyroscope=zeros[:3], angle=zeros[:2], touch=zeros[:14],
+            battery=zeros[:4], sonar=zeros[:2]))
+        time.sleep(0.01)
+"""
+
+WAITING = """
+import sys
+from bridge.link import ControllerLink
+with ControllerLink(connect=sys.argv[1]) as link:
+    print("ready", flush=True)
+    link.wait_robot()
+"""
+
+
+@pytest.fixture
+def endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@pytest.fixture
+def robot(endpoint: str) -> Iterator[RobotLink]:
+    with RobotLink(robot_info(), endpoint) as link:
+        yield link
+
+
+@pytest.fixture
+def controller(robot: RobotLink, endpoint: str) -> Iterator[ControllerLink]:
+    """A controller that found the robot and holds the lease."""
+    with ControllerLink(connect=endpoint) as link:
+        link.wait_robot(timeout=PATIENCE)
+        link.acquire()
+        yield link
+
+
+def robot_info() -> Info:
+    return Info(
+        robot="nao",
+        body="nao-v3",
+        side="emulator",
+        mode="lockstep",
+        cycle=0.01,
+        absent=("LWristYaw",),
+        boot=secrets.randbits(31),
+        software="test",
+    )
+
+
+def sensor_frame(seq: int) -> SensorFrame:
+    return SensorFrame(
+        seq=seq,
+        time=0.01 * seq,
+        position=ZEROS,
+        stiffness=ZEROS,
+        current=ZEROS,
+        temperature=ZEROS,
+        fsr=ZEROS[:8],
+        accelerometer=(0.0, 0.0, 9.81),
+        gyroscope=(0.0, 0.0, 0.0),
+        angle=(0.0, 0.0),
+        touch=ZEROS[:14],
+        battery=ZEROS[:4],
+        sonar=(0.0, 0.0),
+    )
+
+
+def command(reply_to: int) -> ActuatorFrame:
+    return ActuatorFrame(reply_to=reply_to, position=ZEROS, stiffness=ZEROS)
+
+
+def until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.002)
+
+
+def put(session: zenoh.Session, suffix: str, payload: bytes) -> None:
+    """Publish, and rather wait than drop."""
+    session.put(keys.key("nao", suffix), payload, congestion_control=zenoh.CongestionControl.BLOCK)
+
+
+def next_command(robot: RobotLink) -> ActuatorFrame:
+    """The next command; waits that a granted lease ended are begun again."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        frame = robot.wait_command(0.2)
+        if frame is not None:
+            return frame
+    raise AssertionError("no command came")
+
+
+@contextlib.contextmanager
+def child(script: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A Python process that has said `ready`; killed at the end."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_controller_finds_a_robot_that_is_there(robot: RobotLink, endpoint: str) -> None:
+    with ControllerLink(connect=endpoint) as link:
+        assert link.wait_robot(timeout=PATIENCE) == robot.info
+
+
+def test_a_controller_waits_for_a_robot_that_starts_later(endpoint: str) -> None:
+    found: list[Info | None] = []
+    with ControllerLink(connect=endpoint) as link:
+        waiting = threading.Thread(target=lambda: found.append(link.wait_robot(timeout=PATIENCE)))
+        waiting.start()
+        with RobotLink(robot_info(), endpoint) as robot:
+            waiting.join(PATIENCE)
+            assert found == [robot.info]
+
+
+def test_waiting_can_be_given_up(endpoint: str) -> None:
+    with ControllerLink(connect=endpoint) as link:
+        assert link.wait_robot(stop=lambda: True) is None
+        with pytest.raises(LinkError, match=endpoint):
+            link.wait_robot(timeout=0.05)
+
+
+def test_ctrl_c_ends_a_controller_that_waits(endpoint: str) -> None:
+    with child(WAITING, endpoint) as process:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(PATIENCE) != 0
+
+
+def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, endpoint: str) -> None:
+    with ControllerLink("nao2", endpoint) as link, pytest.raises(LinkError, match="nao2"):
+        link.wait_robot(timeout=0.3)
+
+
+def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
+    for seq in range(30):
+        robot.publish_sensors(sensor_frame(seq))
+    frames = [controller.next(PATIENCE) for _ in range(30)]
+    assert [f.seq for f in frames if f is not None] == list(range(30))
+    assert all(f is not None and f.wall > 0 for f in frames)
+
+
+def test_the_latest_frame_overtakes_the_others(robot: RobotLink, controller: ControllerLink) -> None:
+    seen: list[int] = []
+    for seq in range(30):
+        robot.publish_sensors(sensor_frame(seq))
+    until(lambda: (f := controller.latest(0.1)) is not None and (seen.append(f.seq) or f.seq == 29))
+    assert seen == sorted(set(seen))
+    assert controller.latest(0.0) is None
+
+
+def test_a_command_arrives_with_the_lease_and_the_time(robot: RobotLink, controller: ControllerLink) -> None:
+    controller.send(command(7))
+    frame = next_command(robot)
+    assert frame.reply_to == 7
+    assert frame.lease == controller.lease != 0
+    assert frame.wall > 0
+
+
+def test_real_time_takes_the_newest_command(robot: RobotLink, controller: ControllerLink) -> None:
+    taken = []
+    for seq in range(20):
+        controller.send(command(seq))
+    until(lambda: (f := robot.newest_command()) is not None and (taken.append(f.reply_to) or f.reply_to == 19))
+    assert taken == sorted(set(taken))
+    assert robot.newest_command() is None
+
+
+def test_a_granted_lease_ends_the_robots_wait(robot: RobotLink, endpoint: str) -> None:
+    """So that the frame the robot waits on is sent again, to a controller that did not hear it."""
+    ended = threading.Event()
+
+    def wait() -> None:
+        assert robot.wait_command(PATIENCE) is None
+        ended.set()
+
+    waiting = threading.Thread(target=wait)
+    began = time.monotonic()
+    waiting.start()
+    with ControllerLink(connect=endpoint) as link:
+        link.wait_robot(timeout=PATIENCE)
+        link.acquire()
+        assert ended.wait(PATIENCE)
+    assert time.monotonic() - began < PATIENCE
+    waiting.join()
+
+
+@pytest.mark.parametrize("name", ["another", "walker"])
+def test_a_second_controller_is_refused_and_told_who_holds_the_robot(
+    robot: RobotLink, controller: ControllerLink, endpoint: str, name: str
+) -> None:
+    with ControllerLink(connect=endpoint, name=name) as second:
+        second.wait_robot(timeout=PATIENCE)
+        with pytest.raises(LeaseRefused, match="`walker`"):
+            second.acquire()
+        second.send(command(1))
+    controller.send(command(2))
+    assert next_command(robot).reply_to == 2
+    assert robot.holder is not None
+    assert robot.holder.lease == controller.lease
+
+
+def test_a_lease_given_back_is_free_at_once(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    controller.release()
+    assert robot.holder is None
+    with ControllerLink(connect=endpoint, name="next") as following:
+        following.wait_robot(timeout=PATIENCE)
+        following.acquire()
+        assert robot.holder is not None
+        assert robot.holder.name == "next"
+
+
+def test_a_lease_ends_with_its_closed_link(robot: RobotLink, endpoint: str) -> None:
+    with ControllerLink(connect=endpoint) as link:
+        link.wait_robot(timeout=PATIENCE)
+        link.acquire()
+    until(lambda: robot.holder is None)
+
+
+def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) -> None:
+    with child(HOLDER, endpoint) as holder:
+        assert robot.holder is not None
+        assert robot.holder.name == "victim"
+        holder.kill()
+        until(lambda: robot.holder is None)
+    with ControllerLink(connect=endpoint, name="heir") as heir:
+        heir.wait_robot(timeout=PATIENCE)
+        heir.acquire()
+
+
+def test_a_controller_comes_back_to_a_robot_that_was_killed_and_restarted(endpoint: str) -> None:
+    with ControllerLink(connect=endpoint) as link:
+        with child(ROBOT, endpoint, "1") as first:
+            info = link.wait_robot(timeout=PATIENCE)
+            assert info is not None
+            assert info.boot == 1
+            link.acquire()
+            old_lease = link.lease
+            assert link.next(PATIENCE) is not None
+            first.kill()
+            until(lambda: not link.robot_alive)
+            assert link.lease == 0
+        with child(ROBOT, endpoint, "2"):
+            info = link.wait_robot(timeout=PATIENCE)
+            assert info is not None
+            assert info.boot == 2
+            link.acquire()
+            assert link.lease not in (0, old_lease)
+            assert link.next(PATIENCE) is not None
+
+
+def test_what_is_no_command_is_refused_with_a_notice_and_the_robot_goes_on(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    good = encode(command(1))
+    with contextlib.closing(open_client(endpoint)) as stranger:
+        for payload in (b"", b"garbage", good[:-3], encode(sensor_frame(0)), b"\xc1" * 100_000):
+            put(stranger, keys.ACTUATORS, payload)
+        put(stranger, keys.ACTUATORS, good)  # valid, but without the lease
+        until(lambda: robot.refused == 6)
+    assert robot.newest_command() is None
+    notices = gather(controller, {"frame-refused", "no-lease"})
+    assert "ActuatorFrame" in notices["frame-refused"].text
+    assert "`walker` holds" in notices["no-lease"].text
+    controller.send(command(3))
+    assert next_command(robot).reply_to == 3
+
+
+def gather(controller: ControllerLink, codes: set[str]) -> dict[str, Notice]:
+    """Notices by code, as soon as all these have come."""
+    notices: dict[str, Notice] = {}
+
+    def complete() -> bool:
+        notices.update((n.code, n) for n in controller.notices())
+        return codes <= set(notices)
+
+    until(complete)
+    return notices
+
+
+def test_a_flood_of_refusals_is_answered_by_a_notice_not_by_a_flood(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    """One per second of each kind: the flood is over in far less than the number of its frames in seconds."""
+    with contextlib.closing(open_client(endpoint)) as stranger:
+        for _ in range(200):
+            put(stranger, keys.ACTUATORS, b"garbage")
+        until(lambda: robot.newest_command() is None and robot.refused == 200)
+    robot.notice("last", "The flood is over.")
+    heard: list[str] = []
+    until(lambda: heard.extend(n.code for n in controller.notices()) or "last" in heard)
+    assert 1 <= heard.count("frame-refused") <= 20
+
+
+def test_an_error_in_an_answer_becomes_an_error_reply_and_the_next_is_answered(
+    robot: RobotLink, controller: ControllerLink
+) -> None:
+    def answer(payload: bytes) -> bytes:
+        if payload == b"wrong":
+            raise ConfigurationError("`wrong` is wrong; `right` would be right.")
+        if payload == b"broken":
+            raise ZeroDivisionError
+        return payload.upper()
+
+    robot.serve("world/test", answer)
+    assert controller.query("world/test", b"abc") == b"ABC"
+    with pytest.raises(LinkError, match=r"^`wrong` is wrong; `right` would be right\.$"):
+        controller.query("world/test", b"wrong")
+    with pytest.raises(LinkError, match="world/test"):
+        controller.query("world/test", b"broken")
+    assert controller.query("world/test") == b""
+    with pytest.raises(LinkError, match="no-such-thing"):
+        controller.query("no-such-thing")
+
+
+def test_an_ill_formed_lease_request_is_an_error_reply_that_names_the_field(
+    controller: ControllerLink,
+) -> None:
+    request = encode(LeaseRequest(op="acquire", controller="a", ticket=1))
+    with pytest.raises(LinkError, match="controller"):
+        controller.query(keys.LEASE, request.replace(b"\xaacontroller", b"\xaacontrolleR"))
+
+
+def test_listeners_hear_the_walker_through_the_robots_session(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    heard: list[bytes] = []
+    telemetry = WalkTelemetry(
+        seq=1,
+        state="walk",
+        phase="DSL",
+        step=1,
+        steps=10,
+        zmp=(0.0, 0.0),
+        com=(0.0, 0.0),
+        left=(0.0, 0.05, 0.0),
+        right=(0.0, -0.05, 0.0),
+    )
+    with contextlib.closing(open_client(endpoint)) as listener:
+        subscriber = subscribe(listener, keys.key("nao", keys.TELEMETRY), heard.append)
+
+        def publish_until_heard() -> bool:
+            controller.publish_telemetry(telemetry)
+            return bool(heard)
+
+        until(publish_until_heard)
+        subscriber.undeclare()
+    assert decode(heard[0], WalkTelemetry) == telemetry
+    until(lambda: telemetry in robot.telemetry())
+
+
+def test_liveliness_tokens_say_who_is_there(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    with contextlib.closing(open_client(endpoint)) as listener:
+        replies = list(listener.liveliness().get(keys.key("nao", "alive/**"), timeout=PATIENCE))
+    tokens = sorted(str(reply.ok.key_expr) for reply in replies if reply.ok is not None)
+    assert tokens[1] == "nao/nao/alive/robot"
+    assert tokens[0].startswith("nao/nao/alive/controller/walker.")
+
+
+def test_a_frame_that_is_none_is_told_to_the_controller(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    with contextlib.closing(open_client(endpoint)) as stranger:
+        put(stranger, keys.SENSORS, b"garbage")
+        with pytest.raises(FrameError, match="SensorFrame"):
+            controller.next(PATIENCE)
+
+
+def test_an_endpoint_in_use_is_named(robot: RobotLink, endpoint: str) -> None:
+    with pytest.raises(LinkError, match="in use") as error:
+        RobotLink(robot_info(), endpoint)
+    assert endpoint in str(error.value)
+    assert "/root/" not in str(error.value)
+
+
+@pytest.mark.parametrize("bad", ["", "7447", "127.0.0.1:7447", "tcp/127.0.0.1", "tcp/h:0", "tcp/h:x", "x/h:1"])
+def test_what_is_no_endpoint_is_refused_by_both_sides(bad: str) -> None:
+    with pytest.raises(ConfigurationError, match="tcp/127"):
+        RobotLink(robot_info(), bad)
+    with pytest.raises(ConfigurationError, match="tcp/127"):
+        ControllerLink(connect=bad)
+
+
+@pytest.mark.parametrize("bad", ["", "a/b", "*", "nao 1", "ä", "nao\n"])
+def test_what_cannot_be_part_of_a_key_is_no_id_and_no_name(endpoint: str, bad: str) -> None:
+    with pytest.raises(ConfigurationError):
+        ControllerLink(robot=bad, connect=endpoint)
+    with pytest.raises(ConfigurationError):
+        ControllerLink(name=bad, connect=endpoint)
