@@ -187,6 +187,7 @@ class EmulatedRobot:
         self.faults.begin_cycle(self.time)
         if not self.faults.stalled:
             return False
+        self.dcm.skip_cycle()
         self._world_cycle()
         return True
 

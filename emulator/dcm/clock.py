@@ -29,12 +29,17 @@ class Clock:
         self.now = 0
         """Time of the present boundary, ms since the start."""
         self.previous = -round(self._cycle)
-        """Time of the boundary before."""
+        """Time at which the last cycle was run."""
 
     def tick(self) -> None:
         """One cycle has been run."""
         self._cycles += 1
         self.previous, self.now = self.now, round(self._cycles * self._cycle)
+
+    def skip(self) -> None:
+        """One cycle has passed in which the DCM did nothing."""
+        self._cycles += 1
+        self.now = round(self._cycles * self._cycle)
 
     def shown(self, offset: int = 0) -> int:
         """What the clock shows `offset` ms from now."""

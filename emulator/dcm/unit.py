@@ -162,6 +162,11 @@ class Dcm:
         self.clock.tick()
         return self._targets() if moved else None
 
+    def skip_cycle(self) -> None:
+        """One cycle passes without the DCM (it is paused): nothing is sent, its clock goes on."""
+        self.modes_sent = {}
+        self.clock.skip()
+
     def _run(self, index: int) -> None:
         """One cycle of one actuator that has commands waiting."""
         actuator, buffer, now = self.table[index], self._buffers[index], self.clock.now

@@ -8,6 +8,7 @@ import pytest
 
 from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.faults import DcmPause
 from bridge.joints import INDEX
 from bridge.messages import ActuatorFrame
 from emulator.dcm.requests import alias_request, set_alias_request, set_request
@@ -83,6 +84,15 @@ def test_the_clock_counts_the_cycles_of_the_body(body: str) -> None:
     with held_robot(body) as robot:
         for _ in range(25):
             robot.advance(None)
+        assert robot.dcm.clock.shown() == round(1000.0 * robot.frame.time)
+
+
+def test_the_clock_keeps_to_the_time_of_the_robot_over_a_pause_of_the_dcm() -> None:
+    with held_robot() as robot:
+        robot.faults.start(DcmPause(), robot.time, 0.1)
+        for _ in range(5):
+            robot.advance(None)
+        assert robot.frame.seq > 10
         assert robot.dcm.clock.shown() == round(1000.0 * robot.frame.time)
 
 

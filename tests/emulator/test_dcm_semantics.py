@@ -319,6 +319,16 @@ def test_commands_work_across_the_wrap_of_the_clock() -> None:
     assert run(dcm) == [0.5]
 
 
+def test_the_clock_goes_on_while_the_dcm_is_paused(dcm: Dcm) -> None:
+    put(dcm, LED, "ClearAll", (0.0, 0), (1.0, 80))
+    assert run(dcm, cycles=3) == [0.0, 0.125, 0.25]
+    for _ in range(3):
+        dcm.skip_cycle()
+    assert read(dcm, LED) == 0.25
+    assert dcm.clock.shown() == 60
+    assert run(dcm, cycles=3) == [0.75, 0.875, 1.0]
+
+
 def test_get_prefix_is_the_root_of_all_names(dcm: Dcm) -> None:
     assert dcm.prefixes() == ["Device/SubDeviceList/"]
 
