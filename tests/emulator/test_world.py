@@ -1,0 +1,234 @@
+"""The world against closed forms: statics on slopes, Coulomb's law, impulse and momentum, a pendulum."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.errors import FrameError
+from bridge.world import PlaceBox, PlateUnderFoot, Push, Remove, SetFriction, SwingPendulum, TiltFloor
+from emulator.engine import bullet, connect, disconnect
+from emulator.robot import EmulatedRobot
+from emulator.scenarios.model import Floor, Heightfield, PlacedBox, Scenario, Start, Tiles
+from emulator.world import World, WorldParameters
+from emulator.world.actions import Pendulum
+from emulator.world.terrain import lay_heightfield, lay_tiles
+
+BODY = load_body("nao-v3")
+MASS = sum(link.mass for link in BODY.links.values())
+G = 9.81
+
+
+@pytest.fixture
+def client():
+    number = connect()
+    yield number
+    disconnect(number)
+
+
+def run(robot: EmulatedRobot, seconds: float) -> None:
+    for _ in range(round(seconds / BODY.cycle)):
+        robot.advance(None)
+
+
+@pytest.mark.parametrize(("roll", "pitch"), [(0.0, 5.0), (0.0, -5.0), (4.0, 0.0), (-3.0, 3.0)])
+def test_a_robot_at_rest_on_a_slope_obeys_statics(roll: float, pitch: float) -> None:
+    """The ground carries the weight, straight up, through the centre of mass; the torso leans as the floor."""
+    scenario = Scenario(floor=Floor(roll=roll, pitch=pitch))
+    with EmulatedRobot(BODY, seed=0) as level, EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
+        run(robot, 2.0)
+        truth = robot.truth()
+        force = np.add(truth.left.force, truth.right.force)
+        np.testing.assert_allclose(force, (0.0, 0.0, MASS * G), atol=0.01 * MASS * G)
+        np.testing.assert_allclose(truth.zmp, truth.com[:2], atol=1e-3)
+        assert not truth.fell
+        lean = np.subtract(robot.frame.angle, level.frame.angle)
+        np.testing.assert_allclose(lean, np.radians((roll, pitch)), atol=0.01)
+
+
+@pytest.mark.parametrize(("degrees", "slides"), [(5.3, False), (6.2, True)])
+def test_friction_between_sole_and_floor_is_the_configured_one(degrees: float, slides: bool) -> None:
+    """Coulomb: with a coefficient of 0.1 a standing robot begins to slide at atan(0.1) = 5.71 degrees."""
+    scenario = Scenario(floor=Floor(friction=0.1, roll=degrees))
+    with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
+        before = np.array(robot.truth().torso_position)
+        run(robot, 2.0)
+        moved = float(np.linalg.norm(np.array(robot.truth().torso_position) - before))
+        assert (moved > 0.05) == slides
+        assert moved > 0.05 or moved < 0.005
+
+
+def test_a_tilting_floor_turns_about_the_point_under_the_torso_and_takes_the_robot_along() -> None:
+    with EmulatedRobot(BODY, seed=0) as robot:
+        before = robot.frame.angle
+        robot.stage.execute(PlaceBox(name="step", size=(0.2, 0.2, 0.02), at=(0.6, 0.0)))
+        robot.stage.execute(TiltFloor(pitch=math.radians(4.0), duration=1.0))
+        run(robot, 2.5)
+        truth = robot.truth()
+        assert robot.frame.angle[1] - before[1] == pytest.approx(math.radians(4.0), abs=0.01)
+        np.testing.assert_allclose(truth.zmp, truth.com[:2], atol=1e-3)
+        assert not truth.fell
+        # The box stays on the floor: its middle is 1 cm over it along the normal (sin 4, 0, cos 4).
+        box = robot.stage.objects()[0]
+        origin = robot.world.pose[0]
+        tilt = math.radians(4.0)
+        normal = (math.sin(tilt), 0.0, math.cos(tilt))
+        assert np.dot(np.subtract(box.position, origin), normal) == pytest.approx(0.01, abs=1e-6)
+
+
+def test_a_floor_that_would_turn_too_fast_is_refused() -> None:
+    with EmulatedRobot(BODY, seed=0, settle=0.0) as robot, pytest.raises(FrameError, match="give it"):
+        robot.stage.execute(TiltFloor(pitch=0.3, duration=0.1))
+
+
+def test_a_push_in_flight_changes_the_momentum_by_its_impulse() -> None:
+    """Free fall is the one place where nothing else pushes horizontally."""
+    with EmulatedRobot(BODY, seed=0, settle=0.0, lift=1.0) as robot:
+        start = np.array(robot.truth().com)
+        robot.stage.execute(Push(impulse=(0.6, -0.3, 0.0), duration=0.05))
+        run(robot, 0.1)
+        first = np.array(robot.truth().com)
+        run(robot, 0.1)
+        velocity = (np.array(robot.truth().com) - first) / 0.1
+        np.testing.assert_allclose(MASS * velocity[:2], (0.6, -0.3), rtol=1e-3)
+        # constant force for 50 ms, then 50 ms of flight: p t^2 / 2 and p t
+        way = (0.6 / MASS) * (0.025 + 0.05)
+        assert first[0] - start[0] == pytest.approx(way, rel=0.02)
+
+
+def test_a_push_follows_the_heading() -> None:
+    scenario = Scenario(start=Start(yaw=90.0))
+    with EmulatedRobot(BODY, seed=0, scenario=scenario, settle=0.0, lift=1.0) as robot:
+        robot.stage.execute(Push(impulse=(0.5, 0.0, 0.0), duration=0.01))
+        run(robot, 0.05)
+        first = np.array(robot.truth().com)
+        run(robot, 0.1)
+        velocity = (np.array(robot.truth().com) - first) / 0.1
+        np.testing.assert_allclose(MASS * velocity[:2], (0.0, 0.5), atol=2e-3)
+
+
+def test_a_push_on_something_unknown_names_what_there_is() -> None:
+    with EmulatedRobot(BODY, seed=0, settle=0.0) as robot, pytest.raises(FrameError, match="LKneePitch"):
+        robot.stage.execute(Push(impulse=(1.0, 0.0, 0.0), target="Nose"))
+
+
+def test_a_movable_box_slides_as_coulomb_says() -> None:
+    """Pushed to v, it comes to rest after v^2 / (2 mu g)."""
+    with EmulatedRobot(BODY, seed=0, settle=0.0) as robot:
+        robot.stage.execute(SetFriction(friction=0.5))
+        robot.stage.execute(PlaceBox(name="box", size=(0.2, 0.2, 0.05), at=(1.0, 0.0), mass=0.5))
+        run(robot, 0.2)
+        start = robot.stage.objects()[0].position[0]
+        robot.stage.execute(Push(target="box", impulse=(0.5, 0.0, 0.0), duration=0.001))
+        run(robot, 1.0)
+        way = robot.stage.objects()[0].position[0] - start
+        assert way == pytest.approx(1.0 / (2.0 * 0.5 * G), rel=0.05)
+
+
+def test_a_pendulum_reaches_the_speed_of_its_height(client: int) -> None:
+    """v = sqrt(2 g l (1 - cos a)) at the lowest point, corrected for the bob's own moment of inertia."""
+    world = World(client, WorldParameters())
+    length, angle, mass = 0.8, math.radians(40.0), 2.0
+    pendulum = Pendulum(world, (0.0, 0.0, 1.0), 0.3, mass, length, angle)
+    fastest, place, going = 0.0, (0.0, 0.0, 0.0), True
+    while going:
+        bullet.stepSimulation(physicsClientId=client)
+        state = bullet.getLinkState(pendulum.body, 0, computeLinkVelocity=True, physicsClientId=client)
+        speed = float(np.linalg.norm(state[6]))
+        if speed > fastest:
+            fastest, place, direction = speed, state[0], np.array(state[6]) / speed
+        going = pendulum.step()
+    inertia = 1.0 + 0.4 * (0.05 / length) ** 2
+    assert fastest == pytest.approx(math.sqrt(2.0 * G * length * (1.0 - math.cos(angle)) / inertia), rel=1e-3)
+    np.testing.assert_allclose(place, (0.0, 0.0, 1.0), atol=5e-3)
+    np.testing.assert_allclose(direction, (math.cos(0.3), math.sin(0.3), 0.0), atol=5e-3)
+    assert bullet.getNumBodies(physicsClientId=client) == 1
+
+
+def test_a_pendulum_strikes_the_robot_and_is_no_fall() -> None:
+    with EmulatedRobot(BODY, seed=0) as robot:
+        upright = robot.frame.angle[1]
+        robot.stage.execute(SwingPendulum(mass=0.5, length=1.0, angle=math.radians(12.0)))
+        tilted = []
+        for _ in range(90):
+            robot.advance(None)
+            tilted.append(robot.frame.angle[1] - upright)
+            assert not robot.truth().fell
+        assert max(map(abs, tilted[:40])) < 1e-3
+        assert max(tilted) > 5e-3
+
+
+def test_the_robot_stands_on_a_plate_as_high_as_the_plate() -> None:
+    plate = PlacedBox(name="plate", size=(0.5, 0.5, 0.01), at=(0.0, 0.0))
+    with (
+        EmulatedRobot(BODY, seed=0) as level,
+        EmulatedRobot(BODY, seed=0, scenario=Scenario(boxes=(plate,))) as robot,
+    ):
+        run(robot, 0.5)
+        rise = robot.truth().torso_position[2] - level.truth().torso_position[2]
+        assert rise == pytest.approx(0.01, abs=3e-4)
+        assert not robot.truth().fell
+        assert sum(robot.frame.fsr) == pytest.approx(MASS * G, rel=0.01)
+
+
+def test_a_plate_appears_under_a_lifted_foot_and_not_before() -> None:
+    with EmulatedRobot(BODY, seed=0) as robot:
+        robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01)))
+        run(robot, 0.3)
+        assert robot.stage.objects() == ()
+    with EmulatedRobot(BODY, seed=0, settle=0.0, lift=0.012) as robot:
+        robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01)))
+        robot.advance(None)
+        (plate,) = robot.stage.objects()
+        model = robot.mechanics.model
+        foot = bullet.getLinkState(model.robot, model.feet["R"], physicsClientId=model.client)[4]
+        x, y = BODY.foot.centre[0] + 0.02, -BODY.foot.centre[1] + 0.01
+        np.testing.assert_allclose(plate.position, (foot[0] + x, foot[1] + y, 0.005), atol=2e-3)
+        assert [notice.code for notice in robot.take_notices()] == ["world", "world"]
+
+
+def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed() -> None:
+    with EmulatedRobot(BODY, seed=0, settle=0.0) as robot:
+        with pytest.raises(FrameError, match="inside the robot"):
+            robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
+        assert robot.stage.objects() == ()
+        with pytest.raises(FrameError, match="No box"):
+            robot.stage.execute(Remove(name="wall"))
+
+
+def test_boxes_are_placed_from_the_robot_and_on_one_another() -> None:
+    scenario = Scenario(start=Start(x=1.0, y=2.0, yaw=90.0))
+    with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
+        x, y, _ = robot.truth().torso_position
+        for name in ("lower", "upper"):
+            robot.stage.execute(PlaceBox(name=name, size=(0.2, 0.1, 0.05), at=(0.4, 0.0), frame="robot"))
+        lower, upper = robot.stage.objects()
+        np.testing.assert_allclose(lower.position, (x, y + 0.4, 0.025), atol=2e-3)
+        np.testing.assert_allclose(np.subtract(upper.position, lower.position), (0.0, 0.0, 0.05), atol=1e-4)
+
+
+def test_tiles_have_the_asked_heights_and_leave_the_start_free(client: int) -> None:
+    world = World(client, WorldParameters())
+    lay_tiles(world, Tiles(area=(1.0, 1.0), height=0.02, edge=0.1, free=0.3), np.random.default_rng(1))
+    at = [(0.1 * i - 0.45, 0.1 * j - 0.45) for i in range(10) for j in range(10)]
+    heights = np.array(world.ground(at))
+    free = np.hypot(*np.array(at).T) < 0.3
+    np.testing.assert_allclose(heights[free], 0.0, atol=1e-6)
+    assert heights.min() >= 0.0 and heights.max() <= 0.02 + 1e-6
+    # uniform: mean h / 2, standard deviation h / sqrt(12), from about 70 tiles
+    assert heights[~free].mean() == pytest.approx(0.01, abs=4 * 0.02 / math.sqrt(12 * 70))
+    assert len(set(np.round(heights[~free], 7))) > 50
+
+
+def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(client: int) -> None:
+    world = World(client, WorldParameters())
+    heights = tuple(tuple(0.01 * i + 0.003 * j for i in range(5)) for j in range(4))
+    lay_heightfield(
+        world, Heightfield(spacing=0.1, heights=heights, centre=(1.0, -2.0)), np.random.default_rng(0)
+    )
+    points = [(1.0 - 0.2 + 0.1 * i, -2.0 - 0.15 + 0.1 * j) for i in range(1, 4) for j in range(1, 3)]
+    expected = [0.01 * i + 0.003 * j for i in range(1, 4) for j in range(1, 3)]
+    np.testing.assert_allclose(world.ground(points), expected, atol=1e-5)
+    (between,) = world.ground([(1.0 - 0.2 + 0.15, -2.0 - 0.15 + 0.1)])
+    assert between == pytest.approx(0.01 * 1.5 + 0.003, abs=1e-5)
