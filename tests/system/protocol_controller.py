@@ -62,9 +62,7 @@ def _head(count: int, small: int, below: int, code: int) -> bytes:
     return struct.pack(">BH", code + 1 if code == 0xDB else 0xDE, count)
 
 
-NUMBERS = {
-    0xCA: "f", 0xCB: "d", 0xCC: "B", 0xCD: "H", 0xCE: "I", 0xCF: "Q", 0xD0: "b", 0xD1: "h", 0xD2: "i", 0xD3: "q",
-}  # fmt: skip
+NUMBERS = dict(zip(range(0xCA, 0xD4), "fdBHIQbhiq", strict=True))
 LENGTHS = {0xD9: "B", 0xDA: "H", 0xDB: "I", 0xDC: "H", 0xDD: "I", 0xDE: "H", 0xDF: "I"}
 
 
@@ -124,7 +122,9 @@ def main(endpoint: str, robot: str, cycles: int) -> None:
 
 def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
     frames: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    sensors = session.declare_subscriber(f"{root}/sensors", lambda sample: frames.put(sample.payload.to_bytes()))
+    sensors = session.declare_subscriber(
+        f"{root}/sensors", lambda sample: frames.put(sample.payload.to_bytes())
+    )
     actuators = session.declare_publisher(f"{root}/actuators")
     info = ask(session, f"{root}/info")
     ticket = secrets.randbits(63)

@@ -1,0 +1,109 @@
+"""Processes and places of the system tests."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[2]
+PATIENCE = 60.0
+"""s for what takes well under a second on an idle machine."""
+
+
+class Command:
+    """A running `nao-hil` command, its output in files."""
+
+    def __init__(self, arguments: list[str], folder: Path, script: str | None) -> None:
+        self._out, self._err = folder / "stdout", folder / "stderr"
+        start = ["-c", script] if script else ["-m", "lab.cli"]
+        with self._out.open("w") as out, self._err.open("w") as err:
+            self.process = subprocess.Popen(
+                [sys.executable, *start, *arguments],
+                cwd=REPOSITORY,
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=err,
+                start_new_session=True,
+            )
+
+    @property
+    def said(self) -> str:
+        return self._err.read_text()
+
+    @property
+    def result(self) -> dict[str, Any]:
+        result: dict[str, Any] = json.loads(self._out.read_text().splitlines()[-1])
+        return result
+
+    def wait(self) -> int:
+        return self.process.wait(PATIENCE)
+
+    def interrupt(self) -> float:
+        """Ctrl-C; the time it took to end, s."""
+        began = time.monotonic()
+        self.process.send_signal(signal.SIGINT)
+        self.wait()
+        return time.monotonic() - began
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.wait()
+
+    def children(self) -> list[int]:
+        path = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+        return [int(pid) for pid in path.read_text().split()]
+
+    def end(self) -> None:
+        """Whatever is left of it and of its children."""
+        if self.process.poll() is None:
+            for pid in self.children():
+                os.kill(pid, signal.SIGKILL)
+            self.kill()
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
+    """Start a command; every process ends with the test."""
+    started: list[Command] = []
+
+    def begin(*arguments: str, script: str | None = None) -> Command:
+        folder = tmp_path / f"command-{len(started)}"
+        folder.mkdir()
+        started.append(Command(list(arguments), folder, script))
+        return started[-1]
+
+    yield begin
+    for command in started:
+        command.end()
+
+
+@pytest.fixture
+def endpoint() -> str:
+    """A Zenoh endpoint on this machine that nobody uses."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+
+
+@pytest.fixture
+def until() -> Callable[[Callable[[], Any], str], Any]:
+    """Wait for something to become true, and give it."""
+
+    def wait(condition: Callable[[], Any], what: str) -> Any:
+        deadline = time.monotonic() + PATIENCE
+        while not (value := condition()):
+            assert time.monotonic() < deadline, f"waited in vain for {what}"
+            time.sleep(0.005)
+        return value
+
+    return wait

@@ -1,0 +1,108 @@
+"""What the robot's side may rely on: one sender's frames are judged in the order of their sending."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+import pytest
+import zenoh
+
+from bridge.link import ControllerLink, RobotLink
+from bridge.link.session import MAX_RECEIVED, open_client
+from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, WalkTelemetry, decode, encode
+
+Until = Callable[[Callable[[], Any], str], Any]
+
+INFO = Info(
+    robot="nao",
+    body="nao-v3",
+    side="emulator",
+    mode="lockstep",
+    cycle=0.01,
+    absent=(),
+    boot=1,
+    software="test",
+)
+ZEROS = (0.0,) * 25
+COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)
+
+
+@pytest.fixture
+def robot(endpoint: str) -> Iterator[RobotLink]:
+    with RobotLink(INFO, endpoint) as link:
+        yield link
+
+
+@pytest.fixture
+def controller(robot: RobotLink, endpoint: str) -> Iterator[ControllerLink]:
+    with ControllerLink(connect=endpoint) as link:
+        assert link.wait_robot(timeout=20.0) == INFO
+        yield link
+
+
+@pytest.fixture
+def stranger(robot: RobotLink, endpoint: str) -> Iterator[zenoh.Session]:
+    session = open_client(endpoint)
+    yield session
+    session.close()
+
+
+def test_the_last_frame_before_a_release_is_still_the_holders(
+    robot: RobotLink, controller: ControllerLink
+) -> None:
+    for seq in range(100):
+        controller.acquire()
+        controller.send(msgspec.structs.replace(COMMAND, reply_to=seq))
+        controller.release()
+        command = robot.newest_command()
+        assert command is not None and command.reply_to == seq
+    assert robot.refused == 0
+
+
+def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
+    robot: RobotLink, controller: ControllerLink
+) -> None:
+    controller.acquire()
+    robot.wait_command(0.0)  # the grant ends one wait
+    for seq in range(200):
+        controller.publish_telemetry(
+            WalkTelemetry(
+                seq=seq,
+                state="walk",
+                phase="DSL",
+                step=0,
+                steps=0,
+                zmp=(0.0, 0.0),
+                com=(0.0, 0.0),
+                left=(0.0, 0.0, 0.0),
+                right=(0.0, 0.0, 0.0),
+            )
+        )
+        controller.send(msgspec.structs.replace(COMMAND, reply_to=seq))
+        command = robot.wait_command(20.0)
+        assert command is not None
+        assert [t.seq for t in robot.telemetry()] == [command.reply_to] == [seq]
+
+
+def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
+    robot: RobotLink, controller: ControllerLink, stranger: zenoh.Session, until: Until
+) -> None:
+    controller.acquire()
+    stranger.put("nao/nao/actuators", b"\x00" * (2 * MAX_RECEIVED))
+    stranger.put("nao/nao/actuators", b"")
+    until(lambda: robot.refused, "the small one after it")
+    assert robot.refused == 1
+    controller.send(COMMAND)
+    until(robot.newest_command, "the good frame")
+
+
+def test_the_status_tells_a_listener_who_holds_the_robot(
+    controller: ControllerLink, stranger: zenoh.Session
+) -> None:
+    controller.acquire()
+    request = encode(LeaseRequest(op="status", controller="listener"))
+    (reply,) = stranger.get("nao/nao/lease", payload=request)
+    status = decode(reply.ok.payload.to_bytes(), LeaseReply)
+    assert (status.granted, status.lease, status.holder) == (False, 0, "walker")
