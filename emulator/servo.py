@@ -83,7 +83,8 @@ class Servo:
         self._delay = round(parameters.delay / step)
         self._clock = 0
         self._request = position.copy()
-        self._motor = position.copy()
+        self.motor_angle = position.copy()
+        """Angle of each motor behind its gear, rad: what the joint angle follows with play and twist."""
         self._wanted = np.ones(len(joints))
         self._friction = None
         if parameters.dry_friction > 0.0:
@@ -127,14 +128,14 @@ class Servo:
         self._clock += 1
         torque, gap, work = self._torque, self._gap, self._work
         # where the motor would turn to without load, seen from the joint
-        np.subtract(self._request, self._motor, out=work)
+        np.subtract(self._request, self.motor_angle, out=work)
         work *= self._gain
         np.multiply(velocity, self._lead, out=gap)
         work -= gap
         np.minimum(work, 1.0, out=work)
         np.maximum(work, -1.0, out=work)
         work *= self._stride
-        np.subtract(self._motor, position, out=gap)
+        np.subtract(self.motor_angle, position, out=gap)
         gap += work
         # what of it the dead zone does not swallow winds the spring and holds the motor back
         np.minimum(gap, self._half_play, out=work)
@@ -147,7 +148,7 @@ class Servo:
         gap -= work
         np.minimum(gap, self._reach, out=gap)
         np.maximum(gap, self._lowest_reach, out=gap)
-        np.add(position, gap, out=self._motor)
+        np.add(position, gap, out=self.motor_angle)
         np.multiply(torque, torque, out=work)
         self._squares += work
         self._samples += 1

@@ -49,7 +49,7 @@ class MotorHeat:
 
     def share(self) -> Vector:
         """Share of each requested stiffness that the protection leaves."""
-        return np.interp(self.temperature, self._levels, (1.0, HOT_SHARE, 0.0))
+        return np.asarray(np.interp(self.temperature, self._levels, (1.0, HOT_SHARE, 0.0)))
 
     def status(self) -> list[int]:
         """0 cool, 1 stiffness lowered, 2 by more than 30 %, 3 none left."""
