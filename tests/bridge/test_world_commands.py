@@ -1,0 +1,57 @@
+"""World commands on the wire: what is right comes through, what is wrong is named."""
+
+import msgspec
+import pytest
+
+from bridge.errors import FrameError
+from bridge.faults import JointWeak, SensorDead, sensor_slots
+from bridge.joints import INDEX
+from bridge.messages import encode
+from bridge.world import OPS, PlateUnderFoot, Push, StartFault, decode_command
+
+
+def packed(**fields: object) -> bytes:
+    return msgspec.msgpack.encode(fields)
+
+
+def test_a_command_from_any_language_is_a_map_with_an_op() -> None:
+    assert decode_command(packed(op="push", impulse=[1, 0, 0.5])) == Push(impulse=(1.0, 0.0, 0.5))
+    assert decode_command(packed(op="plate-under-foot", foot="left", unknown=1)) == PlateUnderFoot(foot="left")
+    fault = {"kind": "joint-weak", "joint": "RHipRoll", "share": 0.3}
+    command = StartFault(fault=JointWeak(joint="RHipRoll", share=0.3), duration=2.0)
+    assert decode_command(packed(op="fault-on", fault=fault, duration=2.0)) == command
+    assert decode_command(encode(command)) == command
+
+
+@pytest.mark.parametrize(
+    ("payload", "says"),
+    [
+        (b"", "not one whole msgpack map"),
+        (packed(op="psh"), "Known ops: status, reset"),
+        (packed(), "Known ops: status, reset"),
+        (packed(op="push"), "impulse"),
+        (packed(op="push", impulse=[1.0, float("nan"), 0.0]), r"impulse\[1\]"),
+        (packed(op="push", impulse=[1.0, 0.0, 0.0], version=9), "schema version 9"),
+        (packed(op="tilt", pitch=2.0), "pitch"),
+        (packed(op="place", name="a/b", size=[1, 1, 1], at=[0, 0]), "name"),
+        (packed(op="step", cycles=0), "cycles"),
+        (packed(op="fault-on", fault={"kind": "sensor-dead", "sensor": "gyro"}), "did you mean 'gyroscope'"),
+        (packed(op="fault-on", fault={"kind": "joint-stuck", "joint": "LKnee"}), "did you mean 'LKneePitch'"),
+    ],
+)
+def test_a_wrong_command_is_refused_with_the_field_or_the_ops(payload: bytes, says: str) -> None:
+    with pytest.raises(FrameError, match=says):
+        decode_command(payload)
+
+
+def test_the_ops_are_told_apart() -> None:
+    assert len(OPS) == len(set(OPS)) == 15
+
+
+def test_sensors_are_selected_whole_or_by_element() -> None:
+    assert sensor_slots("gyroscope") == ("gyroscope", (0, 1, 2))
+    assert sensor_slots("position.LKneePitch") == ("position", (INDEX["LKneePitch"],))
+    assert sensor_slots("fsr.RRR") == ("fsr", (7,))
+    assert SensorDead(sensor="fsr.RRR").name == "sensor-dead:fsr.RRR"
+    with pytest.raises(ValueError, match="did you mean 'LFL'"):
+        sensor_slots("fsr.LFLL")

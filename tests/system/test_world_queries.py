@@ -1,0 +1,169 @@
+"""World commands over Zenoh to a running robot, in real time and in lockstep."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.errors import FrameError
+from bridge.faults import SensorDead
+from bridge.guard import Guard
+from bridge.link import ControllerLink, RobotLink
+from bridge.link.world_client import WorldClient
+from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.world import (
+    EndFault,
+    Pause,
+    PlaceBox,
+    Press,
+    Push,
+    Remove,
+    Reset,
+    Resume,
+    SetFriction,
+    StartFault,
+    Status,
+    Step,
+    TiltFloor,
+)
+from emulator.process import RobotProcess
+from emulator.robot import EmulatedRobot
+from emulator.timing import CycleTimer
+
+BODY = load_body("nao-v3")
+START = POSTURES["StandInit"]
+
+
+class Ear:
+    """Keeps what an observer is told."""
+
+    def __init__(self) -> None:
+        self.frames: list[SensorFrame] = []
+        self.notices: list[Notice] = []
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        self.frames.append(frame)
+
+    def command(self, frame: ActuatorFrame) -> None: ...
+
+    def telemetry(self, message: WalkTelemetry) -> None: ...
+
+    def notice(self, message: Notice) -> None:
+        self.notices.append(message)
+
+
+def free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@contextmanager
+def running(mode: str) -> Iterator[tuple[WorldClient, Ear, str]]:
+    """A robot that runs in a thread of its own, and a client of its world."""
+    endpoint, ear, stop = free_endpoint(), Ear(), threading.Event()
+    info = Info(
+        robot="nao",
+        body=BODY.name,
+        side="emulator",
+        mode=mode,
+        cycle=BODY.cycle,
+        absent=(),
+        boot=1,
+        software="test",
+    )
+    with EmulatedRobot(BODY, seed=0, settle=0.1) as robot, RobotLink(info, endpoint) as link:
+        process = RobotProcess(robot, link, Guard(BODY), [ear], stop)
+        loop = process.lockstep if mode == "lockstep" else lambda: process.real_time(CycleTimer(BODY.cycle))
+        thread = threading.Thread(target=loop)
+        thread.start()
+        try:
+            with WorldClient("nao", endpoint) as client:
+                yield client, ear, endpoint
+        finally:
+            stop.set()
+            thread.join(10.0)
+    assert not thread.is_alive()
+
+
+def test_a_world_in_real_time_obeys_between_two_cycles() -> None:
+    with running("real-time") as (world, ear, _):
+        assert not world.send(Status()).paused
+        held = world.send(Pause())
+        assert held.paused
+        assert world.send(Status()).seq == held.seq
+        stepped = world.send(Step(cycles=7))
+        assert (stepped.seq, stepped.paused) == (held.seq + 7, True)
+        assert stepped.time == pytest.approx(stepped.seq * BODY.cycle)
+        placed = world.send(PlaceBox(name="box", size=(0.1, 0.1, 0.1), at=(0.5, 0.0), mass=0.2))
+        assert [(box.name, box.mass) for box in placed.objects] == [("box", 0.2)]
+        world.send(Push(target="box", impulse=(0.2, 0.0, 0.0), duration=0.01))
+        moved = world.send(Step(cycles=20))
+        assert moved.objects[0].position[0] > placed.objects[0].position[0] + 0.01
+        assert world.send(SetFriction(friction=0.3)).friction == 0.3
+        world.send(TiltFloor(pitch=0.05, duration=0.3))
+        assert world.send(Step(cycles=31)).floor == pytest.approx((0.0, 0.05))
+        world.send(StartFault(fault=SensorDead(sensor="fsr")))
+        world.send(Press(button="chest"))
+        assert world.send(Step()).faults == ("sensor-dead:fsr",)
+        assert (ear.frames[-1].fsr, ear.frames[-1].touch[0]) == ((0.0,) * 8, 1.0)
+        assert world.send(EndFault(name="sensor-dead:fsr")).faults == ()
+        assert world.send(Remove(name="box")).objects == ()
+        again = world.send(Reset())
+        assert (again.seq, again.friction, again.floor, again.objects) == (0, 0.8, (0.0, 0.0), ())
+        world.send(Status())  # answered one boundary later, when the frame is out
+        assert ear.frames[-1].seq == 0
+        world.send(Resume())
+        assert not world.send(Status()).paused
+    assert "Fault sensor-dead:fsr begins." in [notice.text for notice in ear.notices]
+
+
+def test_a_refusal_is_one_sentence() -> None:
+    with running("real-time") as (world, _, _):
+        with pytest.raises(FrameError, match="Nothing called `Nose` can be pushed"):
+            world.send(Push(target="Nose", impulse=(1.0, 0.0, 0.0)))
+        with pytest.raises(FrameError, match="inside the robot"):
+            world.send(PlaceBox(name="wall", size=(1.0, 1.0, 1.0), at=(0.0, 0.0)))
+        with pytest.raises(FrameError, match="known are chest"):
+            world.send(Press(button="belly"))
+
+
+def test_lockstep_without_a_controller_steps_when_told_and_waits_otherwise() -> None:
+    with running("lockstep") as (world, _, _):
+        assert world.send(Step(cycles=5)).seq == 5
+        world.send(Resume())
+        assert world.send(Status()).seq == 5
+
+
+def test_lockstep_with_a_controller_stands_still_in_a_pause_and_loses_no_frame() -> None:
+    with running("lockstep") as (world, ear, endpoint), ControllerLink("nao", endpoint) as controller:
+        assert controller.wait_robot(lambda: False) is not None
+        controller.acquire()
+        ended = threading.Event()
+
+        def serve() -> None:
+            while not ended.is_set():
+                frame = controller.next(0.05)
+                if frame is not None:
+                    controller.send(ActuatorFrame(reply_to=frame.seq, position=START, stiffness=(1.0,) * 25))
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        try:
+            held = world.send(Pause())
+            assert world.send(Status()).seq == held.seq
+            assert world.send(Step(cycles=10)).seq == held.seq + 10
+            world.send(Resume())
+            while world.send(Status()).seq < held.seq + 30:
+                pass
+        finally:
+            ended.set()
+            thread.join()
+    published = [frame.seq for frame in ear.frames]
+    assert published == list(range(len(published)))
+    # each frame but the first was computed with the answer to the one before
+    assert all(frame.command == frame.seq - 1 for frame in ear.frames[1:])
