@@ -210,7 +210,7 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     """Planned left sole in the walk frame, m."""
     right: Vec3
     zmp_measured: Vec2 | None = None
-    """ZMP from the force sensors in the walk frame, the feet taken to stand where planned, m; None without load."""
+    """ZMP from the force sensors in the walk frame, the feet taken to stand as planned, m; None unloaded."""
     contact: tuple[bool, bool] = (False, False)
     """Whether the left and the right foot touch the ground, by their force sensors."""
     foot_lift: Vec2 = (0.0, 0.0)
