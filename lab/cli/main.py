@@ -7,14 +7,17 @@ link or a device failed; 130 interrupted.
 from __future__ import annotations
 
 import sys
+import traceback
 from typing import Annotated, Any
 
-import click
 import typer
 
 from bridge.errors import NaoHilError
 from lab import __version__
 from lab.cli import catalogue, doctor, emulate, up, walk
+
+_ClickException: Any = typer.BadParameter.__mro__[2]
+"""Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
 
 app = typer.Typer(
     name="nao-hil",
@@ -57,15 +60,17 @@ def run(arguments: list[str] | None = None) -> int:
     """As `main`, but the exit code is returned."""
     try:
         result: Any = app(args=arguments, standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as error:
-        print(error.format_message(), file=sys.stderr)
-        return 2
-    except click.ClickException as error:
-        print(f"error: {error.format_message()}", file=sys.stderr)
+    except _ClickException as error:
+        if sentence := error.format_message():  # a command without arguments has shown its help instead
+            print(f"error: {sentence}", file=sys.stderr)
         return 2
     except NaoHilError as error:
         print(f"error: {error}", file=sys.stderr)
         return error.exit_code
-    except (KeyboardInterrupt, click.exceptions.Abort):
+    except (KeyboardInterrupt, typer.Abort):
         return 130
+    except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
+        traceback.print_exc()
+        print(f"error: this is a fault of nao-hil itself: {error!r}; please report it.", file=sys.stderr)
+        return 3
     return result if isinstance(result, int) else 0

@@ -1,0 +1,268 @@
+"""The commands as processes: `up`, `emulate`, `walk`; started in any order, killed, interrupted, misused."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.guard import Guard
+from bridge.messages import SensorFrame
+from bridge.playback import frames_sha256, read_recording
+from emulator.robot import EmulatedRobot
+from lab.cli.main import run
+from lab.cli.walk import controller_maker
+from lab.config import run_config
+from lab.inprocess import run as run_in_process
+from lab.monitor import Monitor
+from lab.statistics import RunStatistics
+
+Start = Callable[..., Any]
+Until = Callable[[Callable[[], Any], str], Any]
+
+WITHOUT_PYBULLET = """
+import sys
+
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("pybullet", "pybullet_data", "pybullet_utils"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Absent())
+from lab.cli.main import main
+main()
+"""
+
+
+@pytest.fixture
+def monitor(endpoint: str) -> Iterator[Monitor]:
+    with Monitor("nao", endpoint) as monitor:
+        yield monitor
+
+
+def heard(monitor: Monitor, condition: Callable[[SensorFrame], bool]) -> Callable[[], SensorFrame | None]:
+    """Whether the newest sensor frame is as wanted."""
+
+    def look() -> SensorFrame | None:
+        monitor.connect()
+        frame = monitor.sensors
+        return frame if frame is not None and condition(frame) else None
+
+    return look
+
+
+def one_sentence(said: str) -> str:
+    """The one error in a command's stderr."""
+    assert "Traceback" not in said, said
+    (error,) = [line for line in said.splitlines() if line.startswith("error: ")]
+    return error
+
+
+def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    runs = []
+    for name in ("a", "b"):
+        folder = tmp_path / name
+        up = ["up", "--mode", "lockstep", "--seed", "3", "--steps", "2", "--json"]
+        command = start(*up, "--listen", endpoint, "--out", str(folder))
+        assert command.wait() == 0, command.said
+        runs.append((command.result, (folder / "frames.mcap").read_bytes()))
+        assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
+    (first, recording), (second, again) = runs
+    assert first["frames_sha256"] == second["frames_sha256"]
+    assert recording == again
+    assert (first["fell"], first["steps"], first["cycles_missed"]) == (False, 2, 0)
+
+    settings = run_config(None, mode="lockstep", seed=3, steps=2)
+    body = load_body(settings.robot)
+    statistics = RunStatistics(settings.seed)
+    with EmulatedRobot(body, seed=settings.seed) as robot:
+        controller = controller_maker(settings)(body, body.cycle)
+        run_in_process(robot, Guard(body), controller, [statistics], 10 * first["cycles"])
+    assert statistics.summary(1.0).frames_sha256 == first["frames_sha256"]
+
+
+def test_the_walker_starts_first_and_needs_no_pybullet(
+    start: Start, endpoint: str, tmp_path: Path, until: Until
+) -> None:
+    walker = start("walk", "--connect", endpoint, "--steps", "2", "--json", script=WITHOUT_PYBULLET)
+    robot = start(
+        "emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"), "--json"
+    )
+    assert walker.wait() == 0, walker.said
+    assert walker.result["steps"] == 2 and not walker.result["fell"]
+
+    robot.interrupt()
+    assert robot.process.returncode == 0, robot.said
+    assert robot.result["steps"] == 2
+    assert "Traceback" not in walker.said + robot.said
+    assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
+
+
+def test_a_robot_without_pybullet_says_so_in_one_sentence(start: Start, endpoint: str, tmp_path: Path) -> None:
+    robot = start("emulate", "--listen", endpoint, "--out", str(tmp_path / "run"), script=WITHOUT_PYBULLET)
+    assert robot.wait() == 2
+    assert "PyBullet is not installed: pip install 'nao-hil[emulator]'" in one_sentence(robot.said)
+
+
+def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+) -> None:
+    emulate = ["emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run")]
+    robot = start(*emulate)
+    walker = start("walk", "--connect", endpoint, "--steps", "0", "--json")
+    until(heard(monitor, lambda frame: frame.command > 200), "the walk")
+    robot.kill()
+    until(lambda: "the robot is gone" in " ".join(walker.said.split()), "the walker to notice")
+    cut_off = list(read_recording(tmp_path / "run" / "frames.mcap"))
+    assert cut_off[-1].time > 0.5
+
+    start(*emulate)
+    until(heard(monitor, lambda frame: 0 <= frame.command < 200), "the walker's first answers to the new robot")
+    until(heard(monitor, lambda frame: frame.command > 200), "the new walk")
+    walker.interrupt()
+    assert walker.process.returncode == 130
+    assert "Traceback" not in walker.said
+
+
+@pytest.mark.realtime
+def test_a_robot_keeps_its_cycle_while_walkers_come_and_go(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+) -> None:
+    robot = start("emulate", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json")
+    walk = ["walk", "--connect", endpoint, "--steps", "0", "--controller"]
+    first = start(*walk, "first")
+    until(heard(monitor, lambda frame: frame.command > 0), "the first walker")
+
+    second = start(*walk, "second")
+    assert second.wait() == 3
+    assert "held by controller `first`" in one_sentence(second.said)
+
+    first.kill()
+    notice = until(lambda: monitor.notice, "the robot's notice")
+    assert (notice.code, notice.text) == ("controller-gone", "Controller `first` is gone; the robot is free.")
+    before = monitor.sensors
+    assert before is not None
+    until(heard(monitor, lambda frame: frame.seq > before.seq + 50), "the robot's next cycles")
+    idle = monitor.sensors
+    assert idle is not None and idle.command <= before.seq  # nobody's command since
+
+    third = start(*walk, "third")
+    until(heard(monitor, lambda frame: frame.command > idle.seq), "the third walker")
+    third.interrupt()
+    robot.interrupt()
+    assert (third.process.returncode, robot.process.returncode) == (130, 0)
+    assert "Traceback" not in third.said + robot.said + first.said
+    assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
+
+
+@pytest.mark.realtime
+def test_a_walk_in_real_time_ends_without_a_word_of_the_robot(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    command = start("up", "--steps", "2", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json")
+    assert command.wait() == 0, command.said
+    assert command.result["steps"] == 2
+    # The walker's last frame and the release that follows it are in one order at the robot.
+    assert command.result["commands_refused"] == 0
+    assert "the robot says" not in command.said
+
+
+def test_ctrl_c_ends_both_sides_with_their_recording_closed(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+) -> None:
+    folder = tmp_path / "run"
+    command = start(
+        "up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(folder), "--json"
+    )
+    until(heard(monitor, lambda frame: frame.command > 100), "the walk")
+    children = command.children()
+    assert len(children) == 2
+    command.interrupt()
+    assert command.process.returncode == 130
+    assert not any(Path(f"/proc/{pid}").exists() for pid in children)
+    assert "Traceback" not in command.said
+    assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
+    assert command.result["cycles"] > 100
+
+
+@pytest.mark.parametrize("side", ["robot", "walker"])
+def test_a_side_that_is_killed_ends_up_with_one_sentence(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor, side: str
+) -> None:
+    command = start(
+        "up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(tmp_path / "run")
+    )
+    until(heard(monitor, lambda frame: frame.command > 0), "the walk")
+    (victim,) = [
+        pid
+        for pid in command.children()
+        if (b"emulate" in Path(f"/proc/{pid}/cmdline").read_bytes()) == (side == "robot")
+    ]
+    os.kill(victim, signal.SIGKILL)
+    assert command.wait() == 3
+    assert f"the {side}'s process failed: it was killed by SIGKILL" in one_sentence(command.said)
+
+
+@pytest.mark.parametrize("command", ["emulate", "up"])
+def test_a_port_in_use_is_one_sentence(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, command: str
+) -> None:
+    first = start("emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "first"))
+    until(lambda: "recording to" in first.said, "the first robot")
+    second = start(command, "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "second"))
+    assert second.wait() == 3
+    assert f"Cannot listen on {endpoint}: Address already in use" in one_sentence(second.said)
+
+
+def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: str, until: Until) -> None:
+    # A signal that comes before the handler is in place ends the process too, with the same code.
+    script = WITHOUT_PYBULLET.replace("main()", "print('ready', file=sys.stderr, flush=True)\nmain()")
+    walker = start("walk", "--connect", endpoint, script=script)
+    until(lambda: "ready" in walker.said, "the walker")
+    walker.interrupt()
+    assert walker.process.returncode == 130
+    assert "Traceback" not in walker.said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["up", "--mode", "fast"], "mode: unknown value 'fast'"),
+        (["up", "--robot", "nao-v7"], "did you mean 'nao-v"),
+        (["up", "--gait", "statik"], "did you mean 'static'"),
+        (["up", "--wear", "wurn"], "did you mean 'worn'"),
+        (["up", "--steps", "1"], "steps is 1; a walk has at least 2"),
+        (["up", "--steps", "many"], "Invalid value for '--steps'"),
+        (["up", "--seed", "-1"], "seed"),
+        (["up", "--no-such-option"], "No such option"),
+        (["up", "--listen", "7447"], "must look like tcp/127.0.0.1:7447"),
+        (["emulate", "--name", "a/b"], "1 to 64 letters"),
+        (["walk", "--connect", "tcp/somewhere"], "needs a host and a port"),
+        (["walk", "--controller", "a b"], "1 to 64 letters"),
+        (["walk", "--config", "no-such-file.toml"], "cannot be read"),
+        (["wolk"], "No such command 'wolk'"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence_and_exit_code_2(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    out = ["--out", str(tmp_path)] if arguments[0] in ("up", "emulate") else []
+    assert run(arguments + out) == 2
+    assert sentence in one_sentence(capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("command", ["up", "emulate", "walk"])
+def test_a_misspelt_key_in_a_file_gets_a_suggestion(
+    command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "run.toml"
+    file.write_text('robot = "nao-v4"\nstepps = 3\n')
+    assert run([command, "--config", str(file)]) == 2
+    assert "run.toml: unknown key 'stepps', did you mean 'steps'?" in one_sentence(capsys.readouterr().err)
