@@ -61,6 +61,10 @@ class Step(_Command, frozen=True, kw_only=True, tag="step"):
     cycles: Annotated[int, msgspec.Meta(ge=1, le=100_000)] = 1
 
 
+class StandUp(_Command, frozen=True, kw_only=True, tag="stand-up"):
+    """Put the robot where it lies back on its feet, at rest in its start posture, as a person would."""
+
+
 class Push(_Command, frozen=True, kw_only=True, tag="push"):
     """Push a link of the robot, or a movable box, at its centre of mass with a constant force."""
 
@@ -174,6 +178,7 @@ WorldCommand = (
     | Pause
     | Resume
     | Step
+    | StandUp
     | Push
     | PlaceBox
     | Remove

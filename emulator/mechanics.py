@@ -71,6 +71,10 @@ class Mechanics:
         self.velocity = np.array([state[1] for state in states])
         """rad/s"""
 
+    def take_pose(self) -> None:
+        """Take note that the joints were set from outside."""
+        self._read_joints()
+
     def run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
         """Servo and physics over one cycle; the world may act before every physics step."""
         client, robot, joints, servo = self.model.client, self.model.robot, self._joints, self.servo

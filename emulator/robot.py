@@ -275,6 +275,16 @@ class EmulatedRobot:
             fell=fell,
         )
 
+    def stand_up(self) -> None:
+        """Put the robot where it lies back on its feet, at rest in its start posture, as a person would."""
+        position, turn = self._torso.position, self._torso.rotation
+        heading = math.atan2(turn[3], turn[0])
+        x, y, _ = self.world.to_floor(position)[0]
+        model = self.mechanics.model
+        place(model, self.body, self._start, self._orientation, self._lift, self.world, (x, y, heading))
+        self.mechanics.take_pose()
+        self._torso = self.mechanics.torso()
+
     def reset(self) -> None:
         """Begin anew: same posture, same seed, `seq` 0."""
         bullet.resetSimulation(physicsClientId=self._client)

@@ -14,6 +14,7 @@ from bridge.world import (
     Press,
     Reset,
     Resume,
+    StandUp,
     StartFault,
     Status,
     Step,
@@ -49,6 +50,9 @@ class RobotInWorld(Protocol):
 
     def reset(self) -> None:
         """Begin anew."""
+
+    def stand_up(self) -> None:
+        """Back on its feet."""
 
 
 class WorldQueries:
@@ -164,6 +168,9 @@ def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
     if isinstance(command, Press):
         robot.sensors.touch.press(command.button, float(command.pressed))
         return f"Button {command.button} is {'pressed' if command.pressed else 'released'}."
+    if isinstance(command, StandUp):
+        robot.stand_up()
+        return "The robot was put back on its feet."
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
     return robot.stage.execute(command)

@@ -232,3 +232,19 @@ def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(client: int) -
     np.testing.assert_allclose(world.ground(points), expected, atol=1e-5)
     (between,) = world.ground([(1.0 - 0.2 + 0.15, -2.0 - 0.15 + 0.1)])
     assert between == pytest.approx(0.01 * 1.5 + 0.003, abs=1e-5)
+
+
+def test_a_fallen_robot_is_put_back_on_its_feet_where_it_lies() -> None:
+    with EmulatedRobot(BODY, seed=0) as robot:
+        standing = robot.truth()
+        robot.stage.execute(Push(impulse=(0.0, 5.0, 0.0)))
+        run(robot, 2.0)
+        fallen = robot.truth()
+        assert fallen.fell
+        robot.stand_up()
+        run(robot, 1.0)
+        again = robot.truth()
+        assert not again.fell
+        assert again.torso_position[2] == pytest.approx(standing.torso_position[2], abs=1e-3)
+        np.testing.assert_allclose(again.torso_position[:2], fallen.torso_position[:2], atol=0.01)
+        np.testing.assert_allclose(robot.frame.angle, (0.0, 0.1), atol=0.15)
