@@ -2,11 +2,11 @@
 
 Each motor board closes a position loop on the motor's voltage (share u of the full one) around the motor's own
 angle theta, counted at the joint. Behind the gear the motor has the torque-speed line of a DC motor; gear and
-play are a spring c^-1 through a dead zone of width `play`:
+play are a damped spring c^-1 through a dead zone of width `play`:
 
     u   = clip((request - theta - lead qd) / full_voltage_error, -1, 1)
     tau = stall (u - theta' / no_load_speed)          |tau| <= stiffness * stall
-    tau = dead_zone(theta - q) / c
+    tau = (x + relaxation x') / c,  x = dead_zone(theta - q)
 
 Stall torque and no-load speed come from the data sheet. The rotor's inertia is carried by the link (see
 `emulator.inertia`), so the motor side here has none, and both lines meet in one implicit Euler step: free of
@@ -76,7 +76,9 @@ class Servo:
         # One motor drives both hips: its whole current flows for the two halves of its torque.
         self._ampere = self.no_load_speed / (parameters.supply_voltage * share)
         self._yield = step / self._back_emf
-        self._spring = 1.0 / (self._yield + parameters.gear_compliance)
+        # implicit Euler for both lines: tau = ((1 + r) x - r x_before) * spring, x before the motor gives way
+        self._memory = parameters.gear_relaxation / step
+        self._spring = 1.0 / (parameters.gear_compliance + (1.0 + self._memory) * self._yield)
         self._compliance = parameters.gear_compliance
         self._brake = parameters.brake
         self._queue: deque[tuple[int, Vector, Vector]] = deque()
@@ -90,7 +92,7 @@ class Servo:
         if parameters.dry_friction > 0.0:
             limit = np.full(len(joints), parameters.dry_friction)
             self._friction = DryFriction(limit, self.rotor_inertia, position)
-        self._torque, self._out, self._gap, self._work = np.zeros((4, len(joints)))
+        self._torque, self._out, self._gap, self._work, self._twist = np.zeros((5, len(joints)))
         self._squares, self._mean_square = np.zeros((2, len(joints)))
         self._samples = 0
         self.apply_power()
@@ -141,6 +143,9 @@ class Servo:
         np.minimum(gap, self._half_play, out=work)
         np.maximum(work, self._lowest_play, out=work)
         np.subtract(gap, work, out=torque)
+        torque *= 1.0 + self._memory
+        np.multiply(self._twist, self._memory, out=work)
+        torque -= work
         torque *= self._spring
         np.minimum(torque, self._limit, out=torque)
         np.maximum(torque, self._lowest_torque, out=torque)
@@ -148,6 +153,9 @@ class Servo:
         gap -= work
         np.minimum(gap, self._reach, out=gap)
         np.maximum(gap, self._lowest_reach, out=gap)
+        np.minimum(gap, self._half_play, out=work)
+        np.maximum(work, self._lowest_play, out=work)
+        np.subtract(gap, work, out=self._twist)
         np.add(position, gap, out=self.motor_angle)
         np.multiply(torque, torque, out=work)
         self._squares += work

@@ -71,6 +71,8 @@ class ServoParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     inertia that each joint feels behind its gear."""
     gear_compliance: NotNegative = 0.0
     """Twist of the gear per torque at the joint, rad/(N m)."""
+    gear_relaxation: NotNegative = 0.0
+    """Damping of the gear's twist over its stiffness, s."""
     play: Play = Play()
     dry_friction: NotNegative = 0.0
     """Dry friction of each joint, N m."""
