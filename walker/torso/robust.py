@@ -172,7 +172,8 @@ class _Search:
             # Far outside a bound only the direction counts.
             constraints.append(max(-10.0, 1.0 - (float(output.max()) - 1.0) / limit))
             constraints.append(max(-10.0, 1.0 + float(output.min()) / limit))
-            constraints.append(float(margin) - factor if growth < 0.0 else max(-10.0, -factor - growth))
+            inside = min(10.0, float(margin)) - factor  # a curve that never meets the axis has no margin
+            constraints.append(inside if growth < 0.0 else max(-10.0, -factor - growth))
             if k == 0:
                 error = float(np.sum((1.0 - output) ** 2)) * self._sample_time
         return math.log(error), np.array(constraints)
