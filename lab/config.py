@@ -32,7 +32,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     parameters: dict[str, Any] = {}
     """Gait parameters that differ from the shipped ones."""
     controller: dict[str, Any] = {}
-    """What differs from the shipped controller parameters of the gait; `torso` and `admittance` are switches."""
+    """Controller parameters that differ from the gait's shipped ones: `torso`, `admittance`, and tables."""
 
 
 def run_config(

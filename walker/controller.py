@@ -47,7 +47,7 @@ class Controller:
         p = self._p = parameters or controller_parameters(gait.name)
         self._cycle = cycle
         self._plan = WalkPlan(gait, order, gait.stand())
-        pose = PoseMaker(body, self._plan.reference)
+        pose = PoseMaker(body, self._plan.reference, by_pose=gait.quasi_static)
         self._stabiliser = Stabiliser(body, p, pose, cycle)
         footing = FootingMachine(p.touch_down if p.admittance else None)
         walking = Walking(self._plan, footing, self._stabiliser)

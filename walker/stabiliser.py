@@ -15,9 +15,11 @@ from bridge.joints import INDEX
 from bridge.messages import SensorFrame, Vec2
 from walker.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
 from walker.errors import UnreachableError
+from walker.estimation import Contacts
 from walker.footing import Footing
 from walker.gait import Foot, Reference
 from walker.kinematics.limits import AnkleRange
+from walker.levelling import Level, Levelling
 from walker.parameters.model import ControllerParameters
 from walker.pose import PoseMaker
 from walker.torso.filter import TorsoControl
@@ -29,11 +31,11 @@ class Corrections(NamedTuple):
     """What the stabilisers added to the plan, left and right."""
 
     lift: Vec2 = (0.0, 0.0)
-    """Height of the feet over the plan (leg admittance), m."""
+    """Height of the feet over the plan (leg admittance, levelling), m."""
     ankle_roll: Vec2 = (0.0, 0.0)
-    """AnkleRoll (ankle admittance), rad."""
+    """AnkleRoll (ankle admittance, levelling), rad."""
     ankle_pitch: Vec2 = (0.0, 0.0)
-    """AnklePitch (ankle admittance), rad."""
+    """AnklePitch (ankle admittance, levelling), rad."""
     torso: Vec2 = (0.0, 0.0)
     """AnklePitch (torso control), rad."""
 
@@ -58,6 +60,7 @@ class Stabiliser:
         self._legs = self._ankles = None
         if parameters.admittance:
             self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
+            self._levelling = Levelling(parameters.levelling)
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
         self._level_rate = parameters.level_rate
         self._torso = _torso_control(parameters, cycle)
@@ -70,33 +73,38 @@ class Stabiliser:
             self._torso.update(frame.angle[1], "both")
 
     def angles(
-        self, reference: Reference, footing: Footing, frame: SensorFrame, dt: float
+        self, reference: Reference, footing: Footing, contacts: Contacts, frame: SensorFrame, dt: float
     ) -> tuple[float, ...]:
         """One cycle, once per received frame.
 
         Args:
             reference: the plan.
             footing: roles of the legs.
+            contacts: of the feet.
             frame: newest sensor frame.
             dt: time since the last one, s.
 
         Returns:
             25 joint angles within their ranges, rad.
         """
-        lift = self._lift(reference, footing, frame, dt)
+        levels = dict.fromkeys(_SIDES, Level())
+        if self._legs is not None:
+            angle = frame.angle if self._torso is not None else (frame.angle[0], 0.0)
+            levels = self._levelling.update(angle, reference, footing, contacts, dt)
+        left, right = self._lift(reference, footing, frame, dt)
+        lift = left + levels["L"].lift, right + levels["R"].lift
         torso = self._torso.update(frame.angle[1], footing.support) if self._torso is not None else (0.0, 0.0)
         angles = self._solve(reference, lift)
-        roll: list[float] = []
-        pitch: list[float] = []
-        for i, side in enumerate(_SIDES):
-            r, p = self._turn_ankle(side, angles, torso[i], footing, frame, dt)
-            roll.append(r)
-            pitch.append(p)
-        self.corrections = Corrections(lift, (roll[0], roll[1]), (pitch[0], pitch[1]), torso)
+        turns = [
+            self._turn_ankle(side, angles, levels[side], torso[i], footing, frame, dt)
+            for i, side in enumerate(_SIDES)
+        ]
+        (left_roll, left_pitch), (right_roll, right_pitch) = turns
+        self.corrections = Corrections(lift, (left_roll, right_roll), (left_pitch, right_pitch), torso)
         return tuple(angles)
 
     def _lift(self, reference: Reference, footing: Footing, frame: SensorFrame, dt: float) -> Vec2:
-        """Height of both feet over the plan, m."""
+        """Height of both feet over the plan by the leg admittance, m."""
         if self._legs is None:
             return 0.0, 0.0
         lift = []
@@ -140,13 +148,24 @@ class Stabiliser:
             return list(self._pose.unlimited_angles(reference))
 
     def _turn_ankle(
-        self, side: Side, angles: list[float], torso: float, footing: Footing, frame: SensorFrame, dt: float
+        self,
+        side: Side,
+        angles: list[float],
+        level: Level,
+        torso: float,
+        footing: Footing,
+        frame: SensorFrame,
+        dt: float,
     ) -> Vec2:
-        """Add the corrections to one ankle's joints, in place; returns those of the admittance, rad."""
+        """Add the corrections to one ankle's joints, in place.
+
+        Returns:
+            What was added to roll and pitch, torso control left aside, rad.
+        """
         pitch_slot, roll_slot = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
         ankle = self._ranges[side]
-        pitch = ankle.clip_pitch(angles[pitch_slot] + torso)
-        roll = ankle.clip_roll(angles[roll_slot], pitch)
+        pitch = ankle.clip_pitch(angles[pitch_slot] + level.pitch + torso)
+        roll = ankle.clip_roll(angles[roll_slot] + level.roll, pitch)
         turn = (0.0, 0.0)
         if self._ankles is not None:
             # The ranges less what is planned: an offset of zero is always allowed, so that a plan which its
@@ -157,7 +176,7 @@ class Stabiliser:
             turn = self._ankles[side].update(forces, footing.role(side), dt, limits, progress=footing.progress)
         angles[pitch_slot] = ankle.clip_pitch(pitch + turn[1])
         angles[roll_slot] = ankle.clip_roll(roll + turn[0], angles[pitch_slot])
-        return turn
+        return level.roll + turn[0], level.pitch + turn[1]
 
 
 def _lifted(reference: Reference, lift: Vec2) -> Reference:

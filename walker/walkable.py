@@ -34,7 +34,7 @@ def check_walkable(body: Body, gait: Gait) -> None:
     """
     reference = gait.stand()
     try:
-        pose = PoseMaker(body, reference)
+        pose = PoseMaker(body, reference, by_pose=gait.quasi_static)
         while reference.phase != "stand" or reference.step == 0:
             reference = gait.advance(_DT, go_on=reference.step < _STEPS - 1)
             _check_limits(body, pose.unlimited_angles(reference), reference, _where(gait, reference))

@@ -42,6 +42,7 @@ class DynamicGait:
     """
 
     name = "dynamic"
+    quasi_static = False
 
     def __init__(self, parameters: DynamicParameters, body: Body) -> None:
         check_distances(parameters)

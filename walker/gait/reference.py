@@ -56,6 +56,11 @@ class Gait(Protocol):
         """Name on the command line."""
         ...
 
+    @property
+    def quasi_static(self) -> bool:
+        """Whether the planned centre of mass is its own ZMP, so that the weights of the limbs alone count."""
+        ...
+
     def stand(self) -> Reference:
         """The plan at rest, before the first and after the last step of a walk that began now."""
         ...

@@ -54,6 +54,7 @@ class StaticGait:
     """
 
     name = "static"
+    quasi_static = True
 
     def __init__(self, parameters: StaticParameters, body: Body) -> None:
         self._p = parameters

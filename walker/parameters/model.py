@@ -32,6 +32,19 @@ class ContactParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
             raise ValueError(f"off = {self.off} N must be less than on = {self.on} N")
 
 
+class LevellingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Levelling of the swing foot."""
+
+    share: _Share = 1.0
+    """Of the measured angle that is made up for."""
+    largest: _Positive = math.radians(12.0)
+    """Largest turn about an axis, rad: 12 degrees of roll lift the foot by 20 mm."""
+    rate: _Positive = 1.5
+    """Fastest change in the air, rad/s."""
+    fade: _Positive = 0.2
+    """Speed at which the turn goes once the foot stands, rad/s: 7 degrees in 0.6 s."""
+
+
 class TouchDownParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What happens when the plan puts a foot down and there is no ground; part of the admittance."""
 
@@ -80,6 +93,7 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     torso_limits: TorsoLimits = TorsoLimits()
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
+    levelling: LevellingParameters = LevellingParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
     level_rate: _NotNegative = 0.01
     """Speed at which the body returns to its height over ground that both feet found off the plan, m/s."""

@@ -55,7 +55,7 @@ class Walking:
             self._plan.reference = self._plan.gait.advance(dt, go_on=self._go_on())
         reference = self._plan.reference
         self._footing = self._footing_machine.update(reference, estimate.contacts, dt)
-        self.position = self._stabiliser.angles(reference, self._footing, frame, dt)
+        self.position = self._stabiliser.angles(reference, self._footing, estimate.contacts, frame, dt)
         if self.name == "stopping" and reference.phase == "stand":
             return Standing(self.position)
         return self
