@@ -134,12 +134,14 @@ class WalkerProcess:
         began = time.perf_counter()
         self._last = controller.tick(frame)
         self._ticks.append(time.perf_counter() - began)
-        # Telemetry goes first, so that in lockstep it is there when the robot acts on the answer.
         telemetry = controller.telemetry
-        self._link.publish_telemetry(
-            telemetry if lockstep else msgspec.structs.replace(telemetry, tick=self._ticks[-1])
-        )
-        self._link.send(self._last)
+        if lockstep:
+            # First, so that it is there when the robot acts on the answer.
+            self._link.publish_telemetry(telemetry)
+            self._link.send(self._last)
+        else:
+            self._link.send(self._last)
+            self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=self._ticks[-1]))
 
     def _heed_notices(self) -> None:
         for notice in self._link.notices():

@@ -188,8 +188,8 @@ def walker(endpoint: str) -> None:
             began = time.perf_counter()
             command = controller.tick(frame)
             tick = time.perf_counter() - began
-            link.publish_telemetry(msgspec.structs.replace(controller.telemetry, tick=tick))
             link.send(command)
+            link.publish_telemetry(msgspec.structs.replace(controller.telemetry, tick=tick))
 
 
 def echo(endpoint: str) -> None:
