@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Callable
 
 import msgspec
 
 from bridge.datasheet import Body, load_body
-from bridge.errors import ConfigurationError, RobotSilent
+from bridge.errors import ConfigurationError, FrameError, RobotSilent
 from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import quiet_process
@@ -68,6 +69,7 @@ class WalkerProcess:
         self._seq = -1
         self._boot: int | None = None
         self._last: ActuatorFrame | None = None
+        self._complained = -math.inf
 
     def run(self) -> WalkResult:
         """Walk until the order is done or the process is stopped.
@@ -109,7 +111,11 @@ class WalkerProcess:
         receive = self._link.next if lockstep else self._link.latest
         while not self._stop():
             self._heed_notices()
-            frame = receive(SILENCE)
+            try:
+                frame = receive(SILENCE)
+            except FrameError as error:
+                self._complain(str(error))  # a stranger on the robot's key; the robot's own version was checked
+                continue
             if not self._link.lease:
                 logger.warning("the robot is gone; waiting for it to come back")
                 return False
@@ -142,6 +148,12 @@ class WalkerProcess:
         else:
             self._link.send(self._last)
             self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=self._ticks[-1]))
+
+    def _complain(self, sentence: str) -> None:
+        now = time.monotonic()
+        if now - self._complained >= 1.0:
+            self._complained = now
+            logger.warning("%s", sentence)
 
     def _heed_notices(self) -> None:
         for notice in self._link.notices():
