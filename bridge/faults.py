@@ -144,7 +144,7 @@ class JointPlay(_JointFault, frozen=True, kw_only=True, tag="joint-play"):
 
 
 class InertialRezero(_Fault, frozen=True, kw_only=True, tag="inertial-rezero"):
-    """The inertial unit takes the attitude it has when the fault begins for upright."""
+    """The inertial unit starts anew: it takes the attitude of this moment for upright until it knows better."""
 
 
 class DcmPause(_Fault, frozen=True, kw_only=True, tag="dcm-pause"):

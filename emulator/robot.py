@@ -15,14 +15,12 @@ from bridge.errors import ConfigurationError
 from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import (
     ActuatorFrame,
-    Contact,
     Notice,
     Quaternion,
     SensorFrame,
     TruthFrame,
     require_finite,
 )
-from emulator.contacts import FootLoad
 from emulator.dcm import Dcm
 from emulator.engine import bullet, connect, disconnect
 from emulator.faults import Faults
@@ -34,6 +32,7 @@ from emulator.sensors.suite import Sensors
 from emulator.servo import Servo
 from emulator.start import place, start_posture
 from emulator.stops import Stops
+from emulator.truth import truth_frame
 from emulator.wear import WearProfile
 from emulator.world import WorldParameters
 from emulator.world.stage import Stage
@@ -41,7 +40,6 @@ from emulator.world.timeline import build_world, timeline
 
 DEFAULT_WORLD: Final = WorldParameters()
 IDEAL: Final = WearProfile(name="ideal")
-FALLEN_TILT: Final = math.cos(math.radians(45.0))
 
 
 class EmulatedRobot:
@@ -133,7 +131,9 @@ class EmulatedRobot:
         self._notices: list[Notice] = []
         self.stage = Stage(self.world, self.mechanics, self.body, timeline(self._scenario), self._say)
         """Carries out what happens in the world."""
-        self.faults = Faults(self.mechanics, self._scenario.faults, chance, self._say)
+        self.faults = Faults(
+            self.mechanics, self.sensors.inertial.rezero, self._scenario.faults, chance, self._say
+        )
         """What goes wrong."""
         self._command = -1
         self._missed = 0
@@ -223,7 +223,7 @@ class EmulatedRobot:
         return slots
 
     def _temperatures(self) -> tuple[float, ...]:
-        """Of the motors in frame order, degrees Celsius; hands stay as cool as the room, absent joints read 0."""
+        """Of the motors in frame order, degrees Celsius; hands stay cool, absent joints read 0."""
         heat = self.mechanics.servo.heat
         temperature = self._by_slot(heat.temperature)
         for slot in self._hands.slots:
@@ -254,26 +254,10 @@ class EmulatedRobot:
 
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
-        torso, contacts = self._torso, self._contacts
-        fell = (
-            contacts.fallen
-            or torso.rotation[8] < FALLEN_TILT
-            or self.world.clearance(torso.position) < 0.5 * self._start_height
-        )
-        return TruthFrame(
-            seq=self._seq,
-            time=self._seq * self.body.cycle,
-            torso_position=torso.position,
-            torso_orientation=torso.orientation,
-            torso_velocity=torso.velocity,
-            torso_angular_velocity=torso.angular_velocity,
-            joints=self._hands.put(self._by_slot(self.mechanics.position)),
-            com=self.mechanics.com(),
-            zmp=contacts.zmp,
-            left=_contact(contacts.feet["L"]),
-            right=_contact(contacts.feet["R"]),
-            fell=fell,
-        )
+        height = self.world.clearance(self._torso.position) / self._start_height
+        joints = self._hands.put(self._by_slot(self.mechanics.position))
+        com = self.mechanics.com()
+        return truth_frame(self._seq, self.time, self._torso, self._contacts, joints, com, height)
 
     def stand_up(self) -> None:
         """Put the robot where it lies back on its feet, at rest in its start posture, as a person would."""
@@ -284,6 +268,7 @@ class EmulatedRobot:
         place(model, self.body, self._start, self._orientation, self._lift, self.world, (x, y, heading))
         self.mechanics.take_pose()
         self._torso = self.mechanics.torso()
+        self.sensors.inertial.start(self._torso)
 
     def reset(self) -> None:
         """Begin anew: same posture, same seed, `seq` 0."""
@@ -303,7 +288,3 @@ class EmulatedRobot:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def _contact(load: FootLoad) -> Contact:
-    return Contact(force=load.force, cop=load.cop)

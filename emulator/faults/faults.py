@@ -37,7 +37,7 @@ from emulator.mechanics import Mechanics
 from emulator.scenarios.model import FaultEvent
 
 _COMMANDS = (CommandLost, CommandLate, CommandDuplicated, CommandReordered, CommandJitter)
-_SENSORS = (SensorStuck, SensorDead, SensorNoisy, SensorOffset, InertialRezero, PowerLoss)
+_SENSORS = (SensorStuck, SensorDead, SensorNoisy, SensorOffset, PowerLoss)
 _JOINTS = (JointStuck, JointWeak, JointHot, JointPlay)
 
 
@@ -53,6 +53,7 @@ class Faults:
 
     Args:
         mechanics: The robot.
+        rezero: Starts the inertial unit anew.
         planned: Faults of the scenario.
         random: Decides what is left to chance.
         say: Told in one sentence when a fault begins and ends, with a short code.
@@ -61,11 +62,12 @@ class Faults:
     def __init__(
         self,
         mechanics: Mechanics,
+        rezero: Callable[[], None],
         planned: Sequence[FaultEvent],
         random: np.random.Generator,
         say: Callable[[str, str], None],
     ) -> None:
-        self._say = say
+        self._say, self._rezero = say, rezero
         self._planned = sorted(planned, key=lambda event: event.time, reverse=True)
         self._running: dict[str, _Running] = {}
         chance = random.spawn(2)
@@ -109,6 +111,10 @@ class Faults:
             raise FrameError(f"This body has no joint {fault.joint} that could fail.")
         if isinstance(fault, DcmPause) and duration <= 0.0:
             raise FrameError("A pause of the DCM needs a `duration` in s: standing still, it hears no end.")
+        if isinstance(fault, InertialRezero):
+            self._rezero()
+            self._say("fault", f"Fault {name} struck.")
+            return name
         self._frames.forget(name)
         self._running.pop(name, None)
         self._running[name] = _Running(fault, time + duration if duration > 0.0 else math.inf)

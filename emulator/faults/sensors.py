@@ -1,4 +1,4 @@
-"""Faults between the sensors and the frame: stuck, dead, noisy, offset, and an inertial unit zeroed anew."""
+"""Faults between the sensors and the frame: stuck, dead, noisy, offset, and what a loss of power leaves."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import msgspec
 import numpy as np
 
 from bridge.faults import (
-    InertialRezero,
     PowerLoss,
     SensorDead,
     SensorNoisy,
@@ -20,7 +19,7 @@ from bridge.faults import (
 from bridge.joints import N_JOINTS
 from bridge.messages import SensorFrame
 
-FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | InertialRezero | PowerLoss
+FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | PowerLoss
 
 
 class FrameFaults:
@@ -33,7 +32,7 @@ class FrameFaults:
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
         self._held: dict[str, tuple[float, ...]] = {}
-        """Values of the last good frame, by fault: what a stuck sensor repeats, where upright was taken."""
+        """By fault: what a stuck sensor repeats."""
 
     def forget(self, name: str) -> None:
         """A fault has ended, or begins anew."""
@@ -46,9 +45,6 @@ class FrameFaults:
         return frame
 
     def _changes(self, frame: SensorFrame, fault: FrameFault) -> dict[str, Any]:
-        if isinstance(fault, InertialRezero):
-            zero = self._held.setdefault(fault.name, frame.angle)
-            return {"angle": (frame.angle[0] - zero[0], frame.angle[1] - zero[1])}
         if isinstance(fault, PowerLoss):
             none = (0.0,) * N_JOINTS
             return {"stiffness": none, "current": none, "battery": (0.0, 0.0, *frame.battery[2:])}

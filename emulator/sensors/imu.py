@@ -92,11 +92,15 @@ class InertialSensors:
         self._place = unit.accelerometer
         self._gravity, self._up = gravity, (0.0, 0.0, gravity)
         self._cycle = cycle
+        self.start(torso)
+
+    def start(self, torso: TorsoState) -> None:
+        """Begin at a torso that has been at rest as it is now: at first, and when it was put there by hand."""
         self._rotation = torso.rotation
         self._velocity = self._point_velocity(torso)
         at_rest = rotate_back(torso.rotation, self._up)
-        self._fusion = FusedAngle(gravity, self.accelerometer.measure(at_rest))
-        for _ in range(round(REST_BEFORE_START / cycle)):
+        self._fusion = FusedAngle(self._gravity, self.accelerometer.measure(at_rest))
+        for _ in range(round(REST_BEFORE_START / self._cycle)):
             self._take(at_rest, (0.0, 0.0, 0.0))
 
     def _point_velocity(self, torso: TorsoState) -> Vec3:

@@ -1,0 +1,54 @@
+"""Ground truth: what no sensor tells."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from bridge.messages import Contact, TruthFrame, Vec3
+from emulator.contacts import FootLoad, GroundContacts
+from emulator.mechanics import TorsoState
+
+FALLEN_TILT: Final = math.cos(math.radians(45.0))
+FALLEN_HEIGHT: Final = 0.5
+
+
+def truth_frame(
+    seq: int,
+    time: float,
+    torso: TorsoState,
+    contacts: GroundContacts,
+    joints: tuple[float, ...],
+    com: Vec3,
+    height: float,
+) -> TruthFrame:
+    """Ground truth of one boundary.
+
+    Args:
+        seq: Number of the boundary.
+        time: Robot time, s.
+        torso: Its true state.
+        contacts: Ground reactions.
+        joints: True angles in frame order, rad.
+        com: Centre of mass, world frame, m.
+        height: Of the torso over the floor, as a share of that at the start.
+    """
+    tilted = torso.rotation[8] < FALLEN_TILT
+    return TruthFrame(
+        seq=seq,
+        time=time,
+        torso_position=torso.position,
+        torso_orientation=torso.orientation,
+        torso_velocity=torso.velocity,
+        torso_angular_velocity=torso.angular_velocity,
+        joints=joints,
+        com=com,
+        zmp=contacts.zmp,
+        left=_contact(contacts.feet["L"]),
+        right=_contact(contacts.feet["R"]),
+        fell=contacts.fallen or tilted or height < FALLEN_HEIGHT,
+    )
+
+
+def _contact(load: FootLoad) -> Contact:
+    return Contact(force=load.force, cop=load.cop)
