@@ -25,7 +25,7 @@ FIRST_REST: Final = 1.0
 """Time at rest in which the unit believes whatever it measures, s; what follows holds after that."""
 BIAS_STEP: Final = 0.005
 """Largest change of a bias once learnt, rad/s; a larger one is a slow turn, unless it lasts."""
-LEAN_STEP: Final = 0.15
+LEAN_STEP: Final = 0.08
 """Largest disagreement between the fused direction up and the mean acceleration at rest, m/s^2; a larger one is
 an acceleration, unless it lasts."""
 LONG_HOLD: Final = 3.0
@@ -65,7 +65,7 @@ class FusedAngle:
         self._mean_rate: Vec3 = (0.0, 0.0, 0.0)
         self._mean_acceleration = acceleration
         self._rate_variance = self._acceleration_variance = 0.0
-        self._quiet = self._rested = 0.0
+        self._quiet = self._doubted = self._rested = 0.0
         self.at_rest = False
         """The unit believes that it rests."""
 
@@ -104,7 +104,8 @@ class FusedAngle:
         turn = add(self._mean_rate, scaled(self._bias, -1.0))
         lean = add(self._mean_acceleration, scaled(self._up, -self._gravity))
         doubt = self._rested >= FIRST_REST and (_square(turn) > BIAS_STEP**2 or _square(lean) > LEAN_STEP**2)
-        self.at_rest = self._quiet >= (LONG_HOLD if doubt else HOLD)
+        self._doubted = self._doubted + dt if quiet and doubt else 0.0
+        self.at_rest = self._quiet >= HOLD and (not doubt or self._doubted >= LONG_HOLD)
 
     @property
     def angle(self) -> Vec2:

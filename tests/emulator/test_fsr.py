@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from bridge.datasheet import load_body
+from emulator.engine import bullet
+from emulator.robot import EmulatedRobot
 from emulator.sensors.fsr import FootForceSensors
 
 BODY = load_body("nao-v3")
@@ -76,3 +78,30 @@ def test_outside_the_cells_none_pulls_and_the_centre_is_the_nearest_possible(x: 
 
 def test_without_load_all_are_zero() -> None:
     assert FootForceSensors(FEET["L"]).share(0.0, None) == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("side", ["L", "R"])
+@pytest.mark.parametrize("cell", range(4))
+def test_a_peg_under_one_cell_of_the_robot_is_felt_by_that_cell(side: str, cell: int) -> None:
+    """The robot hangs in the air, nailed by its torso, and a peg comes up under one cell."""
+    with EmulatedRobot(BODY, seed=0, held=True, lift=0.1, settle=0.2) as robot:
+        assert robot.frame.fsr == (0.0,) * 8
+        model = robot.mechanics.model
+        state = bullet.getLinkState(
+            model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
+        )
+        x, y, _ = FEET[side][cell]
+        under = (x, y, -BODY.lengths.FootHeight - 0.0195)
+        centre, turn = bullet.multiplyTransforms(state[4], state[5], under, (0.0, 0.0, 0.0, 1.0))
+        peg = bullet.createCollisionShape(
+            bullet.GEOM_CYLINDER, radius=0.002, height=0.04, physicsClientId=model.client
+        )
+        bullet.createMultiBody(
+            0.0, peg, basePosition=centre, baseOrientation=turn, physicsClientId=model.client
+        )
+        for _ in range(5):
+            robot.advance(None)
+        fsr = robot.frame.fsr
+        own = fsr[4 * "LR".index(side) + cell]
+        assert own > 0.5
+        assert own > 0.9 * sum(fsr)

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from bridge.datasheet import load_body
@@ -13,6 +15,7 @@ from bridge.messages import ActuatorFrame
 from emulator.engine import bullet
 from emulator.robot import EmulatedRobot
 from emulator.sensors.fusion import FusedAngle
+from emulator.sensors.imu import mean_rate
 
 G = 9.81
 TILTS = [(0.0, 0.0), (30.0, 0.0), (-30.0, 0.0), (0.0, 30.0), (0.0, -30.0), (20.0, -22.0), (-12.0, 27.0)]
@@ -53,6 +56,59 @@ def test_in_motion_the_gyroscope_decides() -> None:
         worst = max(worst, abs(fused.angle[0] - roll), abs(fused.angle[1]))
     assert not fused.at_rest
     assert math.degrees(worst) < 1.0
+
+
+def test_the_gyroscopes_bias_is_learnt_at_rest_and_taken_off_in_motion() -> None:
+    """2 deg/s would be 20 deg in the ten seconds of motion."""
+    fused, bias, random = FusedAngle(G, (0.0, 0.0, G)), math.radians(2.0), np.random.default_rng(1)
+    for _ in range(500):
+        fused.update((0.0, 0.0, G), (bias, -bias, 0.0), 0.01)
+    assert fused.at_rest
+    for _ in range(1000):
+        x, y, z = random.normal(0.0, 2.0, 3)
+        fused.update((x, y, G + z), (bias, -bias, 0.0), 0.01)
+    assert not fused.at_rest
+    np.testing.assert_allclose(np.degrees(fused.angle), 0.0, atol=0.5)
+
+
+def test_a_slow_push_is_no_tilt() -> None:
+    """0.4 m/s^2 for a second, as a walk with slow steps has it, would be a tilt of 2.3 deg."""
+    fused, worst = FusedAngle(G, (0.0, 0.0, G)), 0.0
+    for k in range(1000):
+        push = 0.4 * math.sin(math.pi * (k - 500) / 100) if k >= 500 else 0.0
+        fused.update((push, 0.0, G), (0.0, 0.0, 0.0), 0.01)
+        worst = max(worst, abs(fused.angle[1]))
+    assert math.degrees(worst) < 0.5
+
+
+def test_a_tilt_that_lasts_is_believed_however_it_came() -> None:
+    """The body was turned by 10 deg in a way that the gyroscope did not see."""
+    fused = FusedAngle(G, (0.0, 0.0, G))
+    for _ in range(500):
+        fused.update((0.0, 0.0, G), (0.0, 0.0, 0.0), 0.01)
+    for _ in range(1000):
+        fused.update(gravity(0.0, math.radians(10.0)), (0.0, 0.0, 0.0), 0.01)
+    np.testing.assert_allclose(np.degrees(fused.angle), (0.0, 10.0), atol=0.3)
+
+
+@given(st.lists(st.floats(-8.0, 8.0), min_size=3, max_size=3), st.integers(0, 2**32 - 1))
+def test_mean_rate_of_a_steady_turn_is_its_rate(rate: list[float], seed: int) -> None:
+    before = Rotation.random(random_state=seed)
+    after = before * Rotation.from_rotvec(0.01 * np.array(rate))
+    rows = [tuple(turn.as_matrix().ravel().tolist()) for turn in (before, after)]
+    np.testing.assert_allclose(mean_rate(*rows, 0.01), rate, atol=1e-9)
+
+
+def test_rezeroed_unit_begins_level_and_finds_its_tilt_again() -> None:
+    x, y, z, w = Rotation.from_euler("ZYX", [0.0, 12.0, -8.0], degrees=True).as_quat().tolist()
+    with EmulatedRobot(
+        load_body("nao-v3"), seed=0, held=True, lift=0.3, settle=0.0, orientation=(x, y, z, w)
+    ) as robot:
+        robot.sensors.inertial.rezero()
+        np.testing.assert_allclose(np.degrees(robot.advance(None).angle), 0.0, atol=0.1)
+        for _ in range(150):
+            robot.advance(None)
+        np.testing.assert_allclose(np.degrees(robot.frame.angle), (-8.0, 12.0), atol=0.3)
 
 
 @pytest.mark.parametrize("tilt", TILTS)

@@ -1,0 +1,196 @@
+"""Buttons, bumpers, battery and sonar."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bridge.datasheet import BODIES, load_body
+from bridge.errors import ConfigurationError
+from emulator.engine import bullet
+from emulator.robot import EmulatedRobot
+from emulator.sensors.battery import Battery
+from emulator.sensors.parameters import BatteryParameters, SensorParameters, SonarParameters
+from emulator.sensors.touch import TOUCH, Touch
+from emulator.wear import WearProfile
+
+LOLA = (
+    "chest, head front, head middle, head rear, left bumper left, left bumper right, left hand back,"
+    " left hand left, left hand right, right bumper left, right bumper right, right hand back,"
+    " right hand left, right hand right"
+)
+FRONT = 0.0507  # x of the sonars in the torso, m
+
+
+def block(robot: EmulatedRobot, centre: tuple[float, ...], half: tuple[float, ...]) -> int:
+    client = robot.world.client
+    shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+    return int(bullet.createMultiBody(0.0, shape, basePosition=centre, physicsClientId=client))
+
+
+def remove(robot: EmulatedRobot, body: int) -> None:
+    bullet.removeBody(body, physicsClientId=robot.world.client)
+
+
+def test_buttons_in_lolas_order() -> None:
+    assert ", ".join(name.replace("_", " ") for name in TOUCH) == LOLA
+
+
+def test_pressing_buttons() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.1) as robot:
+        assert robot.frame.touch == (0.0,) * 14
+        for slot, name in enumerate(TOUCH):
+            robot.sensors.touch.press(name)
+            assert robot.advance(None).touch == tuple(float(i == slot) for i in range(14))
+            robot.sensors.touch.press(name, 0.0)
+        robot.sensors.touch.press("chest")
+        robot.reset()
+        assert robot.advance(None).touch == (0.0,) * 14
+
+
+def test_impossible_buttons() -> None:
+    with pytest.raises(ConfigurationError, match="No button `nose`; known are chest, head_front"):
+        Touch().press("nose")
+    with pytest.raises(ConfigurationError, match="`chest` set to 2; 0 or 1"):
+        Touch().press("chest", 2)
+
+
+@pytest.mark.parametrize("side", ["L", "R"])
+@pytest.mark.parametrize(("offset", "bumper"), [(0.015, "left"), (-0.015, "right")])
+def test_a_toe_against_a_block_presses_its_bumper(side: str, offset: float, bumper: str) -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.2) as robot:
+        model = robot.mechanics.model
+        foot = bullet.getLinkState(model.robot, model.feet[side], physicsClientId=model.client)[4]
+        front = max(x for x, _ in robot.body.foot.sole)
+        body = block(robot, (foot[0] + front + 0.043, foot[1] + offset, 0.02), (0.05, 0.01, 0.02))
+        pressed = {name for name, on in zip(TOUCH, robot.advance(None).touch, strict=True) if on}
+        assert pressed == {f"{'left' if side == 'L' else 'right'}_bumper_{bumper}"}
+        remove(robot, body)
+        for _ in range(5):
+            robot.advance(None)
+        assert robot.frame.touch == (0.0,) * 14
+
+
+def test_the_floor_presses_no_bumper() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.0, lift=0.02) as robot:
+        assert all(sum(robot.advance(None).touch) == 0.0 for _ in range(50))
+        assert sum(robot.frame.fsr) > 0.0
+
+
+def test_battery_counts_charge() -> None:
+    """27.6 W h at 21.6 V and 2 A last 0.639 h."""
+    battery = Battery(BatteryParameters(energy=27.6, idle_current=1.5), 0.01)
+    for _ in range(36000):
+        battery.update([0.25, 0.25])
+    charge, current, status, _ = battery.read()
+    assert charge == pytest.approx(1.0 - 0.1 * 2.0 * 21.6 / 27.6, rel=1e-9)
+    assert (current, status) == (-2.0, 0.0)
+
+
+def test_battery_ends_empty_and_an_ideal_one_never() -> None:
+    small, ideal = (
+        Battery(BatteryParameters(energy=1e-3, idle_current=10.0), 0.01),
+        Battery(BatteryParameters(), 0.01),
+    )
+    for _ in range(100):
+        small.update([1.0])
+        ideal.update([1.0])
+    assert small.read()[0] == 0.0
+    assert ideal.read() == (1.0, -1.0, 0.0, 25.0)
+
+
+def test_battery_warms_to_its_final_temperature_with_its_time_constant() -> None:
+    battery = Battery(BatteryParameters(idle_current=3.0, heating=2.0, heating_time=10.0), 0.01)
+    for _ in range(1000):
+        battery.update([])
+    assert battery.read()[3] == pytest.approx(25.0 + 18.0 * (1.0 - math.exp(-1.0)), rel=1e-3)
+
+
+def test_battery_of_a_standing_robot_runs_down() -> None:
+    sensors = SensorParameters(battery=BatteryParameters(energy=27.6, idle_current=1.0))
+    with EmulatedRobot(load_body("nao-v3"), seed=0, wear=WearProfile(name="test", sensors=sensors)) as robot:
+        before = robot.frame.battery[0]
+        drawn = 0.0
+        for _ in range(20):
+            frame = robot.advance(None)
+            assert frame.battery[1] == pytest.approx(-1.0 - sum(frame.current))
+            drawn -= frame.battery[1] * 0.01
+        assert before - frame.battery[0] == pytest.approx(drawn * 21.6 / (27.6 * 3600.0), rel=1e-6)
+
+
+def sonar_after(robot: EmulatedRobot, seconds: float = 0.2) -> tuple[float, float]:
+    for _ in range(round(seconds / robot.body.cycle)):
+        robot.advance(None)
+    return robot.frame.sonar
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_sonar_without_anything_reads_its_farthest(name: str) -> None:
+    with EmulatedRobot(load_body(name), seed=0, settle=0.1) as robot:
+        assert sonar_after(robot) == (2.55, 2.55)
+
+
+@pytest.mark.parametrize("distance", [0.4, 1.0, 2.0])
+def test_sonar_measures_a_wall_across_each_axis(distance: float) -> None:
+    """A wall square to the left axis stands at its distance from the sensor; the right one looks elsewhere."""
+    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.0, lift=0.5, held=True) as robot:
+        torso = robot.truth()
+        turn = np.array(bullet.getMatrixFromQuaternion(torso.torso_orientation)).reshape(3, 3)
+        yaw, down = 0.39265, 0.04365
+        axis = turn @ (
+            math.cos(yaw) * math.cos(down),
+            math.sin(yaw) * math.cos(down),
+            -math.sin(down),
+        )
+        sensor = np.array(torso.torso_position) + turn @ (0.0507, 0.03785, 0.06035)
+        client = robot.world.client
+        shape = bullet.createCollisionShape(
+            bullet.GEOM_BOX, halfExtents=(0.01, 0.1, 0.1), physicsClientId=client
+        )
+        facing = bullet.getQuaternionFromEuler((0.0, math.asin(-axis[2]), math.atan2(axis[1], axis[0])))
+        centre = sensor + (distance + 0.01) * axis
+        bullet.createMultiBody(
+            0.0, shape, basePosition=centre.tolist(), baseOrientation=facing, physicsClientId=client
+        )
+        left, right = sonar_after(robot)
+        assert left == pytest.approx(distance, abs=0.002)
+        assert right == 2.55
+
+
+def test_sonar_ends_of_range_and_pace() -> None:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.0, lift=0.3, held=True) as robot:
+        x = robot.truth().torso_position[0] + FRONT
+        wall = block(robot, (x + 0.15 + 0.05, 0.0, 0.6), (0.05, 1.0, 0.4))
+        assert sonar_after(robot) == (0.25, 0.25)
+        remove(robot, wall)
+        wall = block(robot, (x + 4.0, 0.0, 0.6), (0.05, 3.0, 0.4))
+        assert sonar_after(robot) == (2.55, 2.55)
+        remove(robot, wall)
+        robot.advance(None)
+        block(robot, (x + 1.0 + 0.05, 0.0, 0.6), (0.05, 2.0, 0.4))
+        readings = [robot.advance(None).sonar for _ in range(25)]
+        assert [i for i, (a, b) in enumerate(pairwise(readings)) if a != b] == [8]
+        assert 0.9 < readings[-1][0] < 1.2
+
+
+def test_sonar_noise_and_step() -> None:
+    sensors = SensorParameters(sonar=SonarParameters(noise=0.03, step=0.01))
+    with EmulatedRobot(
+        load_body("nao-v3"),
+        seed=0,
+        wear=WearProfile(name="test", sensors=sensors),
+        settle=0.0,
+        lift=0.3,
+        held=True,
+    ) as robot:
+        x = robot.truth().torso_position[0]
+        block(robot, (x + 1.05, 0.0, 0.6), (0.05, 2.0, 0.4))
+        state = robot.mechanics.torso()
+        readings = []
+        for _ in range(4000):
+            robot.sensors.sonars.update(state)
+            readings.append(robot.sensors.sonars.read())
+        samples = np.array(readings[::10])
+        assert samples.std() == pytest.approx(0.03, rel=5.0 / math.sqrt(2.0 * samples.size))
+        np.testing.assert_allclose(samples / 0.01, np.rint(samples / 0.01), atol=1e-6)
