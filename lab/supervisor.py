@@ -41,6 +41,7 @@ class Child:
 
     def __init__(self, name: str, arguments: list[str], folder: Path) -> None:
         self.name = name
+        self._asked = False
         self._out, self._log = folder / f"{name}.out", folder / f"{name}.log"
         with self._out.open("w") as out, self._log.open("w") as log:
             self._process = subprocess.Popen(
@@ -56,10 +57,15 @@ class Child:
         """Whether it has not ended yet."""
         return self._process.poll() is None
 
+    def ask_to_end(self) -> None:
+        """Send it a Ctrl-C, unless it has ended or got one already: a second one would end it in disorder."""
+        if self.running and not self._asked:
+            self._asked = True
+            self._process.send_signal(signal.SIGINT)
+
     def end(self, grace: float) -> Outcome:
         """Ask it to end if it has not, wait `grace` s, then kill it."""
-        if self.running:
-            self._process.send_signal(signal.SIGINT)
+        self.ask_to_end()
         try:
             code = self._process.wait(grace)
         except subprocess.TimeoutExpired:

@@ -193,6 +193,10 @@ class ControllerLink:
             payload = newer
         return decode(payload, SensorFrame) if payload is not None else None
 
+    def wake(self) -> None:
+        """End a `next` or `latest` without a frame; a signal handler may call this."""
+        self._sensors.wake()
+
     def send(self, frame: ActuatorFrame) -> None:
         """Publish an actuator frame with the lease and the present wall clock; `wait_robot` comes first."""
         stamped = msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns())

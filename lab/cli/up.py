@@ -74,7 +74,9 @@ def up(
                 stop.wait(0.2)
                 progress.show(monitor)
     finally:
-        # The walker goes first: a walker that ended by itself has brought the robot to a stand.
+        # Both at once; a walker that ended by itself has brought the robot to a stand before.
+        walker.ask_to_end()
+        emulator.ask_to_end()
         walker_result = walker.end(GRACE)
         robot_result = emulator.end(GRACE)
     return _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)

@@ -54,9 +54,14 @@ def walk(
         handlers=[RichHandler(console=Console(stderr=True), show_path=False)],
     )
     stop = threading.Event()
-    on_signals(stop.set)
     make = controller_maker(settings)  # a wrong parameter is told before anyone waits
     with ControllerLink(name, connect, controller) as link:
+
+        def end() -> None:
+            stop.set()
+            link.wake()
+
+        on_signals(end)
         body = settings.robot if robot is not None or config is not None else None
         priority = CONTROLLER_PRIORITY if realtime_priority else None
         result = WalkerProcess(link, make, body, stop.is_set, priority).run()
