@@ -5,11 +5,11 @@ Numbers are in the unit of what they disturb: rad, N, m/s^2, rad/s, degrees Cels
 
 from __future__ import annotations
 
-import difflib
 from typing import Annotated, Final
 
 import msgspec
 
+from bridge.config import unknown_name
 from bridge.joints import JOINTS
 
 Number = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
@@ -118,7 +118,7 @@ class _JointFault(_Fault, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         """Raises ValueError for a joint that no frame has."""
         if self.joint not in JOINTS:
-            raise ValueError(_unknown("joint", self.joint, JOINTS))
+            raise ValueError(unknown_name("joint", self.joint, JOINTS))
 
 
 class JointStuck(_JointFault, frozen=True, kw_only=True, tag="joint-stuck"):
@@ -186,16 +186,10 @@ def sensor_slots(sensor: str) -> tuple[str, tuple[int, ...]]:
     """
     field, _, element = sensor.partition(".")
     if field not in ELEMENTS:
-        raise ValueError(_unknown("sensor", field, tuple(ELEMENTS)))
+        raise ValueError(unknown_name("sensor", field, ELEMENTS))
     names = ELEMENTS[field]
     if not element:
         return field, tuple(range(len(names)))
     if element not in names:
-        raise ValueError(_unknown(f"element of `{field}`", element, names))
+        raise ValueError(unknown_name(f"element of `{field}`", element, names))
     return field, (names.index(element),)
-
-
-def _unknown(what: str, name: str, known: tuple[str, ...]) -> str:
-    near = difflib.get_close_matches(name, known, 1)
-    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
-    return f"unknown {what} {name!r}; {hint}"
