@@ -8,22 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.datasheet import Body
-from bridge.datasheet.quantities import COUPLED_TO, coupled_limits
+from bridge.datasheet.model import CouplingRow
+from bridge.datasheet.quantities import COUPLED_TO
 
 Vector = NDArray[np.float64]
 
 
 class _Coupling:
-    """Range of one joint over the request of another, as break points."""
+    """Range of one joint over the request of another: the table's rows, linear between them (assumed)."""
 
     def __init__(self, body: Body, joint: str, joints: Sequence[str]) -> None:
         self.joint, self.other = joints.index(joint), joints.index(COUPLED_TO[joint])
-        rows = [row.at for row in getattr(body.coupling, joint)]
-        # the head's table is published for one side of a symmetric head
-        self._places = sorted({*rows, *(-at for at in rows)}) if joint == "HeadPitch" else rows
-        ranges = [coupled_limits(body, joint, at) for at in self._places]
-        self._lower = [lower for lower, _ in ranges]
-        self._upper = [upper for _, upper in ranges]
+        rows: dict[float, CouplingRow] = {row.at: row for row in getattr(body.coupling, joint)}
+        if joint == "HeadPitch":  # published for one side of a symmetric head
+            rows |= {-at: row for at, row in rows.items()}
+        self._places = sorted(rows)
+        self._lower = [rows[at].lower for at in self._places]
+        self._upper = [rows[at].upper for at in self._places]
 
     def clip(self, request: Vector) -> None:
         at = request[self.other]

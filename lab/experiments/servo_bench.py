@@ -217,4 +217,4 @@ def fall_limp(body: Body, wear: WearProfile) -> Vector:
         with Bench(body, wear, tuple(raised), 9.81, orientation) as bench:
             angles = part(bench.play(lambda _: {}, 2.0, stiffness=0.0), 1)
             moved.append(np.abs(angles - angles[0]).max(axis=0))
-    return np.max(moved, axis=0)
+    return np.asarray(np.max(moved, axis=0))

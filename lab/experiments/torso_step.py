@@ -75,7 +75,6 @@ class Responses(msgspec.Struct, frozen=True, kw_only=True):
     fused: Any
     """Shape (steps, samples)."""
     true: Any
-    fell: bool
 
 
 def _pitch(orientation: Quaternion) -> float:
@@ -84,14 +83,14 @@ def _pitch(orientation: Quaternion) -> float:
     return math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
 
 
-def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Responses:
-    """One robot, one square wave; the first half period, which starts from rest, is left out."""
+def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Responses | None:
+    """One robot, one square wave; the first half period, which starts from rest, is left out. None: it fell."""
     random = np.random.default_rng(seed)
     stance = np.array(one_leg_stance(body))
     legs = [i for name, i in INDEX.items() if name[1:].startswith(("Hip", "Knee", "Ankle"))]
     stance[legs] += random.normal(0.0, SPREAD, len(legs))
     half = round(0.5 * PERIOD / body.cycle)
-    fused, true, fell = [], [], False
+    fused, true = [], []
     with EmulatedRobot(body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0) as robot:
         for k in range(2 * PERIODS * half):
             request = stance.copy()
@@ -101,10 +100,11 @@ def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Resp
                 ActuatorFrame(reply_to=k, position=tuple(request.tolist()), stiffness=(1.0,) * len(request))
             )
             truth = robot.truth()
-            fell = fell or truth.fell
             fused.append(frame.angle[1])
             true.append(_pitch(truth.torso_orientation))
-    return Responses(fused=_cut(fused, half, amplitude), true=_cut(true, half, amplitude), fell=fell)
+            if truth.fell:
+                return None
+    return Responses(fused=_cut(fused, half, amplitude), true=_cut(true, half, amplitude))
 
 
 def _cut(track: Sequence[float], half: int, amplitude: float) -> Vector:
@@ -138,7 +138,7 @@ def run(
     """
     sheet, profile = load_body(body), load_wear(wear)
     runs = [run_once(sheet, profile, seed, amplitude) for seed in seeds]
-    standing = [responses for responses in runs if not responses.fell]
+    standing = [responses for responses in runs if responses is not None]
     if not standing:
         raise ConfigurationError(
             f"No stance on one leg survived a wave of {math.degrees(amplitude):.3g} deg on {wear} drives; "
