@@ -15,7 +15,7 @@ import typer
 
 from bridge.errors import NaoHilError
 from lab import __version__
-from lab.cli import catalogue, doctor, emulate, up, walk
+from lab.cli import catalogue, doctor, emulate, experiment, up, walk
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
@@ -32,8 +32,10 @@ app.command()(up.up)
 app.command()(emulate.emulate)
 app.command()(walk.walk)
 app.command()(doctor.doctor)
+app.command()(experiment.experiment)
 app.command()(catalogue.robots)
 app.command()(catalogue.gaits)
+app.command()(experiment.experiments)
 app.command()(catalogue.scenarios)
 
 
