@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -64,7 +66,7 @@ def test_phases_follow_one_another_with_the_durations_of_figure_3_4():
 
 def test_each_foot_stands_still_while_it_bears_weight_and_steps_twice_the_step_length():
     _, references = walk()
-    for before, after in zip(references[:-1], references[1:], strict=True):
+    for before, after in itertools.pairwise(references):
         if after.support in ("L", "both") and before.support in ("L", "both"):
             assert (after.left.x, after.left.z) == (before.left.x, 0.0)
         if after.support in ("R", "both") and before.support in ("R", "both"):
