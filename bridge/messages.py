@@ -209,6 +209,8 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     left: Vec3
     """Planned left sole in the walk frame, m."""
     right: Vec3
+    angle: Vec2 = (0.0, 0.0)
+    """Torso roll and pitch as the walker takes them, rad."""
     zmp_measured: Vec2 | None = None
     """ZMP from the force sensors in the walk frame, the feet taken to stand as planned, m; None unloaded."""
     contact: tuple[bool, bool] = (False, False)

@@ -53,7 +53,7 @@ class Controller:
         walking = Walking(self._plan, footing, self._stabiliser)
         self._state: State = Approaching(pose.angles(self._plan.reference), walking)
         self._estimator = Estimator(body, p)
-        self._estimate = Estimate(Contacts(False, False), None, False)
+        self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
 
     @property
@@ -111,6 +111,7 @@ class Controller:
             com=r.com,
             left=_place(r.left),
             right=_place(r.right),
+            angle=e.angle,
             zmp_measured=e.zmp,
             contact=e.contacts,
             foot_lift=c.lift,

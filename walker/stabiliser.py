@@ -15,13 +15,14 @@ from bridge.joints import INDEX
 from bridge.messages import SensorFrame, Vec2
 from walker.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
 from walker.errors import UnreachableError
-from walker.estimation import Contacts
+from walker.estimation import Estimate
 from walker.footing import Footing
 from walker.gait import Foot, Reference
 from walker.kinematics.limits import AnkleRange
 from walker.levelling import Level, Levelling
 from walker.parameters.model import ControllerParameters
 from walker.pose import PoseMaker
+from walker.torso.damping import Damping, GyroDamping
 from walker.torso.filter import TorsoControl
 
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
@@ -37,7 +38,7 @@ class Corrections(NamedTuple):
     ankle_pitch: Vec2 = (0.0, 0.0)
     """AnklePitch (ankle admittance, levelling), rad."""
     torso: Vec2 = (0.0, 0.0)
-    """AnklePitch (torso control), rad."""
+    """AnklePitch (torso control, its damping included), rad."""
 
 
 class Stabiliser:
@@ -61,26 +62,28 @@ class Stabiliser:
         if parameters.admittance:
             self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
             self._levelling = Levelling(parameters.levelling)
+        if parameters.admittance and parameters.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
         self._level_rate = parameters.level_rate
         self._torso = _torso_control(parameters, cycle)
+        self._damping = GyroDamping(parameters.damping, cycle) if parameters.torso == "robust" else None
         self.corrections = Corrections()
         """Of the last cycle."""
 
-    def watch(self, frame: SensorFrame) -> None:
-        """Take in a frame of a cycle in which nothing is to be corrected yet, so that the filters settle."""
+    def watch(self, estimate: Estimate) -> None:
+        """Take in a cycle in which nothing is to be corrected yet, so that the filters settle."""
         if self._torso is not None:
-            self._torso.update(frame.angle[1], "both")
+            self._torso.update(estimate.angle[1], "both")
 
     def angles(
-        self, reference: Reference, footing: Footing, contacts: Contacts, frame: SensorFrame, dt: float
+        self, reference: Reference, footing: Footing, estimate: Estimate, frame: SensorFrame, dt: float
     ) -> tuple[float, ...]:
         """One cycle, once per received frame.
 
         Args:
             reference: the plan.
             footing: roles of the legs.
-            contacts: of the feet.
+            estimate: contacts and torso angle.
             frame: newest sensor frame.
             dt: time since the last one, s.
 
@@ -89,14 +92,20 @@ class Stabiliser:
         """
         levels = dict.fromkeys(_SIDES, Level())
         if self._legs is not None:
-            angle = frame.angle if self._torso is not None else (frame.angle[0], 0.0)
-            levels = self._levelling.update(angle, reference, footing, contacts, dt)
+            angle = estimate.angle if self._torso is not None else (estimate.angle[0], 0.0)
+            levels = self._levelling.update(angle, reference, footing, estimate.contacts, dt)
         left, right = self._lift(reference, footing, frame, dt)
         lift = left + levels["L"].lift, right + levels["R"].lift
-        torso = self._torso.update(frame.angle[1], footing.support) if self._torso is not None else (0.0, 0.0)
+        torso = (
+            self._torso.update(estimate.angle[1], footing.support) if self._torso is not None else (0.0, 0.0)
+        )
+        damping = Damping()
+        if self._damping is not None:
+            damping = self._damping.update(frame.gyroscope, footing.support)
+            torso = torso[0] + damping.pitch[0], torso[1] + damping.pitch[1]
         angles = self._solve(reference, lift)
         turns = [
-            self._turn_ankle(side, angles, levels[side], torso[i], footing, frame, dt)
+            self._turn_ankle(side, angles, levels[side], (damping.roll[i], torso[i]), footing, frame, dt)
             for i, side in enumerate(_SIDES)
         ]
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
@@ -152,7 +161,7 @@ class Stabiliser:
         side: Side,
         angles: list[float],
         level: Level,
-        torso: float,
+        torso: Vec2,
         footing: Footing,
         frame: SensorFrame,
         dt: float,
@@ -164,8 +173,8 @@ class Stabiliser:
         """
         pitch_slot, roll_slot = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
         ankle = self._ranges[side]
-        pitch = ankle.clip_pitch(angles[pitch_slot] + level.pitch + torso)
-        roll = ankle.clip_roll(angles[roll_slot] + level.roll, pitch)
+        pitch = ankle.clip_pitch(angles[pitch_slot] + level.pitch + torso[1])
+        roll = ankle.clip_roll(angles[roll_slot] + level.roll + torso[0], pitch)
         turn = (0.0, 0.0)
         if self._ankles is not None:
             # The ranges less what is planned: an offset of zero is always allowed, so that a plan which its

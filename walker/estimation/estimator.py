@@ -9,6 +9,7 @@ import numpy as np
 from bridge.datasheet import Body
 from bridge.datasheet.model import Side
 from bridge.messages import SensorFrame, Vec2
+from walker.estimation.attitude import Attitude
 from walker.estimation.contact import ContactEstimator, Contacts
 from walker.estimation.fall import FallDetector
 from walker.gait import Foot, Reference
@@ -23,6 +24,8 @@ class Estimate(NamedTuple):
     contacts: Contacts
     zmp: Vec2 | None
     """Measured zero moment point in the walk frame, m; None without load."""
+    angle: Vec2
+    """Torso roll and pitch, rad."""
     falling: bool
 
 
@@ -35,6 +38,7 @@ class Estimator:
     """
 
     def __init__(self, body: Body, parameters: ControllerParameters) -> None:
+        self._attitude = Attitude(parameters.attitude)
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
         self._forces = FootForces(body)
@@ -50,11 +54,9 @@ class Estimator:
             walking: as in `FallDetector.update`.
         """
         contacts = self._contact.update(frame.fsr)
-        return Estimate(
-            contacts,
-            self._zmp(frame, contacts, reference),
-            self._fall.update(frame.angle, contacts, dt, walking=walking),
-        )
+        angle = self._attitude.update(frame, dt)
+        zmp = self._zmp(frame, contacts, reference)
+        return Estimate(contacts, zmp, angle, self._fall.update(angle, contacts, dt, walking=walking))
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, reference: Reference) -> Vec2 | None:
         feet: dict[Side, Transform] = {}

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from walker.admittance import AnkleParameters, LegParameters
+from walker.torso.damping import DampingParameters
 from walker.torso.filter import TorsoLimits
 
 TorsoMethod = Literal["none", "thesis", "robust"]
@@ -56,6 +57,17 @@ class TouchDownParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """Speed of that, m/s."""
 
 
+class AttitudeParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How fast the fused torso angle follows the mean of the accelerometer; both 0: not at all."""
+
+    proportional: _NotNegative = 0.3
+    """1/s: the mean is over 3 s, three strides of the dynamic gait."""
+    integral: _NotNegative = 0.02
+    """1/s^2: finds a constant drift within half a minute."""
+    largest: _Positive = 0.5
+    """Largest error that counts in one cycle, share of gravity."""
+
+
 class FallParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """When the robot counts as falling, and what then."""
 
@@ -86,11 +98,14 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     """Everything of the controller that may be switched or tuned, SI units and rad."""
 
     admittance: bool
-    """Leg and ankle admittance, and the search for ground that comes late (thesis 4.1)."""
+    """Leg and ankle admittance, levelling, and the search for ground that comes late (thesis 4.1)."""
     torso: TorsoMethod
-    """Torso control (thesis 4.2)."""
+    """Torso control (thesis 4.2); with `robust` the gyroscope damps as well, see `damping`."""
+    ankle_admittance: bool = True
+    """False: of the admittances that of the legs alone."""
     torso_design: TorsoDesignParameters
     torso_limits: TorsoLimits = TorsoLimits()
+    damping: DampingParameters = DampingParameters()
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
     levelling: LevellingParameters = LevellingParameters()
@@ -98,6 +113,7 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     level_rate: _NotNegative = 0.01
     """Speed at which the body returns to its height over ground that both feet found off the plan, m/s."""
     contact: ContactParameters = ContactParameters()
+    attitude: AttitudeParameters = AttitudeParameters()
     fall: FallParameters = FallParameters()
     longest_gap: _Positive = 0.1
     """Longest time without a frame that the plan makes up for at once, s; of a longer silence the rest is

@@ -36,5 +36,5 @@ class Approaching:
         elif self._approach.done:
             return self._walking.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)
-        self._walking.watch(frame)
+        self._walking.watch(estimate)
         return self

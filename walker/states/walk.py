@@ -44,9 +44,9 @@ class Walking:
         self.position: tuple[float, ...] = ()
         self.stiffness = 1.0
 
-    def watch(self, frame: SensorFrame) -> None:
-        """Take in a frame before the walk begins."""
-        self._stabiliser.watch(frame)
+    def watch(self, estimate: Estimate) -> None:
+        """Take in a cycle before the walk begins."""
+        self._stabiliser.watch(estimate)
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle."""
@@ -55,7 +55,7 @@ class Walking:
             self._plan.reference = self._plan.gait.advance(dt, go_on=self._go_on())
         reference = self._plan.reference
         self._footing = self._footing_machine.update(reference, estimate.contacts, dt)
-        self.position = self._stabiliser.angles(reference, self._footing, estimate.contacts, frame, dt)
+        self.position = self._stabiliser.angles(reference, self._footing, estimate, frame, dt)
         if self.name == "stopping" and reference.phase == "stand":
             return Standing(self.position)
         return self
