@@ -1,0 +1,237 @@
+"""The controller as a whole: pure, in closed loop upright, bounded and continuous in what it adds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import msgspec
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.datasheet.quantities import coupled_limits
+from bridge.guard import Guard
+from bridge.joints import INDEX, LEG_JOINTS, N_JOINTS
+from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
+from emulator.robot import EmulatedRobot
+from emulator.wear import load_wear
+from walker.controller import Controller, WalkOrder
+from walker.gait import gait_parameters, make_gait
+from walker.parameters import controller_parameters
+
+BODY = load_body("nao-v3")
+UPRIGHT = (0.0, 0.0, 9.81)
+ON = {"admittance": True, "torso": "thesis", "ankle_admittance": True, "levelling": {"share": 1.0}}
+
+
+def make_controller(gait: str, order: WalkOrder, changes: dict[str, object] | None = None) -> Controller:
+    phases = make_gait(gait, gait_parameters(gait), BODY)
+    return Controller(BODY, phases, order, BODY.cycle, controller_parameters(gait, changes))
+
+
+def frame(
+    seq: int, *, fsr: tuple[float, ...] = (6.0,) * 8, angle: tuple[float, float] = (0.0, 0.0)
+) -> SensorFrame:
+    """A robot that stands, level, on both feet, unless told otherwise."""
+    return SensorFrame(
+        seq=seq,
+        time=seq * BODY.cycle,
+        position=POSTURES["StandInit"],
+        stiffness=(1.0,) * N_JOINTS,
+        current=(0.0,) * N_JOINTS,
+        temperature=(25.0,) * N_JOINTS,
+        fsr=fsr,
+        accelerometer=UPRIGHT,
+        gyroscope=(0.0, 0.0, 0.0),
+        angle=angle,
+        touch=(0.0,) * 14,
+        battery=(1.0, 0.0, 0.0, 25.0),
+        sonar=(2.55, 2.55),
+    )
+
+
+class Run:
+    """A walk in process, with what came of it cycle by cycle."""
+
+    def __init__(self, controller: Controller, *, wear: str, most: int) -> None:
+        self.frames: list[SensorFrame] = []
+        self.commands: list[ActuatorFrame] = []
+        self.telemetry: list[WalkTelemetry] = []
+        self.tilt: list[float] = []
+        guard = Guard(BODY)
+        with EmulatedRobot(BODY, seed=1, wear=load_wear(wear)) as robot:
+            for _ in range(most):
+                self.frames.append(robot.frame)
+                command = controller.tick(robot.frame)
+                self.commands.append(command)
+                self.telemetry.append(controller.telemetry)
+                robot.advance(guard.check(command, robot.frame.seq))
+                x, y, _, _ = robot.truth().torso_orientation
+                self.tilt.append(math.acos(1.0 - 2.0 * (x * x + y * y)))
+                if controller.done:
+                    break
+            self.fell = robot.truth().fell
+
+
+@pytest.fixture(scope="module")
+def static_walk() -> Iterator[Run]:
+    yield Run(make_controller("static", WalkOrder(steps=4), ON), wear="ideal", most=2500)
+
+
+@pytest.fixture(scope="module")
+def nominal_walk() -> Iterator[Run]:
+    yield Run(make_controller("static", WalkOrder(steps=3), ON), wear="nominal", most=2500)
+
+
+def test_four_static_steps_with_everything_on_end_upright_in_a_stand(static_walk: Run) -> None:
+    assert static_walk.telemetry[-1].state == "stand"
+    assert static_walk.telemetry[-1].step == 4
+    assert not static_walk.fell
+    walking = [t.state in ("walk", "stopping") for t in static_walk.telemetry]
+    assert max(t for t, w in zip(static_walk.tilt, walking, strict=True) if w) < math.radians(4.0)
+
+
+def test_the_controllers_really_took_part(static_walk: Run) -> None:
+    assert max(abs(o) for t in static_walk.telemetry for o in t.torso_control) > math.radians(0.1)
+    assert max(abs(o) for t in static_walk.telemetry for o in t.foot_lift) > 1e-3
+
+
+@pytest.mark.parametrize("walk", ["static_walk", "nominal_walk"])
+def test_torso_offsets_are_continuous_across_stance_changes(walk: str, request: pytest.FixtureRequest) -> None:
+    run: Run = request.getfixturevalue(walk)
+    rate = controller_parameters("static").torso_limits.rate
+    supports = {t.phase for t in run.telemetry}
+    assert {"SSL", "SSR"} <= supports
+    for before, after in zip(run.telemetry, run.telemetry[1:], strict=False):
+        for a, b in zip(before.torso_control, after.torso_control, strict=True):
+            assert abs(b - a) <= rate * BODY.cycle + 1e-12
+
+
+@pytest.mark.parametrize("walk", ["static_walk", "nominal_walk"])
+def test_every_command_keeps_the_data_sheets_ranges(walk: str, request: pytest.FixtureRequest) -> None:
+    run: Run = request.getfixturevalue(walk)
+    for command in run.commands:
+        for side in ("L", "R"):
+            pitch = command.position[INDEX[f"{side}AnklePitch"]]
+            for joint in LEG_JOINTS[side][1:]:
+                lower, upper = coupled_limits(BODY, joint, pitch)
+                assert lower - 1e-9 <= command.position[INDEX[joint]] <= upper + 1e-9
+
+
+@pytest.mark.parametrize("walk", ["static_walk", "nominal_walk"])
+def test_lifts_stay_inside_the_springs_pole_and_the_levelling(
+    walk: str, request: pytest.FixtureRequest
+) -> None:
+    run: Run = request.getfixturevalue(walk)
+    p = controller_parameters("static", ON)
+    width = 2.0 * BODY.lengths.HipOffsetY + 0.060  # feet's distance across, and along by a step
+    bound = p.leg.pole + p.leg.reach_below + p.touch_down.reach + p.levelling.largest * width
+    assert max(abs(lift) for t in run.telemetry for lift in t.foot_lift) < bound
+
+
+def test_measured_zmp_lies_over_the_support_foot_in_single_support(static_walk: Run) -> None:
+    p = gait_parameters("static")
+    xs = [x for x, _ in BODY.foot.sole]
+    for t in static_walk.telemetry:
+        if t.phase == "SSL" and t.contact == (True, False):
+            assert t.zmp_measured is not None
+            assert t.left[0] + min(xs) <= t.zmp_measured[0] <= t.left[0] + max(xs)
+            assert abs(t.zmp_measured[1] - 0.5 * p.l_FA) < 0.054  # type: ignore[attr-defined]
+
+
+def test_same_frames_same_commands(static_walk: Run) -> None:
+    other = make_controller("static", WalkOrder(steps=4), ON)
+    for sensors, command, telemetry in zip(
+        static_walk.frames, static_walk.commands, static_walk.telemetry, strict=True
+    ):
+        assert other.tick(sensors) == command
+        assert other.telemetry == telemetry
+
+
+def test_asking_for_telemetry_changes_nothing(static_walk: Run) -> None:
+    other = make_controller("static", WalkOrder(steps=4), ON)
+    for sensors, command in zip(static_walk.frames[:600], static_walk.commands, strict=False):
+        assert other.tick(sensors) == command
+
+
+def test_lost_frames_are_made_up_for_in_the_plans_time() -> None:
+    """With every third frame only, the plan is where it is with all of them: no block changes the plan."""
+    every, some = (make_controller("static", WalkOrder(steps=4), {"admittance": False}) for _ in range(2))
+    began = 0
+    while every.state != "walk":
+        every.tick(frame(began))
+        some.tick(frame(began))
+        began += 1
+    for k in range(301):
+        every.tick(frame(began + k))
+        if k % 3 == 2 or k == 300:
+            some.tick(frame(began + k))
+    assert some.reference.phase == every.reference.phase == "SSL"
+    assert some.reference.left.x == pytest.approx(every.reference.left.x, abs=1e-9)
+    assert some.reference.right.x == pytest.approx(every.reference.right.x, abs=1e-9)
+    assert some.reference.progress == pytest.approx(every.reference.progress, abs=1e-9)
+
+
+def test_a_long_silence_does_not_make_the_joints_jump() -> None:
+    controller = make_controller("static", WalkOrder(steps=4))
+    for seq in range(450):
+        before = controller.tick(frame(seq))
+    after = controller.tick(frame(450 + 2000))
+    assert controller.state == "walk"
+    # 20 s would be five phases on; the plan moves on by `longest_gap`, 0.1 s of a step of 60 mm in 1.5 s.
+    assert max(abs(b - a) for a, b in zip(before.position, after.position, strict=True)) < 0.15
+
+
+def test_a_frame_that_comes_twice_moves_no_time() -> None:
+    controller = make_controller("static", WalkOrder(steps=4), {"admittance": False, "torso": "none"})
+    for seq in range(300):
+        last = controller.tick(frame(seq))
+    assert controller.tick(frame(299)).position == last.position
+
+
+@pytest.mark.parametrize("angle", [(0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6)])
+def test_a_fallen_robot_goes_limp_in_the_pose_it_has(angle: tuple[float, float]) -> None:
+    controller = make_controller("static", WalkOrder(steps=4))
+    for seq in range(200):
+        command = controller.tick(frame(seq))
+    assert command.stiffness == (1.0,) * N_JOINTS
+    fall = frame(200, angle=angle)
+    command = controller.tick(fall)
+    assert controller.state == "fallen"
+    assert command.position == fall.position
+    assert max(command.stiffness) <= 0.2
+    for seq in range(201, 400):  # upright again, as someone lifts it: it stays limp
+        assert controller.tick(frame(seq)).stiffness == command.stiffness
+    assert controller.done
+
+
+def test_a_robot_lifted_off_the_ground_in_its_walk_goes_limp() -> None:
+    controller = make_controller("static", WalkOrder(steps=4), {"admittance": False})
+    seq = 0
+    while controller.state != "walk":
+        controller.tick(frame(seq))
+        seq += 1
+    for k in range(100):
+        controller.tick(frame(seq + k, fsr=(0.0,) * 8))
+    assert controller.state == "fallen"
+
+
+def test_a_robot_that_hangs_while_it_is_made_ready_is_not_falling() -> None:
+    controller = make_controller("static", WalkOrder(steps=4))
+    for seq in range(100):
+        controller.tick(frame(seq, fsr=(0.0,) * 8))
+    assert controller.state == "approach"
+
+
+def test_switches_off_leave_the_plan_alone() -> None:
+    """Without admittance and torso control no force and no angle changes a command."""
+    off = {"admittance": False, "torso": "none"}
+    calm, wild = (make_controller("static", WalkOrder(steps=4), off) for _ in range(2))
+    for seq in range(700):
+        load = (1.0 + seq % 9,) * 8
+        a = calm.tick(frame(seq))
+        b = wild.tick(
+            msgspec.structs.replace(frame(seq, fsr=load), angle=(0.1, -0.2), gyroscope=(1.0, -1.0, 0.5))
+        )
+        assert a.position == b.position
