@@ -84,10 +84,10 @@ class Servo:
         self._queue: deque[tuple[int, Vector, Vector]] = deque()
         self._delay = round(parameters.delay / step)
         self._clock = 0
-        self._request = position.copy()
+        self._request: Vector = position.copy()
         self.motor_angle = position.copy()
         """Angle of each motor behind its gear, rad: what the joint angle follows with play and twist."""
-        self._wanted = np.ones(len(joints))
+        self._wanted: Vector = np.ones(len(joints))
         self._friction = None
         if parameters.dry_friction > 0.0:
             limit = np.full(len(joints), parameters.dry_friction)
