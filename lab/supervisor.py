@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
+
+SUPERVISED: Final = "NAO_HIL_SUPERVISED"
+"""Environment variable of a child: its stdin is open for as long as its parent lives."""
 
 
 class Outcome(NamedTuple):
@@ -33,6 +37,8 @@ class Outcome(NamedTuple):
 class Child:
     """One `nao-hil` command as a child process, apart from the terminal's Ctrl-C.
 
+    It ends by itself when this process is killed: no robot walks on unwatched.
+
     Args:
         name: for people, and for its files.
         arguments: of the command.
@@ -46,7 +52,8 @@ class Child:
         with self._out.open("w") as out, self._log.open("w") as log:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "lab.cli", *arguments],
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,
+                env=os.environ | {SUPERVISED: "1"},
                 stdout=out,
                 stderr=log,
                 start_new_session=True,

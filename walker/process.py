@@ -79,6 +79,7 @@ class WalkerProcess:
             LeaseRefused: another controller holds the robot.
             FrameError: the robot speaks another version of the contract.
         """
+        logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
             info = self._link.wait_robot(self._stop)
             if info is None:
@@ -87,13 +88,14 @@ class WalkerProcess:
                 self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
-            if self._acquire():
-                logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
-                if info.mode == "real-time":
-                    quiet_process(self._priority)
-                if self._serve(lockstep=info.mode == "lockstep"):
-                    self._link.release()
-                    break
+            logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+            if info.mode == "real-time":
+                quiet_process(
+                    self._priority
+                )  # it takes some cycles, which would be missed with the lease in hand
+            if self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
+                self._link.release()
+                break
         return self._result()
 
     def _acquire(self) -> bool:

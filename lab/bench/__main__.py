@@ -20,9 +20,12 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
 def main() -> None:
     """Run the named benchmarks, or all."""
     parser = argparse.ArgumentParser(prog="python -m lab.bench", description=__doc__)
-    parser.add_argument("names", nargs="*", choices=[*BENCHES, []], help="which; default: all")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHES)}; default: all")
     parser.add_argument("--json", action="store_true", help="end with one JSON object")
     arguments = parser.parse_args()
+    for name in arguments.names:
+        if name not in BENCHES:
+            parser.error(f"unknown benchmark {name!r}; known: {', '.join(BENCHES)}")
     results = {}
     for name in arguments.names or BENCHES:
         print(f"{name} ...", flush=True)

@@ -1,5 +1,17 @@
-"""`python -m lab.cli`: the command line without the installed script."""
+"""The `nao-hil` script, and `python -m lab.cli` without it installed."""
 
-from lab.cli.main import main
+import os
+import signal
 
-main()
+
+def main() -> None:
+    """Load the command line and run it; a Ctrl-C while the libraries load ends it without a traceback."""
+    before = signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
+    from lab.cli.main import main as run
+
+    signal.signal(signal.SIGINT, before)
+    run()
+
+
+if __name__ == "__main__":
+    main()

@@ -100,7 +100,7 @@ def _conclude(
     assert robot.result is not None
     summary = robot.result | {"walker": walker.result}
     directory.write_summary(summary)
-    _show(summary, directory, console)
+    _show(summary, directory, console, interrupted)
     if as_json:
         print(json.dumps(summary), flush=True)
     if summary["fell"] or walker.code == 1:
@@ -115,8 +115,9 @@ def _failure(name: str, outcome: Outcome) -> NaoHilError:
     return error
 
 
-def _show(summary: dict[str, Any], directory: RunDirectory, console: Console) -> None:
-    table = Table(title="The robot fell" if summary["fell"] else "The robot stands", show_header=False)
+def _show(summary: dict[str, Any], directory: RunDirectory, console: Console, interrupted: bool) -> None:
+    ending = "The robot fell" if summary["fell"] else "Interrupted" if interrupted else "The robot stands"
+    table = Table(title=ending, show_header=False)
     table.add_row("steps", str(summary["steps"]))
     table.add_row("distance", f"{summary['distance']:.3f} m")
     table.add_row("speed over ground", f"{summary['speed']:.4f} m/s")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from collections.abc import Callable, Iterator
@@ -35,6 +36,19 @@ class Absent:
 
 sys.meta_path.insert(0, Absent())
 from lab.cli.main import main
+main()
+"""
+SLOW_TO_LOAD = """
+import sys, time
+
+class Slow:
+    def find_spec(self, name, path=None, target=None):
+        if name == "lab.cli.main":
+            print("loading", file=sys.stderr, flush=True)
+            time.sleep(30.0)
+
+sys.meta_path.insert(0, Slow())
+from lab.cli.__main__ import main
 main()
 """
 
@@ -188,8 +202,31 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
     assert command.process.returncode == 130
     assert not any(Path(f"/proc/{pid}").exists() for pid in children)
     assert "Traceback" not in command.said
+    assert "Interrupted" in command.said and "stands" not in command.said
     assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
     assert command.result["cycles"] > 100
+
+
+def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start, until: Until) -> None:
+    command = start("up", script=SLOW_TO_LOAD)
+    until(lambda: "loading" in command.said, "the command")
+    command.interrupt()
+    assert (command.process.returncode, command.said) == (130, "loading\n")
+
+
+def test_both_sides_end_with_an_up_that_is_killed(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+) -> None:
+    folder = tmp_path / "run"
+    command = start("up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(folder))
+    until(heard(monitor, lambda frame: frame.command > 0), "the walk")
+    children = [Path(f"/proc/{pid}/cmdline") for pid in command.children()]
+    assert len(children) == 2
+    command.kill()
+    # A dead process that nobody has waited for has no command line.
+    until(lambda: not any(child.exists() and child.read_bytes() for child in children), "both sides to end")
+    summary = json.loads((folder / "summary.json").read_text())
+    assert frames_sha256(folder / "frames.mcap") == summary["frames_sha256"]
 
 
 @pytest.mark.parametrize("side", ["robot", "walker"])
