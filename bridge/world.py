@@ -7,6 +7,7 @@ has the torso's heading: x forward, y left, z vertical.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, get_args
 
 import msgspec
@@ -225,6 +226,12 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     objects: tuple[WorldObject, ...]
     faults: tuple[str, ...]
     """Names of the faults in force."""
+
+
+def least_tilt_time(turn: float) -> float:
+    """Shortest time in which the floor may turn by an angle (rad), s; smooth at both ends."""
+    # the steepest part of the cosine is pi/2 over the mean
+    return 0.5 * math.pi * turn / MAX_TILT_RATE
 
 
 def decode_command(payload: bytes) -> WorldCommand:

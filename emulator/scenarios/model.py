@@ -11,9 +11,11 @@ from typing import Annotated
 
 import msgspec
 
-from bridge.faults import Fault
+from bridge.config import unknown_name
+from bridge.faults import DcmPause, Fault
+from bridge.joints import INDEX_WITH_MIRROR
 from bridge.messages import Vec2, Vec3
-from bridge.world import Foot
+from bridge.world import Foot, least_tilt_time
 
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
@@ -182,6 +184,11 @@ class FaultEvent(_Event, frozen=True, kw_only=True):
     """0: to the end."""
     fault: Fault
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for a pause of the DCM without an end."""
+        if isinstance(self.fault, DcmPause) and self.duration <= 0.0:
+            raise ValueError("a pause of the DCM needs a `duration` in s")
+
 
 class Scenario(_Table, frozen=True, kw_only=True):
     """All there is to a world."""
@@ -199,3 +206,27 @@ class Scenario(_Table, frozen=True, kw_only=True):
     frictions: tuple[FrictionEvent, ...] = ()
     pendulums: tuple[PendulumEvent, ...] = ()
     faults: tuple[FaultEvent, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for what could never happen, so that no run passes because nothing happened to it.
+
+        Two boxes of one name, a push of what no body and no box is, and a floor that turns too fast.
+        """
+        names = [box.name for box in self.boxes]
+        if len(set(names)) != len(names):
+            raise ValueError(f"two boxes have the same name; there are {', '.join(names)}")
+        movable = {box.name for box in self.boxes if box.mass > 0.0}
+        targets = {"Torso", *INDEX_WITH_MIRROR, *movable} - {"LHand", "RHand"}
+        for push in self.pushes:
+            if push.target not in targets:
+                raise ValueError(f"pushes: {unknown_name('target', push.target, targets)}")
+        at, until = (self.floor.roll, self.floor.pitch), 0.0
+        for tilt in sorted(self.tilts, key=lambda event: event.time):
+            turn = math.radians(max(abs(tilt.roll - at[0]), abs(tilt.pitch - at[1])))
+            least = least_tilt_time(turn)
+            # one that cuts another short begins somewhere on its way, and is judged there and then
+            if tilt.time >= until and tilt.duration < least:
+                raise ValueError(
+                    f"tilts: the turn at {tilt.time:g} s needs a duration of {least:.3g} s or more"
+                )
+            at, until = (tilt.roll, tilt.pitch), tilt.time + tilt.duration

@@ -7,7 +7,7 @@ from typing import Final, Protocol
 
 from bridge.messages import Quaternion, Vec3
 from emulator.engine import bullet
-from emulator.world.world import World
+from emulator.world.world import Box, World
 
 BOB_RADIUS: Final = 0.05
 """Of a pendulum's bob, m."""
@@ -57,15 +57,22 @@ class PushForce:
         link: Link number; -1: the base.
         force: World frame, N.
         steps: Physics steps it lasts.
+        box: The box that is pushed, if it is one: the push ends when it is taken away.
     """
 
-    def __init__(self, world: World, body: int, link: int, force: Vec3, steps: int) -> None:
-        self._client, self._body, self._link, self._force = world.client, body, link, force
+    def __init__(
+        self, world: World, body: int, link: int, force: Vec3, steps: int, box: Box | None = None
+    ) -> None:
+        self._world, self._client, self._box = world, world.client, box
+        self._body, self._link, self._force = body, link, force
         self._left = steps
 
     def step(self) -> bool:
         """Push for one step: PyBullet forgets a force when the step is done."""
         client = self._client
+        # by identity: a box that has been replaced may have got the number of the old one
+        if self._box is not None and all(box is not self._box for box in self._world.boxes.values()):
+            return False
         if self._link < 0:
             point = bullet.getBasePositionAndOrientation(self._body, physicsClientId=client)[0]
         else:

@@ -11,7 +11,6 @@ from bridge.datasheet.model import Side
 from bridge.errors import FrameError
 from bridge.messages import Vec3
 from bridge.world import (
-    MAX_TILT_RATE,
     PlaceBox,
     PlateUnderFoot,
     Push,
@@ -20,6 +19,7 @@ from bridge.world import (
     SwingPendulum,
     TiltFloor,
     WorldObject,
+    least_tilt_time,
 )
 from emulator.engine import bullet
 from emulator.mechanics import Mechanics
@@ -141,13 +141,13 @@ class Stage:
 
     def _push(self, command: Push) -> str:
         model, world = self._mechanics.model, self._world
-        box = world.boxes.get(command.target)
+        box, pushed = world.boxes.get(command.target), None
         if command.target == TORSO:
             body, link = model.robot, -1
         elif command.target in model.joints:
             body, link = model.robot, model.joints.index(command.target)
         elif box is not None and box.mass > 0.0:
-            body, link = box.body, -1
+            body, link, pushed = box.body, -1, box
         else:
             known = ", ".join((TORSO, *model.joints, *(n for n, b in world.boxes.items() if b.mass > 0.0)))
             raise FrameError(f"Nothing called `{command.target}` can be pushed; there are {known}.")
@@ -155,7 +155,7 @@ class Stage:
         _, heading = self._heading()
         c, s = math.cos(heading), math.sin(heading)
         x, y, z = (part / (steps * self._dt) for part in command.impulse)
-        self._actions.append(PushForce(world, body, link, (c * x - s * y, s * x + c * y, z), steps))
+        self._actions.append(PushForce(world, body, link, (c * x - s * y, s * x + c * y, z), steps, pushed))
         size = math.sqrt(sum(part * part for part in command.impulse))
         return f"{command.target} is pushed with {size:.3g} N s over {steps * self._dt:.3g} s."
 
@@ -167,6 +167,7 @@ class Stage:
             x, y = self._below(position)[:2]
             c, s = math.cos(heading), math.sin(heading)
             at, yaw = (x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]), yaw + heading
+        before = world.box_as_it_is(command.name)
         box = world.add_box(
             command.name,
             command.size,
@@ -179,6 +180,8 @@ class Stage:
         near = bullet.getClosestPoints(model.robot, box.body, 0.0, physicsClientId=world.client)
         if any(point[8] < _INSIDE for point in near):
             world.remove_box(command.name)
+            if before is not None:
+                world.put_back(command.name, before)
             raise FrameError(f"Box `{command.name}` would stand inside the robot; give it another place.")
         kind = f"of {command.mass:g} kg" if command.mass > 0.0 else "fixed to the floor"
         return f"Box `{command.name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
@@ -225,8 +228,7 @@ class Stage:
     def _tilt(self, command: TiltFloor) -> str:
         world = self._world
         turn = max(abs(command.roll - world.tilt[0]), abs(command.pitch - world.tilt[1]))
-        # the steepest part of the cosine is pi/2 over the mean
-        least = 0.5 * math.pi * turn / MAX_TILT_RATE
+        least = least_tilt_time(turn)
         if command.duration < least:
             raise FrameError(
                 f"The floor cannot turn by {turn:.3g} rad in {command.duration:.3g} s; "

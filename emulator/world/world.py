@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from bridge.messages import Quaternion, Vec2, Vec3
 from emulator.engine import bullet
@@ -35,6 +35,14 @@ class Box:
     """kg; 0: fixed on the floor."""
     friction: float | None
     """Against the soles; None: as the floor."""
+
+
+class BoxState(NamedTuple):
+    """A box with where it is and how it moves, world frame."""
+
+    box: Box
+    pose: tuple[Vec3, Quaternion]
+    velocity: tuple[Vec3, Vec3]
 
 
 class World:
@@ -196,6 +204,27 @@ class World:
         bullet.resetBasePositionAndOrientation(body, *there, physicsClientId=self.client)
         self._surface(body, self.friction)
         return body
+
+    def box_as_it_is(self, name: str) -> BoxState | None:
+        """What `put_back` takes; None when there is no such box."""
+        box = self.boxes.get(name)
+        if box is None:
+            return None
+        pose = bullet.getBasePositionAndOrientation(box.body, physicsClientId=self.client)
+        return BoxState(box, pose, bullet.getBaseVelocity(box.body, physicsClientId=self.client))
+
+    def put_back(self, name: str, state: BoxState) -> None:
+        """Put a box that was replaced or taken away back as it was."""
+        box = state.box
+        (x, y, z), turn = self.to_floor(*state.pose)
+        yaw = bullet.getEulerFromQuaternion(turn)[2]
+        height = z - 0.5 * box.size[2]
+        body = self.add_box(
+            name, box.size, (x, y), yaw, height=height, mass=box.mass, friction=box.friction
+        ).body
+        if box.mass > 0.0:
+            bullet.resetBasePositionAndOrientation(body, *state.pose, physicsClientId=self.client)
+            bullet.resetBaseVelocity(body, *state.velocity, physicsClientId=self.client)
 
     def remove_box(self, name: str) -> bool:
         """Take a box away; False when there is none."""

@@ -134,6 +134,10 @@ def test_angles_typed_in_degrees_are_radians_inside() -> None:
             "did you mean 'LKneePitch'",
         ),
         ("[[pushes]]\ntime = 1.0", "impulse"),
+        ('[[pushes]]\ntime = 1.0\nimpulse = 1.0\ntarget = "LKnee"', "did you mean 'LKneePitch'"),
+        ('[[faults]]\ntime = 1.0\nfault = { kind = "dcm-pause" }', "duration"),
+        ("[[tilts]]\ntime = 1.0\npitch = 20.0", "1.57 s or more"),
+        (2 * '[[boxes]]\nname = "a"\nsize = [0.1, 0.1, 0.1]\nat = [1, 0]\n', "same name"),
         ("[heightfield]\nspacing = 0.1", "roughness"),
     ],
 )

@@ -197,6 +197,34 @@ def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed() 
             robot.stage.execute(Remove(name="wall"))
 
 
+@pytest.mark.parametrize("mass", [0.0, 0.2])
+def test_a_refused_place_leaves_the_box_of_that_name_where_it_is(mass: float) -> None:
+    scenario = Scenario(floor=Floor(pitch=2.0))
+    with EmulatedRobot(BODY, seed=0, settle=0.0, scenario=scenario) as robot:
+        robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.2, 0.3), at=(0.5, 0.1), yaw=0.4, mass=mass))
+        robot.advance(None)
+        (before,) = robot.stage.objects()
+        with pytest.raises(FrameError, match="inside the robot"):
+            robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
+        (after,) = robot.stage.objects()
+        assert (after.name, after.size, after.mass) == (before.name, before.size, before.mass)
+        np.testing.assert_allclose(after.position, before.position, atol=1e-9)
+        np.testing.assert_allclose(after.orientation, before.orientation, atol=1e-9)
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_a_push_ends_with_the_box_it_pushes(replaced: bool) -> None:
+    """Neither does the robot stop working, nor does what takes the box's place get the rest of the push."""
+    box = PlaceBox(name="box", size=(0.1, 0.1, 0.1), at=(1.0, 0.0), mass=0.2, friction=0.0)
+    with EmulatedRobot(BODY, seed=0, settle=0.0) as robot:
+        robot.stage.execute(box)
+        robot.stage.execute(Push(target="box", impulse=(0.0, 0.2, 0.0), duration=0.5))
+        robot.advance(None)
+        robot.stage.execute(box if replaced else Remove(name="box"))
+        run(robot, 0.3)
+        assert [abs(found.position[1]) < 1e-3 for found in robot.stage.objects()] == [True] * replaced
+
+
 def test_boxes_are_placed_from_the_robot_and_on_one_another() -> None:
     scenario = Scenario(start=Start(x=1.0, y=2.0, yaw=90.0))
     with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
