@@ -308,7 +308,9 @@ def _other_version(name: str, version: int) -> FrameError:
 _PLACE: Final = re.compile(r"(?P<reason>.*) - at `\$\.?(?P<path>.*)`", re.DOTALL)
 _SLOT: Final = re.compile(r"(?:position|stiffness|current|temperature|joints)\[(\d+)\]")
 _IN_WORDS: Final = (
-    (re.compile(r"Expected `float` [<>]= .*"), "a finite number is expected"),
+    # the bounds of all numbers, which are to keep infinities out; others say what they are
+    (re.compile(r"Expected `float` [<>]= -?(?:\d{9,}\.0|\d[.\d]*e\+?\d+).*"), "a finite number is expected"),
+    (re.compile(r"Expected `(?:float|int)` ([<>]=? \S+).*"), r"a number \1 is expected"),
     (
         re.compile(r"Expected `array` of (?:at least |at most )?length (?:[<>]= )?(\d+).*"),
         r"\1 elements are expected",
