@@ -79,6 +79,7 @@ def test_lost_commands_are_missed_and_the_last_one_stays_in_force(robot: Emulate
     assert answered(robot, 5) == [0, 1, 2, 3, 4]
     begin(robot, CommandLost())
     assert answered(robot, 5) == [4] * 5
+    assert robot.frame.missed == 5
     robot.faults.end("command-lost")
     assert answered(robot, 2) == [10, 11]
 
@@ -93,6 +94,7 @@ def test_the_lost_share_is_the_probability(robot: EmulatedRobot) -> None:
 def test_late_commands_are_in_force_that_many_cycles_later(robot: EmulatedRobot) -> None:
     begin(robot, CommandLate(cycles=3))
     assert answered(robot, 7) == [-1, -1, -1, 0, 1, 2, 3]
+    assert robot.frame.missed == 7
 
 
 def test_duplicated_commands_come_back_over_newer_ones(robot: EmulatedRobot) -> None:
@@ -189,6 +191,8 @@ def test_a_stuck_joint_stays_and_tells_so(held: EmulatedRobot) -> None:
     for _ in range(100):
         held.advance(command(0, LElbowRoll=-0.6, RElbowRoll=0.6))
     assert held.frame.position[ELBOW] == pytest.approx(START[ELBOW], abs=0.01)
+    # stall torque 14.3 mN m over 24 V per 10700 rpm, or 59.5 mN m over 21.6 V per 8000 rpm: far above holding
+    assert held.frame.current[ELBOW] > 10.0 * held.frame.current[INDEX["RElbowRoll"]]
     assert held.frame.position[INDEX["RElbowRoll"]] == pytest.approx(START[INDEX["RElbowRoll"]] + 0.6, abs=0.05)
     held.faults.end()
     for _ in range(100):
@@ -222,6 +226,10 @@ def test_a_hot_joint_reports_its_heat_and_loses_stiffness(held: EmulatedRobot) -
     assert held.frame.temperature[KNEE] == pytest.approx(95.0, abs=1.0)
     assert 0.0 < held.frame.stiffness[KNEE] < 0.7
     assert held.frame.stiffness[INDEX["RKneePitch"]] == 1.0
+    begin(held, JointHot(joint="LKneePitch", temperature=100.0))
+    for _ in range(5):
+        held.advance(None)
+    assert held.frame.stiffness[KNEE] == 0.0
 
 
 def test_more_play_lets_a_joint_hang_by_half_of_it(held: EmulatedRobot) -> None:
