@@ -40,6 +40,8 @@ def run_config(
 ) -> RunConfig:
     """The defaults, overridden by the file, overridden by the options that are not None.
 
+    Paths become absolute, so that what is written beside a result can be run again from any folder.
+
     Args:
         file: TOML.
         torso: into the table `controller`.
@@ -54,8 +56,15 @@ def run_config(
     switches = {k: v for k, v in (("torso", torso), ("admittance", admittance)) if v is not None}
     given["controller"] = base.controller | switches
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
+    files = {field: _absolute(getattr(config, field)) for field in ("robot", "wear", "scenario")}
+    config = msgspec.structs.replace(config, **files)
     if config.steps == 1:
         raise ConfigurationError(
             "options: steps is 1; a walk has at least 2, one out and one to close the feet."
         )
     return config
+
+
+def _absolute(name_or_path: str) -> str:
+    path = Path(name_or_path)
+    return str(path.absolute()) if path.suffix == ".toml" or path.name != name_or_path else name_or_path

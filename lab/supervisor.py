@@ -78,6 +78,8 @@ class Child:
         except subprocess.TimeoutExpired:
             self._process.kill()
             code = self._process.wait()
+        assert self._process.stdin is not None
+        self._process.stdin.close()
         return Outcome(code, _last_json(self._out.read_text()), self._log.read_text())
 
 
