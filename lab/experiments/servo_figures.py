@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.datasheet import Body
-from bridge.datasheet.quantities import joint_no_load_speed
+from bridge.datasheet.quantities import joint_no_load_speed, joint_stall_torque
 from emulator.wear import WearProfile
 from lab.experiments.servo_bench import LEGS, Vector, part
 
@@ -95,4 +95,30 @@ def plot_heat(path: Path, wear: WearProfile, track: Vector) -> None:
         twin = panel.twinx()
         twin.plot(time, part(track, 5)[:, i], "--")
         twin.set_ylim(0.0, 1.05)
+    figure.savefig(path, dpi=110)
+
+
+def plot_stiffness(
+    path: Path, body: Body, torques: Mapping[float, Vector], current: Vector, fallen: Vector
+) -> None:
+    """Torque of clamped motors by stiffness (N m), current at full stiffness (A), fall without any (rad)."""
+    figure = Figure(figsize=(11.0, 7.5), layout="constrained")
+    figure.suptitle("Clamped motors with a far request, and a leg without stiffness")
+    held, drawn, fall = figure.subplots(3, 1, sharex=True)
+    places = np.arange(len(LEGS))
+    width = 0.8 / len(torques)
+    for k, (stiffness, torque) in enumerate(torques.items()):
+        held.bar(places - 0.4 + (k + 0.5) * width, torque, width, label=f"stiffness {stiffness:g}")
+    sheet = [joint_stall_torque(body, joint) for joint in LEGS]
+    held.plot(places, sheet, "k_", markersize=30, label="data sheet")
+    held.set_ylabel("torque / N m")
+    held.set_ylim(0.0, 1.35 * max(sheet))
+    held.legend(ncols=len(torques) + 1, loc="upper center")
+    drawn.bar(places, current)
+    drawn.set_ylabel("stall current / A")
+    fall.bar(places, np.degrees(fallen))
+    fall.set_ylabel("falls in 2 s / deg")
+    fall.set_xticks(places, LEGS, rotation=30)
+    for panel in (held, drawn, fall):
+        panel.grid(alpha=0.3, axis="y")
     figure.savefig(path, dpi=110)
