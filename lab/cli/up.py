@@ -94,9 +94,14 @@ def _conclude(
     console = Console(stderr=True)
     if interrupted and (robot.result is None or walker.result is None):
         return 130  # before both sides had begun
-    for name, outcome in (("robot", robot), ("walker", walker)):
-        if outcome.code not in (0, 1, 130) or outcome.result is None:
-            raise _failure(name, outcome)
+    failed = [
+        (name, outcome)
+        for name, outcome in (("robot", robot), ("walker", walker))
+        if outcome.code not in (0, 1, 130) or outcome.result is None
+    ]
+    if failed:
+        # A side that ended because the other failed has no result either: the one with the reason speaks.
+        raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
     assert robot.result is not None
     summary = robot.result | {"walker": walker.result}
     directory.write_summary(summary)
