@@ -9,16 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from bridge.datasheet.model import Body, Side
 from walker.errors import NoSupportError
+from walker.gravity import GRAVITY
 from walker.kinematics.transforms import Array, Transform
-
-GRAVITY: Final = 9.81
-"""m/s^2 (after 2.32)."""
 
 
 def pendulum_zmp(

@@ -10,9 +10,10 @@ from scipy.integrate import solve_ivp
 
 from bridge.datasheet import BODIES, load_body
 from walker.errors import NoSupportError
+from walker.gravity import GRAVITY
 from walker.kinematics.transforms import homogeneous, rotation
 from walker.support_polygon import SupportPolygon, convex_hull
-from walker.zmp import GRAVITY, FootForces, LinearPendulum, pendulum_zmp
+from walker.zmp import FootForces, LinearPendulum, pendulum_zmp
 
 V3 = load_body("nao-v3")
 MASS = 4.7

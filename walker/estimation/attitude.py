@@ -9,13 +9,10 @@ fused angle is corrected by what that mean says, slowly enough to average over m
 from __future__ import annotations
 
 import math
-from typing import Final
 
 from bridge.messages import SensorFrame, Vec2
+from walker.gravity import GRAVITY
 from walker.parameters.model import AttitudeParameters
-
-_GRAVITY: Final = 9.81
-"""m/s^2"""
 
 
 class Attitude:
@@ -46,8 +43,8 @@ class Attitude:
         x, y, _ = frame.accelerometer
         roll, pitch = (fused + offset for fused, offset in zip(frame.angle, self._offset, strict=True))
         errors = (
-            y / _GRAVITY - math.sin(roll) * math.cos(pitch),
-            -x / _GRAVITY - math.sin(pitch),
+            y / GRAVITY - math.sin(roll) * math.cos(pitch),
+            -x / GRAVITY - math.sin(pitch),
         )
         for i, error in enumerate(errors):
             limited = min(max(error, -self._p.largest), self._p.largest)

@@ -12,9 +12,10 @@ from scipy.spatial import ConvexHull
 from bridge.datasheet import Body
 from bridge.datasheet.sole import sole_hull
 from bridge.errors import ConfigurationError
-from walker.gait.pendulum import GRAVITY, DynamicParameters, StepPlan
+from walker.gait.pendulum import DynamicParameters, StepPlan
 from walker.gait.reference import Reference
 from walker.gait.transfer import Transfer
+from walker.gravity import GRAVITY
 
 
 def check_distances(p: DynamicParameters) -> None:

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
 import msgspec
 
 from walker.gait.polynomial import Motion
+from walker.gravity import GRAVITY
 
-GRAVITY: Final = 9.81
-"""m/s^2"""
 _Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
 

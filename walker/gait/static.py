@@ -16,6 +16,7 @@ from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from walker.gait.polynomial import lift_spline, quintic
 from walker.gait.reference import Foot, Phase, Reference
+from walker.gravity import GRAVITY
 
 _Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 _EPSILON = 1e-9
@@ -177,10 +178,10 @@ class StaticGait:
             ("x", p.l_SW, min(max(xs) - self._centre[0], self._centre[0] - min(xs))),
             ("y", p.l_FA + 2.0 * self._centre[1], min(max(ys) - self._centre[1], self._centre[1] - min(ys))),
         ):
-            term = peak * way / p.T_DSP**2 * height / 9.81
+            term = peak * way / p.T_DSP**2 * height / GRAVITY
             if term >= margin:
                 raise ConfigurationError(
                     f"static gait: T_DSP = {p.T_DSP} s moves the ZMP {1e3 * term:.0f} mm off the centre of "
                     f"mass along {what}, more than the sole's margin of {1e3 * margin:.0f} mm (3.5); T_DSP "
-                    f"must be longer than {math.sqrt(peak * way * height / 9.81 / margin):.2f} s."
+                    f"must be longer than {math.sqrt(peak * way * height / GRAVITY / margin):.2f} s."
                 )
