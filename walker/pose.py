@@ -3,7 +3,7 @@
 The torso stays upright, and its place follows from the planned centre of mass, which the thesis takes as
 fixed in the torso (3.3.1). Taken from the standing pose, it is 15 mm off towards the swing leg in single
 support on an H21: a margin of 27 mm is left to the inner edge of the sole. With `by_pose` the torso is shifted
-after the centre of mass of the pose itself, as far as HipRoll allows: 8 of those 15 mm at a gait height of 170 mm.
+after the centre of mass of the pose itself, as far as HipRoll allows: 8 of those 15 mm at l_GH = 170 mm.
 """
 
 from __future__ import annotations
