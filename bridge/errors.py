@@ -35,3 +35,9 @@ class LeaseRefused(LinkError):
 
 class DcmRefused(NaoHilError):
     """A DCM request that cannot be carried out; names the item at fault."""
+
+
+class WalkRefused(NaoHilError):
+    """A walk command that cannot be carried out; names the bound (exit code 2)."""
+
+    exit_code = 2

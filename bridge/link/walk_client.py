@@ -1,0 +1,112 @@
+"""Walk commands from outside: for people's tools, viewers and scripts."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any
+
+from bridge.errors import LinkError, WalkRefused
+from bridge.link import keys
+from bridge.link.session import open_client
+from bridge.messages import Vec3, decode, encode
+from bridge.walk import COMMAND, GaitName, TorsoName, WalkCommand, WalkStatus
+
+
+class WalkClient:
+    """Commands the walker of one robot; close it, or use it as a context manager.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+        patience: s to wait for somebody to listen there.
+
+    Raises:
+        ConfigurationError: bad id or endpoint.
+        RobotSilent: nobody listens there.
+    """
+
+    def __init__(
+        self,
+        robot: str = keys.DEFAULT_ROBOT,
+        connect: str = keys.DEFAULT_ENDPOINT,
+        patience: float = 10.0,
+    ) -> None:
+        self._robot = keys.check_name("Robot id", robot)
+        self._endpoint = connect
+        self._session = open_client(connect, patience)
+
+    def walk(
+        self,
+        velocity: Vec3 | None = None,
+        *,
+        steps: int | None = None,
+        distance: float | None = None,
+        gait: GaitName | None = None,
+        torso: TorsoName | None = None,
+        admittance: bool | None = None,
+        hold: float | None = None,
+        at: int | None = None,
+    ) -> WalkStatus:
+        """Walk; the fields of `bridge.walk.WalkCommand`.
+
+        Raises:
+            WalkRefused: the walker cannot; its own sentence, which names the bound.
+            LinkError: no walker there serves.
+        """
+        return self.send(
+            WalkCommand(
+                op="walk",
+                velocity=velocity,
+                steps=steps,
+                distance=distance,
+                gait=gait,
+                torso=torso,
+                admittance=admittance,
+                hold=hold,
+                at=at,
+            )
+        )
+
+    def stop(self) -> WalkStatus:
+        """Close the feet and stand; answered at once. Raises as `walk`."""
+        return self.send(WalkCommand(op="stop"))
+
+    def set(self, **changes: Any) -> WalkStatus:
+        """Change `velocity`, `gait`, `torso` or `admittance` without beginning a walk. Raises as `walk`."""
+        return self.send(WalkCommand(op="set", **changes))
+
+    def status(self) -> WalkStatus:
+        """What the walker does. Raises as `walk`."""
+        return self.send(WalkCommand(op="status"))
+
+    def send(self, command: WalkCommand, timeout: float = 10.0) -> WalkStatus:
+        """Any command; designing a torso controller anew takes a second or two.
+
+        Raises:
+            WalkRefused: the walker refused; its own sentence.
+            LinkError: nobody answered.
+        """
+        key = keys.key(self._robot, COMMAND)
+        for reply in self._session.get(key, payload=encode(command), timeout=timeout):
+            if reply.ok is not None:
+                return decode(reply.ok.payload.to_bytes(), WalkStatus)
+            if reply.err is not None:
+                text = reply.err.payload.to_bytes().decode(errors="replace")
+                if text and text != "Timeout":  # Zenoh's own word for no answer
+                    raise WalkRefused(text)
+        raise LinkError(
+            f"No walker of robot `{self._robot}` at {self._endpoint} takes commands; start one with "
+            "`nao-hil walk --serve`."
+        )
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._session.close()
+
+    def __enter__(self) -> WalkClient:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
