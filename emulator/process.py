@@ -19,7 +19,7 @@ from bridge.messages import ActuatorFrame
 from bridge.observer import Observer
 from bridge.world import COMMAND
 from emulator.boundary import BoundaryQueue
-from emulator.dcm import DcmQueries
+from emulator.dcm_queries import DcmQueries
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
 from emulator.world.queries import WorldQueries

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.datasheet import Body, joint_tree
+from bridge.dcm import Dcm
 from bridge.errors import ConfigurationError
 from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import (
@@ -21,7 +22,6 @@ from bridge.messages import (
     TruthFrame,
     require_finite,
 )
-from emulator.dcm import Dcm
 from emulator.engine import bullet, connect, disconnect
 from emulator.faults import Faults
 from emulator.hands import Hands

@@ -26,6 +26,6 @@ def test_every_row_has_a_source_and_a_test() -> None:
 
 
 def test_every_test_of_the_semantics_is_a_row() -> None:
-    text = (ROOT / "tests" / "emulator" / "test_dcm_semantics.py").read_text()
+    text = (ROOT / "tests" / "bridge" / "test_dcm_semantics.py").read_text()
     named = {test.strip("`") for _, _, test in ROWS}
     assert set(re.findall(r"^def (test_\w+)\(", text, re.MULTILINE)) <= named

@@ -12,13 +12,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bridge import dcm as wire
 from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.dcm import Dcm, wire
 from bridge.errors import DcmRefused, FrameError, LeaseRefused, NaoHilError
 from bridge.messages import SensorFrame, decode
 from emulator.boundary import BoundaryQueue
-from emulator.dcm import Dcm, DcmQueries
+from emulator.dcm_queries import DcmQueries
 
 LED = "ChestBoard/Led/Red/Actuator/Value"
 LEASE = 4711

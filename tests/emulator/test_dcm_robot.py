@@ -8,10 +8,10 @@ import pytest
 
 from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.faults import DcmPause
 from bridge.joints import INDEX
 from bridge.messages import ActuatorFrame
-from emulator.dcm.requests import alias_request, set_alias_request, set_request
 from emulator.robot import EmulatedRobot
 
 START = POSTURES["Stand"]

@@ -12,9 +12,9 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge import dcm as wire
 from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.dcm import wire
 from bridge.errors import LinkError
 from bridge.guard import Guard
 from bridge.joints import INDEX

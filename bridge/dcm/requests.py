@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from bridge.dcm.buffer import TimedCommand, Update
+from bridge.dcm.clock import HIGHEST, LOWEST
 from bridge.errors import DcmRefused
-from emulator.dcm.buffer import TimedCommand, Update
-from emulator.dcm.clock import HIGHEST, LOWEST
 
 MAX_NAMES: Final = 256
 """Actuators in one alias (assumed; a body has fewer than 150)."""

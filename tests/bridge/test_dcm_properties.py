@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.dcm import Dcm
+from bridge.dcm.requests import set_request
 from bridge.errors import DcmRefused
-from emulator.dcm import Dcm
-from emulator.dcm.requests import set_request
 
 BODY = load_body("nao-v3")
 LED = "ChestBoard/Led/Red/Actuator/Value"

@@ -13,7 +13,7 @@ from typing import Final
 
 from bridge.datasheet import Body
 from bridge.datasheet.quantities import HANDS, absent_joints, limits
-from bridge.dcm import PREFIX
+from bridge.dcm.wire import PREFIX
 from bridge.joints import JOINTS
 
 ANGLE_GAIN: Final = 2.0 * math.pi / 65536.0

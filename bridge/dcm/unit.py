@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 
 from bridge.datasheet import Body
-from bridge.dcm import PREFIX
+from bridge.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
+from bridge.dcm.buffer import TimedCommand, Update, interpolated, passed, updated
+from bridge.dcm.clock import Clock
+from bridge.dcm.requests import AliasRequest, SetAliasRequest, SetRequest, shown
+from bridge.dcm.wire import PREFIX
 from bridge.errors import DcmRefused
 from bridge.joints import INDEX, N_JOINTS
-from emulator.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
-from emulator.dcm.buffer import TimedCommand, Update, interpolated, passed, updated
-from emulator.dcm.clock import Clock
-from emulator.dcm.requests import AliasRequest, SetAliasRequest, SetRequest, shown
 
 BUFFER_LIMIT: Final = 512
 """Timed commands per actuator (vendor's 2.x page; the page of 2010 says 4096)."""

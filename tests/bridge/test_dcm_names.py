@@ -8,10 +8,10 @@ import pytest
 
 from bridge.datasheet import BODIES, load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.dcm import Dcm
+from bridge.dcm.requests import alias_request, set_alias_request, set_request
+from bridge.dcm.unit import MAX_ALIASES
 from bridge.errors import DcmRefused
-from emulator.dcm import Dcm
-from emulator.dcm.requests import alias_request, set_alias_request, set_request
-from emulator.dcm.unit import MAX_ALIASES
 
 LONG = "Device/SubDeviceList/"
 RIGHT_HIP = "RHipYawPitch/Position/Actuator/Value"

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from bridge import dcm as wire
+from bridge.dcm import Dcm, wire
+from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.errors import DcmRefused
 from bridge.messages import SensorFrame, decode, encode
 from emulator.boundary import BoundaryQueue
-from emulator.dcm.requests import alias_request, set_alias_request, set_request
-from emulator.dcm.unit import Dcm
 
 Handler = Callable[[bytes], bytes]
 

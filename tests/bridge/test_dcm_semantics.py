@@ -12,10 +12,10 @@ import pytest
 
 from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
+from bridge.dcm import Dcm
+from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.errors import DcmRefused
 from bridge.joints import INDEX
-from emulator.dcm import Dcm
-from emulator.dcm.requests import alias_request, set_alias_request, set_request
 
 LED, GREEN, BLUE = (f"ChestBoard/Led/{colour}/Actuator/Value" for colour in ("Red", "Green", "Blue"))
 US = "US/Actuator/Value"
