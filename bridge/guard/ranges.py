@@ -1,8 +1,9 @@
-"""The guard: what an actuator frame must be before it may move a robot, emulated or real."""
+"""What an actuator frame must be before anything else is asked: finite, known, inside the joints' ranges."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import msgspec
@@ -17,7 +18,7 @@ TOLERANCE: Final = 1e-6
 """rad beyond a limit that are clipped without a word: rounding of the sender's number format."""
 
 
-class Guard:
+class Ranges:
     """Checks actuator frames for one body.
 
     Args:
@@ -50,22 +51,26 @@ class Guard:
             raise FrameError(
                 f"ActuatorFrame refused: reply_to is {frame.reply_to}, but the newest sensor frame is {seq}."
             )
+        return msgspec.structs.replace(frame, position=self.clip(frame.position))
+
+    def clip(self, wanted: Sequence[float]) -> tuple[float, ...]:
+        """25 positions inside their ranges, the nearest to the wanted ones; `clipped` says which was not."""
         position = [0.0] * N_JOINTS
         self.clipped = ""
         for joint in self._order:
             slot = INDEX[joint]
-            wanted = frame.position[slot]
+            asked = wanted[slot]
             lower, upper = self._limits[joint]
             if joint in COUPLED_TO:
                 lower, upper = coupled_limits(self._body, joint, position[INDEX[COUPLED_TO[joint]]])
-            position[slot] = min(max(wanted, lower), upper)
-            if not self.clipped and abs(position[slot] - wanted) > TOLERANCE:
+            position[slot] = min(max(asked, lower), upper)
+            if not self.clipped and abs(position[slot] - asked) > TOLERANCE:
                 self.clipped = (
-                    f"{joint} was asked to {math.degrees(wanted):.1f} deg and clipped to "
+                    f"{joint} was asked to {math.degrees(asked):.1f} deg and clipped to "
                     f"{math.degrees(position[slot]):.1f} deg; its range here is {math.degrees(lower):.1f} to "
                     f"{math.degrees(upper):.1f} deg."
                 )
-        return msgspec.structs.replace(frame, position=tuple(position))
+        return tuple(position)
 
     def _require_numbers(self, frame: ActuatorFrame) -> None:
         require_finite("position", frame.position)

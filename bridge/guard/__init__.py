@@ -1,0 +1,7 @@
+"""The guard: between whoever commands and the motors, on the robot's side, for real and emulated robots alike."""
+
+from bridge.guard.config import GuardSettings
+from bridge.guard.guard import Guard
+from bridge.guard.messages import ArmRequest, GuardStatus, Reason, State, StopRequest
+
+__all__ = ["ArmRequest", "Guard", "GuardSettings", "GuardStatus", "Reason", "State", "StopRequest"]

@@ -1,0 +1,59 @@
+"""The way down: from any stand to a crouch at limited speed, then the stiffness fades."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from bridge.guard.config import CrouchSettings
+
+_PEAK: Final = 1.875
+"""Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
+_SHORTEST: Final = 0.5
+"""s"""
+
+
+class Descent:
+    """Rest to rest in joint space, then a pause, then the fade.
+
+    Args:
+        start: 25 positions put out last, rad.
+        stiffness: 25, as they are in force; what is free stays free.
+        goal: the crouch, 25 positions.
+        settings: speeds and times.
+        cycle: s
+        moving: False: only the fade, where the robot is.
+    """
+
+    def __init__(
+        self,
+        start: Sequence[float],
+        stiffness: Sequence[float],
+        goal: Sequence[float],
+        settings: CrouchSettings,
+        cycle: float,
+        *,
+        moving: bool,
+    ) -> None:
+        self._start, self._goal = np.array(start), np.array(goal if moving else start)
+        self._stiffness = np.array(stiffness)
+        self._rest = np.minimum(self._stiffness, settings.rest_stiffness)
+        way = float(np.abs(self._goal - self._start).max())
+        self._duration = max(_PEAK * way / settings.speed, _SHORTEST) + settings.settle if moving else 0.0
+        self._moving = self._duration - settings.settle
+        self._fade, self._cycle, self._time = settings.fade, cycle, 0.0
+        self.done = False
+        """The stiffness is down."""
+
+    def advance(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Positions and stiffnesses of the next cycle."""
+        self._time += self._cycle
+        s = min(self._time / self._moving, 1.0) if self._moving > 0.0 else 1.0
+        blend = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        position = self._start + blend * (self._goal - self._start)
+        faded = min(max((self._time - self._duration) / max(self._fade, self._cycle), 0.0), 1.0)
+        self.done = faded >= 1.0
+        stiffness = self._stiffness + faded * (self._rest - self._stiffness)
+        return tuple(position.tolist()), tuple(stiffness.tolist())

@@ -1,0 +1,73 @@
+"""No joint is asked to move faster than it can: the way from what was put out last to what is wanted now."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from bridge.datasheet import Body
+from bridge.datasheet.quantities import COUPLED_TO, coupled_limits, joint_no_load_speed
+from bridge.joints import INDEX, N_JOINTS
+
+_ROUNDING: Final = 1e-12
+
+
+class SpeedLimiter:
+    """Follows wanted positions by at most a step per cycle and joint, inside the coupled ranges all the way.
+
+    Hands and absent joints are not limited: the data sheets have no motor for them.
+
+    Args:
+        body: data sheet; its motors' no-load speeds over the gears are the limit.
+        share: of that speed, 0 to 1.
+    """
+
+    def __init__(self, body: Body, share: float = 1.0) -> None:
+        self._body = body
+        self._couplings = [(j, INDEX[j], INDEX[o]) for j, o in COUPLED_TO.items() if j in body.joints]
+        self.steps = np.full(N_JOINTS, np.inf)
+        """Largest way of each joint in one cycle, rad."""
+        for joint in body.joints:
+            if joint in INDEX:
+                self.steps[INDEX[joint]] = share * joint_no_load_speed(body, joint) * body.cycle
+        self.last: tuple[float, ...] | None = None
+        """What was put out last, 25 slots; None: nothing yet."""
+
+    def follow(self, wanted: Sequence[float], speed: float | None = None) -> tuple[float, ...]:
+        """One cycle towards `wanted`.
+
+        Args:
+            wanted: 25 positions inside their ranges.
+            speed: rad/s that no joint exceeds either; None: only the drives' own.
+
+        Returns:
+            25 positions inside their ranges; exactly `wanted` when it is within reach.
+        """
+        assert self.last is not None
+        steps = self.steps
+        if speed is not None:
+            steps = np.where(np.isfinite(steps), np.minimum(steps, speed * self._body.cycle), steps)
+        last, goal = np.array(self.last), np.array(wanted)
+        way = goal - last
+        if (np.abs(way) <= steps).all():
+            self.last = tuple(wanted)
+        else:
+            out = np.where(np.abs(way) <= steps, goal, last + np.clip(way, -steps, steps)).tolist()
+            for joint, slot, other in self._couplings:
+                self._couple(joint, slot, other, out, wanted[slot], float(steps[slot]))
+            self.last = tuple(out)
+        return self.last
+
+    def _couple(self, joint: str, slot: int, other: int, out: list[float], wanted: float, step: float) -> None:
+        """Keep a joint in its range at the other's position; the other waits when the joint cannot follow."""
+        assert self.last is not None
+        lower, upper = coupled_limits(self._body, joint, out[other])
+        start = self.last[slot]
+        goal = min(max(wanted, lower), upper)
+        out[slot] = goal if abs(goal - start) <= step else start + min(max(goal - start, -step), step)
+        if not lower - _ROUNDING <= out[slot] <= upper + _ROUNDING:
+            out[other] = self.last[other]
+            lower, upper = coupled_limits(self._body, joint, out[other])
+            out[slot] = min(max(out[slot], lower), upper)
