@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from bridge.guard import Guard
 from bridge.observer import Observer
@@ -11,9 +11,14 @@ from walker.controller import Controller
 
 
 def run(
-    robot: EmulatedRobot, guard: Guard, controller: Controller, observers: Sequence[Observer], most: int
+    robot: EmulatedRobot,
+    guard: Guard,
+    controller: Controller,
+    observers: Sequence[Observer],
+    most: int,
+    ended: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Cycle until the controller is done, or `most` cycles.
+    """Cycle until the controller is done, an observer has seen enough (`ended`), or `most` cycles.
 
     Gives the very frames that lockstep over the link gives.
     """
@@ -30,5 +35,5 @@ def run(
         for notice in robot.take_notices():
             for observer in observers:
                 observer.notice(notice)
-        if controller.done:
+        if controller.done or ended():
             return
