@@ -143,7 +143,10 @@ def _check_key(key: str, kind: Any, path: str, where: str) -> None:
 
 def _member(value: Any, kind: Any, path: str, where: str) -> Any:
     """The member of a union that a table claims to be by its tag; the union itself if nothing tells."""
-    structs = [k for k in get_args(kind) if isinstance(k, type) and issubclass(k, msgspec.Struct)]
+    others = [k for k in get_args(kind) if k is not types.NoneType]
+    if len(others) == 1 and value is not None:
+        return others[0]
+    structs = [k for k in others if isinstance(k, type) and issubclass(k, msgspec.Struct)]
     if not isinstance(value, dict) or not structs:
         return kind
     if len(structs) == 1 and structs[0].__struct_config__.tag_field is None:

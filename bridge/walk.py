@@ -28,7 +28,7 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     """`walk`: begin, or go on as said here; `stop`: close the feet and stand; `set`: change without beginning;
     `status`: only tell."""
     velocity: Vec3 | None = None
-    """vx, vy, omega in m/s, m/s, rad/s: mean over a step, reached by the length of the steps. (0, 0, 0) stops."""
+    """vx, vy, omega in m/s, m/s, rad/s: mean over a step, reached by the length of the steps; zeros stop."""
     steps: Count | None = None
     """Steps of the walk to begin, the closing one included; 0 or left out: no bound."""
     distance: Annotated[float, msgspec.Meta(gt=0.0, le=1e4)] | None = None
@@ -43,7 +43,7 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     """Robot time after which the walk stops unless a `walk` came again, s; left out: it does not. For people at
     a key or a stick, whose line may break."""
     at: Count | None = None
-    """First sensor frame (`seq`) to act on; left out: the next. In lockstep the same `at` gives the same run."""
+    """First sensor frame (`seq`) to act on; left out: the next. In lockstep one `at` gives one run."""
 
 
 class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):

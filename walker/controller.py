@@ -1,22 +1,26 @@
 """The controller: a pure function of its state and a sensor frame.
 
 One tick: estimate, let the state of the walk answer, one actuator frame. No clock, no I/O: the same object runs
-in a test, in lockstep, in real time and on a robot.
+in a test, in lockstep, in real time and on a robot. Between two ticks it may be told to walk, to stop, or to
+change its controllers; what comes of it depends on the frame before which it was told, and on nothing else.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from bridge.datasheet import Body
 from bridge.joints import N_JOINTS
-from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, SensorFrame, Vec3, WalkTelemetry
 from walker.estimation import Contacts, Estimate, Estimator
-from walker.footing import FootingMachine
 from walker.gait import Foot, Gait, Reference
+from walker.gait.continued import ContinuedGait
+from walker.gait.reference import AdjustableGait
 from walker.order import WalkOrder
 from walker.parameters import ControllerParameters, controller_parameters
-from walker.pose import PoseMaker
-from walker.stabiliser import Stabiliser
-from walker.states import Approaching, Fallen, State, StateName, Walking, WalkPlan
+from walker.ready import ReadyWalk, ready_walk
+from walker.states import Approaching, Fallen, Standing, State, StateName, Walking, WalkPlan
 
 __all__ = ["Controller", "WalkOrder"]
 
@@ -27,7 +31,7 @@ class Controller:
     Args:
         body: data sheet of the robot.
         gait: phase machine in its initial stand.
-        order: how far to walk.
+        order: how far to walk; None: stand, and wait for `begin`.
         cycle: of the robot, s.
         parameters: of the controllers; None: the gait's shipped ones.
 
@@ -40,18 +44,20 @@ class Controller:
         self,
         body: Body,
         gait: Gait,
-        order: WalkOrder,
+        order: WalkOrder | None,
         cycle: float,
         parameters: ControllerParameters | None = None,
     ) -> None:
-        p = self._p = parameters or controller_parameters(gait.name)
-        self._cycle = cycle
-        self._plan = WalkPlan(gait, order, gait.stand())
-        pose = PoseMaker(body, self._plan.reference, by_pose=gait.quasi_static)
-        self._stabiliser = Stabiliser(body, p, pose, cycle)
-        footing = FootingMachine(p.touch_down if p.admittance else None)
-        walking = Walking(self._plan, footing, self._stabiliser)
-        self._state: State = Approaching(pose.angles(self._plan.reference), walking)
+        p = parameters or controller_parameters(gait.name)
+        walk = self._walk = ready_walk(body, gait, order or WalkOrder(), cycle, p)
+        self._body, self._cycle, self._serves = body, cycle, order is None
+        self._plan = WalkPlan(gait, walk.order, gait.stand())
+        self._walking = Walking(self._plan, walk.footing(), walk.stabiliser)
+        after = self._walking if order is not None else Standing(walk.goal, walk.stabiliser)
+        self._state: State = Approaching(walk.goal, after)
+        self._next: ReadyWalk | None = None
+        self._hold = math.inf
+        self._began = self._plan.reference
         self._estimator = Estimator(body, p)
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
@@ -63,13 +69,76 @@ class Controller:
 
     @property
     def done(self) -> bool:
-        """The order is carried out (standing again, settled), or the robot fell and lies still."""
-        return self._state.name in ("stand", "fallen") and self._state.settled >= self._plan.order.settle
+        """The order is carried out (standing again, settled), or the robot fell and lies still.
+
+        Never, while the controller waits for orders.
+        """
+        if self._serves or self._state.name not in ("stand", "fallen"):
+            return False
+        return self._state.settled >= self._plan.order.settle
 
     @property
     def reference(self) -> Reference:
         """The plan of the last tick."""
         return self._plan.reference
+
+    @property
+    def walk(self) -> ReadyWalk:
+        """The walk under way, or the last one."""
+        return self._walk
+
+    @property
+    def lies(self) -> bool:
+        """The robot fell, and has not been put on its feet."""
+        return self._state.name == "fallen" and self._estimate.falling
+
+    @property
+    def place(self) -> Vec3:
+        """x, y, yaw of the middle between the planned feet since the first tick, m, m, rad."""
+        return *_middle(self._plan.reference), 0.0
+
+    @property
+    def walked(self) -> float:
+        """Way of this walk, or the last one, by the plan, m."""
+        return math.dist(_middle(self._plan.reference), _middle(self._began))
+
+    def begin(self, walk: ReadyWalk, hold: float = math.inf) -> None:
+        """Walk: from a stand at once, in stride where the gait can, otherwise after closing the feet.
+
+        A walk with bounds of its own begins at a stand. A robot that fell begins once it is upright again.
+
+        Args:
+            walk: in its initial stand, new.
+            hold: time after which the walk ends unless `begin` came again, s.
+        """
+        self._hold = hold
+        if isinstance(self._state, Walking) and self._in_stride(walk):
+            self.adjust(walk)
+            self._plan.order = walk.order
+        else:
+            self._next = walk
+            self._walking.stop()  # also one that is yet to begin, behind an approach
+
+    def adjust(self, walk: ReadyWalk) -> None:
+        """Take over what of a walk can be had in stride: controllers, and the velocity if the gait can.
+
+        At rest this does nothing: what the next walk is like is said when it begins.
+        """
+        state, now = self._state, self._walk
+        if not isinstance(state, Walking) or walk.gait.name != now.gait.name:
+            return
+        if walk.parameters != now.parameters:
+            state.switch(walk.stabiliser, walk.footing())
+            now = replace(now, parameters=walk.parameters, stabiliser=walk.stabiliser)
+        if walk.step is not None and isinstance(now.gait, AdjustableGait):
+            now.gait.set_step_length(walk.step.length)
+            now = replace(now, step=walk.step)
+        self._walk = now
+
+    def stop(self) -> None:
+        """Close the feet and stand; drops a walk that has not begun."""
+        self._next = None
+        self._walking.stop()  # also one that is yet to begin, behind an approach
 
     def tick(self, frame: SensorFrame) -> ActuatorFrame:
         """One cycle.
@@ -79,11 +148,18 @@ class Controller:
                 to `ControllerParameters.longest_gap`.
         """
         dt = self._elapsed(frame.seq)
-        walking = self._state.name in ("walk", "stopping")
+        walking = isinstance(self._state, Walking)
         self._estimate = self._estimator.update(frame, dt, self._plan.reference, walking=walking)
+        if walking:
+            self._hold -= dt
+            if self._hold <= 0.0:
+                self.stop()
         if self._estimate.falling and self._state.name != "fallen":
-            self._state = Fallen(frame.position, self._p.fall.stiffness)
+            self._next = None
+            self._state = Fallen(frame.position, self._walk.parameters.fall.stiffness)
         else:
+            if self._next is not None and self._may_begin():
+                self._start(self._next, frame)
             self._state = self._state.advance(frame, self._estimate, dt)
         return ActuatorFrame(
             reply_to=frame.seq,
@@ -95,12 +171,44 @@ class Controller:
         """Time since the last frame, s."""
         cycles = seq - self._seq if self._seq is not None else 0
         self._seq = seq
-        return min(max(cycles, 0) * self._cycle, max(self._p.longest_gap, self._cycle))
+        return min(max(cycles, 0) * self._cycle, max(self._walk.parameters.longest_gap, self._cycle))
+
+    def _in_stride(self, walk: ReadyWalk) -> bool:
+        """Whether the walk under way can turn into this one without a stand."""
+        now = self._walk
+        return (
+            self._state.name == "walk"
+            and walk.gait.name == now.gait.name
+            and not walk.order.bounded
+            and (walk.step == now.step or isinstance(now.gait, AdjustableGait))
+        )
+
+    def _may_begin(self) -> bool:
+        return self._state.name == "stand" or (self._state.name == "fallen" and not self._estimate.falling)
+
+    def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:
+        """Begin a walk where the robot is: from its stand, or by way of the new gait's."""
+        self._next = None
+        before, fell = self._walk, self._state.name == "fallen"
+        same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
+        if same:  # the corrections that were found for this ground stay
+            walk = replace(walk, stabiliser=before.stabiliser)
+        self._walk = walk
+        self._plan.gait = ContinuedGait(walk.gait, self.place[0])
+        self._plan.order = walk.order
+        self._plan.reference = self._began = self._plan.gait.stand()
+        held = self._state.position
+        self._walking = Walking(self._plan, walk.footing(), walk.stabiliser, held if same else None)
+        self._state = self._walking
+        if not same:
+            self._state = Approaching(walk.goal, self._walking, frame.position if fell else held)
+        if fell:
+            self._estimator = Estimator(self._body, walk.parameters)
 
     @property
     def telemetry(self) -> WalkTelemetry:
         """Plan, estimates and corrections of the last tick."""
-        r, e, c = self._plan.reference, self._estimate, self._stabiliser.corrections
+        r, e, c = self._plan.reference, self._estimate, self._walk.stabiliser.corrections
         return WalkTelemetry(
             seq=self._seq or 0,
             state=self._state.name,
@@ -123,3 +231,7 @@ class Controller:
 
 def _place(foot: Foot) -> tuple[float, float, float]:
     return foot.x, foot.y, foot.z
+
+
+def _middle(plan: Reference) -> tuple[float, float]:
+    return 0.5 * (plan.left.x + plan.right.x), 0.5 * (plan.left.y + plan.right.y)

@@ -16,3 +16,8 @@ class WalkOrder(msgspec.Struct, frozen=True, kw_only=True):
     """s of walking after which the robot closes its feet and stands."""
     settle: float = 1.0
     """s to stand before the order counts as done."""
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the walk ends by itself."""
+        return self.steps > 0 or math.isfinite(self.duration)

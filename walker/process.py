@@ -15,6 +15,7 @@ from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import quiet_process
 from walker.controller import Controller
+from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
 
@@ -51,6 +52,7 @@ class WalkerProcess:
         body: name the robot must have; None takes the robot's word.
         stop: becomes true when the process is to end.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
+        service: hands over what the controller is told to do while it runs; None: nobody tells it.
     """
 
     def __init__(
@@ -60,8 +62,10 @@ class WalkerProcess:
         body: str | None,
         stop: Callable[[], bool],
         priority: int | None = None,
+        service: WalkService | None = None,
     ) -> None:
         self._priority = priority
+        self._service = service
         self._link, self._make, self._body, self._stop = link, make_controller, body, stop
         self._controller: Controller | None = None
         self._ticks: list[float] = []
@@ -139,9 +143,13 @@ class WalkerProcess:
         if self._seq >= 0:
             self._skipped += frame.seq - self._seq - 1
         self._seq = frame.seq
+        if self._service is not None:
+            self._service.before(controller, frame.seq)
         began = time.perf_counter()
         self._last = controller.tick(frame)
         self._ticks.append(time.perf_counter() - began)
+        if self._service is not None:
+            self._service.after(controller, frame.seq)
         telemetry = controller.telemetry
         if lockstep:
             # First, so that it is there when the robot acts on the answer.

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import msgspec
 import zenoh
@@ -16,6 +16,7 @@ import zenoh
 from bridge.errors import FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import keys
 from bridge.link.mailbox import Mailbox
+from bridge.link.query import serve_query
 from bridge.link.session import check_endpoint, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
@@ -64,11 +65,22 @@ class ControllerLink:
         self._sensors: Mailbox[bytes] = Mailbox(_QUEUE)
         self._notices: Mailbox[bytes] = Mailbox(_QUEUE)
         self._session: zenoh.Session | None = None
+        self._served: dict[str, Callable[[bytes], bytes]] = {}
+        self._queryables: list[Any] = []
+
+    def serve(self, suffix: str, answer: Callable[[bytes], bytes]) -> None:
+        """Answer queries on `suffix` as long as the link is open; before `wait_robot`.
+
+        Args:
+            suffix: key below the robot's.
+            answer: called in a thread of its own with the query's payload; its error is the reply.
+        """
+        self._served[suffix] = answer
 
     def _connect(self) -> bool:
         """Try to connect, once; True when that was done already."""
         if self._session is None:
-            self._session = try_client(self.endpoint)
+            self._session = try_client(self.endpoint, "controller")
             if self._session is not None:
                 self._declare(self._session)
         return self._session is not None
@@ -85,6 +97,9 @@ class ControllerLink:
         self._robot_token = session.liveliness().declare_subscriber(
             key(keys.ALIVE_ROBOT), self._on_robot, history=True
         )
+        self._queryables = [
+            serve_query(session, key(suffix), answer) for suffix, answer in self._served.items()
+        ]
 
     def _key(self, suffix: str) -> str:
         return keys.key(self.robot, suffix)

@@ -7,7 +7,6 @@ is published from the loop's thread or a query's.
 
 from __future__ import annotations
 
-import logging
 import secrets
 import threading
 import time
@@ -18,10 +17,11 @@ from typing import Any, Final
 import msgspec
 import zenoh
 
-from bridge.errors import FrameError, LeaseRefused, NaoHilError
+from bridge.errors import FrameError, LeaseRefused
 from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
+from bridge.link.query import serve_query
 from bridge.link.session import open_robot, subscribe
 from bridge.messages import (
     ActuatorFrame,
@@ -34,8 +34,6 @@ from bridge.messages import (
     decode,
     encode,
 )
-
-logger = logging.getLogger(__name__)
 
 _QUEUE: Final = 64
 NOTICE_INTERVAL: Final = 1.0
@@ -181,21 +179,7 @@ class RobotLink:
             suffix: key below the robot's.
             answer: called in a thread of its own with the query's payload (empty when there is none).
         """
-        key = self._key(suffix)
-
-        def on_query(query: zenoh.Query) -> None:
-            with query:
-                try:
-                    reply = answer(query.payload.to_bytes() if query.payload else b"")
-                except NaoHilError as error:
-                    query.reply_err(str(error).encode())
-                except Exception as error:  # one query's fault must neither hang its sender nor end the thread
-                    logger.exception("query `%s` failed", suffix)
-                    query.reply_err(f"`{suffix}` failed on the robot side: {error!r}.".encode())
-                else:
-                    query.reply(key, reply)
-
-        self._queryables.append(self._session.declare_queryable(key, on_query))
+        self._queryables.append(serve_query(self._session, self._key(suffix), answer))
 
     def _on_actuators(self, payload: bytes) -> None:
         try:

@@ -74,3 +74,7 @@ RealtimePriority = Annotated[
     bool,
     typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time."),
 ]
+Serve = Annotated[
+    bool,
+    typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
+]

@@ -35,6 +35,7 @@ def up(
     steps: options.Steps = None,
     duration: options.Duration = None,
     seed: options.Seed = None,
+    serve: options.Serve = False,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
     config: options.Config = None,
@@ -44,6 +45,8 @@ def up(
     """Start the robot and the walker as two processes and watch them walk.
 
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
+
+    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`).
     """
     settings = run_config(
         config,
@@ -67,7 +70,8 @@ def up(
     emulator = Child(
         "robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common], directory.path
     )
-    walker = Child("walker", ["walk", "--connect", listen, *common], directory.path)
+    serving = ["--serve"] if serve else []
+    walker = Child("walker", ["walk", "--connect", listen, *serving, *common], directory.path)
     try:
         with Monitor(name, listen) as monitor, WalkProgress(settings, Console(stderr=True)) as progress:
             while not stop.is_set() and emulator.running and walker.running:
@@ -79,7 +83,8 @@ def up(
         emulator.ask_to_end()
         walker_result = walker.end(GRACE)
         robot_result = emulator.end(GRACE)
-    return _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+    code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+    return 0 if serve and code == 130 else code  # a walker that serves has no other end
 
 
 def _conclude(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import logging
+import sys
 import threading
-from typing import Annotated
+from typing import Annotated, Final
 
 import msgspec
 import typer
@@ -15,6 +16,7 @@ from rich.logging import RichHandler
 from bridge.datasheet import Body
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.realtime import CONTROLLER_PRIORITY
+from bridge.walk import COMMAND
 from lab.cli import options
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
@@ -22,7 +24,11 @@ from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
 from walker.parameters import controller_parameters
 from walker.process import MakeController, WalkerProcess
+from walker.service import WalkService
 from walker.walkable import check_walkable
+
+SWITCH_INTERVAL: Final = 5e-4
+"""s for which a command being checked may hold up a tick; Python's own 5 ms are half a cycle."""
 
 
 def walk(
@@ -37,6 +43,7 @@ def walk(
     controller: Annotated[
         str, typer.Option("--controller", help="Name of this controller, shown to others.", metavar="NAME")
     ] = "walker",
+    serve: options.Serve = False,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
     as_json: options.Json = False,
@@ -44,6 +51,8 @@ def walk(
     """Walk the robot at the other end of the link, emulated or real; waits for it if it is not there yet.
 
     Example: nao-hil walk --gait static --steps 20 --connect tcp/192.168.1.7:7447
+
+    With --serve it stands and waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
     """
     settings = run_config(
         config, robot=robot, gait=gait, torso=torso, admittance=admittance, steps=steps, duration=duration
@@ -54,8 +63,13 @@ def walk(
         handlers=[RichHandler(console=Console(stderr=True), show_path=False)],
     )
     stop = threading.Event()
-    make = controller_maker(settings)  # a wrong parameter is told before anyone waits
+    # made first, so that a wrong parameter is told before anyone waits
+    service = WalkService(settings.gait, settings.parameters, settings.controller) if serve else None
+    make = service.make if service is not None else controller_maker(settings)
     with ControllerLink(name, connect, controller) as link:
+        if service is not None:
+            link.serve(COMMAND, service.answer)
+            sys.setswitchinterval(SWITCH_INTERVAL)
 
         def end() -> None:
             stop.set()
@@ -64,12 +78,12 @@ def walk(
         on_signals(end)
         body = settings.robot if robot is not None or config is not None else None
         priority = CONTROLLER_PRIORITY if realtime_priority else None
-        result = WalkerProcess(link, make, body, stop.is_set, priority).run()
+        result = WalkerProcess(link, make, body, stop.is_set, priority, service).run()
     if as_json:
         print(json.dumps(msgspec.to_builtins(result)), flush=True)
     if result.fell:
         return 1
-    return 0 if result.done else 130
+    return 0 if result.done or serve else 130
 
 
 def controller_maker(settings: RunConfig) -> MakeController:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 Support = Literal["L", "R", "both"]
 Phase = Literal["stand", "start", "DSL", "SSL", "DSR", "SSR", "stop"]
@@ -73,4 +73,13 @@ class Gait(Protocol):
             go_on: whether another step is wanted after the one under way; without it the gait brings the
                 feet together and comes to a stand (phase `stand`).
         """
+        ...
+
+
+@runtime_checkable
+class AdjustableGait(Gait, Protocol):
+    """A gait whose steps may become longer or shorter while it walks."""
+
+    def set_step_length(self, length: float) -> None:
+        """Length of the steps from the next one on, m, within what the gait and the body can walk."""
         ...

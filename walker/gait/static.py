@@ -72,6 +72,10 @@ class StaticGait:
         self._t = 0.0
         self._from = self._to = self._com
 
+    def set_step_length(self, length: float) -> None:
+        """Length l_SW of the steps from the next one on, m; see `AdjustableGait`."""
+        self._p = msgspec.structs.replace(self._p, l_SW=length)
+
     def stand(self) -> Reference:
         """The plan at rest where the gait is now."""
         return self._reference(self._left, self._right, self._com, 0.0)

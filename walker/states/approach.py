@@ -7,6 +7,7 @@ from typing import Final
 from bridge.messages import SensorFrame
 from walker.approach import Approach
 from walker.estimation import Estimate
+from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
 
@@ -16,25 +17,32 @@ class Approaching:
 
     Args:
         goal: joint angles to reach, 25 slots, rad.
-        walking: the state that follows.
+        successor: the state that follows.
+        start: joint angles that were asked for so far, rad; None: begin where the joints are.
     """
 
     name: Final[StateName] = "approach"
     settled: Final = 0.0
 
-    def __init__(self, goal: tuple[float, ...], walking: Walking) -> None:
+    def __init__(
+        self,
+        goal: tuple[float, ...],
+        successor: Walking | Standing,
+        start: tuple[float, ...] | None = None,
+    ) -> None:
         self._goal = goal
-        self._walking = walking
+        self._successor = successor
+        self._start = start
         self._approach: Approach | None = None
         self.position = goal
         self.stiffness = 1.0
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
-        """One cycle; the motion begins at the first frame's angles."""
+        """One cycle."""
         if self._approach is None:
-            self._approach = Approach(frame.position, self._goal)
+            self._approach = Approach(self._start or frame.position, self._goal)
         elif self._approach.done:
-            return self._walking.advance(frame, estimate, dt)
+            return self._successor.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)
-        self._walking.watch(estimate)
+        self._successor.watch(estimate)
         return self

@@ -1,0 +1,40 @@
+"""Queries as this project answers them: a payload, or an error reply of one sentence."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from bridge.errors import NaoHilError
+
+logger = logging.getLogger(__name__)
+
+
+def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], bytes]) -> Any:
+    """Answer queries on a key; an error of `answer` becomes an error reply with one sentence.
+
+    Args:
+        session: of the side that answers.
+        key: whole.
+        answer: called in a thread of its own with the query's payload (empty when there is none).
+
+    Returns:
+        What must be kept for as long as queries are to be answered.
+    """
+
+    def on_query(query: zenoh.Query) -> None:
+        with query:
+            try:
+                reply = answer(query.payload.to_bytes() if query.payload else b"")
+            except NaoHilError as error:
+                query.reply_err(str(error).encode())
+            except Exception as error:  # one query's fault must neither hang its sender nor end the thread
+                logger.exception("query `%s` failed", key)
+                query.reply_err(f"`{key}` failed: {error!r}.".encode())
+            else:
+                query.reply(key, reply)
+
+    return session.declare_queryable(key, on_query)

@@ -1,0 +1,274 @@
+"""Walk commands in process: what they lead to, what is refused, and that the joints never jump."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.errors import FrameError, NaoHilError, WalkRefused
+from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry, decode, encode
+from bridge.walk import WalkCommand, WalkStatus
+from emulator.robot import EmulatedRobot
+from tests.walker.test_controller import frame
+from walker.service import WalkService
+
+BODY = load_body("nao-v3")
+DT = BODY.cycle
+
+
+class Served:
+    """A walker that serves a robot whose frames say that it stands on both feet, or the emulated one."""
+
+    def __init__(self, robot: EmulatedRobot | None = None, gait: str = "static") -> None:
+        self.service = WalkService(gait)
+        self.controller = self.service.make(BODY, DT)
+        self.robot = robot
+        self.seq = -1
+        self.commands: list[ActuatorFrame] = []
+        self.telemetry: list[WalkTelemetry] = []
+        self.run(1)
+
+    def _frame(self) -> SensorFrame:
+        return self.robot.frame if self.robot is not None else frame(self.seq)
+
+    def run(self, cycles: int) -> None:
+        for _ in range(cycles):
+            if self.robot is not None and self.commands:
+                self.robot.advance(self.commands[-1])
+            self.seq += 1
+            sensors = self._frame()
+            self.service.before(self.controller, sensors.seq)
+            self.commands.append(self.controller.tick(sensors))
+            self.telemetry.append(self.controller.telemetry)
+            self.service.after(self.controller, sensors.seq)
+
+    def until(self, state: str, most: int = 3000) -> None:
+        for _ in range(most):
+            if self.controller.state == state:
+                return
+            self.run(1)
+        raise AssertionError(f"not in state {state} after {most} cycles, but {self.controller.state}")
+
+    def ask(self, **fields: object) -> WalkStatus:
+        # `at` in the future: nobody ticks meanwhile, so there is nothing to wait for
+        fields = {"at": self.seq + 2} | fields
+        command = WalkCommand(**fields)  # type: ignore[arg-type]
+        return decode(self.service.answer(encode(command)), WalkStatus)
+
+
+def largest_step(commands: list[ActuatorFrame]) -> float:
+    return max(
+        max(abs(b - a) for a, b in zip(before.position, after.position, strict=True))
+        for before, after in zip(commands, commands[1:], strict=False)
+    )
+
+
+@pytest.fixture
+def served() -> Iterator[Served]:
+    served = Served()
+    served.until("stand")
+    yield served
+
+
+def test_stands_until_it_is_told_to_walk(served: Served) -> None:
+    served.run(1000)
+    assert served.controller.state == "stand"
+    assert not served.controller.done
+    assert served.ask(op="status").position == (0.0, 0.0, 0.0)
+
+
+def test_the_velocity_is_that_of_the_planned_steps(served: Served) -> None:
+    """Steps of v (T_DSP + T_SSP): with the thesis' 2 s and 1.5 s, 0.014 m/s make 49 mm."""
+    served.ask(op="walk", velocity=(0.014, 0.0, 0.0))
+    served.run(4000)
+    left = {round(t.left[0], 6) for t in served.telemetry if t.contact[0] and t.phase == "DSL"}
+    steps = sorted(left)
+    assert [b - a for a, b in zip(steps[1:], steps[2:], strict=False)] == pytest.approx(
+        [2 * 0.014 * 3.5] * (len(steps) - 2)
+    )
+    assert served.ask(op="status").velocity == pytest.approx((0.014, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(("gait", "distance"), [("static", 0.1), ("static", 0.06), ("dynamic", 0.25)])
+def test_a_distance_is_met_exactly_by_the_plan(served: Served, gait: str, distance: float) -> None:
+    served.ask(op="walk", gait=gait, distance=distance)
+    served.until("walk")
+    served.until("stand", 5000)
+    status = served.ask(op="status")
+    assert status.distance == pytest.approx(distance, abs=1e-9)
+    assert status.position == pytest.approx((distance, 0.0, 0.0), abs=1e-9)
+    assert status.gait == gait
+
+
+def test_one_walk_follows_another_where_the_first_ended(served: Served) -> None:
+    served.ask(op="walk", steps=2)
+    served.until("walk")
+    served.until("stand")
+    first = served.ask(op="status").position[0]
+    served.ask(op="walk", steps=3)
+    served.until("walk")
+    served.until("stand")
+    status = served.ask(op="status")
+    assert status.steps == 3
+    assert first == pytest.approx(0.06, abs=1e-9)
+    assert status.position[0] == pytest.approx(0.06 + 2 * 0.06, abs=1e-9)
+    assert served.telemetry[-1].left[0] == pytest.approx(0.18, abs=1e-9)
+
+
+def test_a_static_walk_changes_its_velocity_in_stride(served: Served) -> None:
+    served.ask(op="walk", velocity=(0.010, 0.0, 0.0))
+    served.run(1000)
+    served.ask(op="walk", velocity=(0.015, 0.0, 0.0))
+    served.run(1200)
+    assert served.ask(op="status").velocity == pytest.approx((0.015, 0.0, 0.0))
+    walk = [t for t in served.telemetry if t.state != "approach"]
+    began = next(i for i, t in enumerate(walk) if t.state == "walk")
+    assert all(t.state == "walk" for t in walk[began:])
+
+
+def test_a_dynamic_walk_stands_before_another_velocity(served: Served) -> None:
+    served.ask(op="walk", gait="dynamic")
+    served.until("walk")
+    served.run(300)
+    served.ask(op="walk", velocity=(0.1, 0.0, 0.0))
+    served.run(2)
+    assert served.controller.state == "stopping"
+    served.until("walk")
+    assert served.ask(op="status").velocity == pytest.approx((0.1, 0.0, 0.0))
+
+
+def test_stop_closes_the_feet(served: Served) -> None:
+    served.ask(op="walk")
+    served.run(900)
+    served.ask(op="stop")
+    served.until("stand")
+    last = served.telemetry[-1]
+    assert last.left[0] == pytest.approx(last.right[0])
+
+
+def test_zero_velocity_is_a_stop(served: Served) -> None:
+    served.ask(op="walk")
+    served.run(500)
+    served.ask(op="walk", velocity=(0.0, 0.0, 0.0))
+    served.run(2)
+    assert served.controller.state == "stopping"
+
+
+def test_a_walk_that_nobody_holds_stops_by_itself(served: Served) -> None:
+    served.ask(op="walk", hold=1.0)
+    served.run(90)
+    assert served.controller.state == "walk"
+    served.ask(op="walk", hold=1.0)
+    served.run(90)
+    assert served.controller.state == "walk"
+    served.run(30)
+    assert served.controller.state == "stopping"
+
+
+def test_no_command_makes_a_joint_jump() -> None:
+    """Switches of controllers, gaits and velocities: between two cycles no joint is asked for more than the
+    plans alone ask for."""
+    with EmulatedRobot(BODY, seed=3) as robot:
+        served = Served(robot)
+        served.until("stand")
+        served.ask(op="walk", steps=4)
+        served.until("walk")
+        began = len(served.commands)
+        served.until("stand")
+        undisturbed = largest_step(served.commands[began:])
+        for wish in (
+            {"op": "walk"},
+            {"op": "set", "torso": "none"},
+            {"op": "set", "admittance": False},
+            {"op": "set", "torso": "robust", "admittance": True},
+            {"op": "walk", "velocity": (0.01, 0.0, 0.0)},
+            {"op": "stop"},
+        ):
+            served.ask(**wish)
+            served.run(333)  # in all phases, single supports too
+        served.until("stand")
+        assert largest_step(served.commands[began:]) < 1.2 * undisturbed
+        assert not robot.truth().fell
+
+
+@pytest.mark.parametrize(
+    ("fields", "bound"),
+    [
+        ({"velocity": (0.03, 0.0, 0.0)}, r"out of reach.*0\.03 m/s are too fast; 0\.01\d m/s would do"),
+        ({"velocity": (0.5, 0.0, 0.0)}, r"the sole's margin of 71 mm \(3\.5\)"),
+        ({"velocity": (0.01, 0.01, 0.0)}, "walks straight ahead.*vy and omega 0"),
+        ({"velocity": (0.01, 0.0, 0.3)}, "walks straight ahead.*0.3 rad/s"),
+        ({"velocity": (-0.01, 0.0, 0.0)}, "vx must be positive"),
+        ({"steps": 1}, "at least 2 steps"),
+        (
+            {"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)},
+            "RAnkleRoll would stand .* below its range.*too fast",
+        ),
+    ],
+)
+def test_what_cannot_be_walked_is_refused_with_the_bound(
+    served: Served, fields: dict[str, object], bound: str
+) -> None:
+    with pytest.raises(WalkRefused, match=bound) as refused:
+        served.ask(op="walk", **fields)
+    assert "\n" not in str(refused.value)
+    served.run(5)
+    assert served.controller.state == "stand"
+    served.ask(op="walk")  # what was refused has left no trace
+    served.run(5)
+    assert served.controller.walk.gait.name == "static"
+
+
+@pytest.mark.parametrize(
+    ("payload", "hint"),
+    [
+        (b"\x82\xa2op\xa4walk\xa7velocty\x93\xcb" + b"\x00" * 8 + b"\x00\x00", "did you mean 'velocity'"),
+        (b"\x81\xa2op\xa4wlak", "did you mean 'walk'"),
+        (b"\x82\xa2op\xa4walk\xa4gait\xa6statik", "did you mean 'static'"),
+        (b"\x81\xa5steps\x03", "missing key 'op'"),
+        (b"\x82\xa2op\xa4walk\xa5steps\xd0\xff", "steps"),
+        (b"\xc1", "not one whole msgpack map"),
+        (b"\x82\xa2op\xa4stop\xa7version\x09", "schema version 9"),
+    ],
+)
+def test_a_bad_command_is_told_with_a_suggestion(served: Served, payload: bytes, hint: str) -> None:
+    with pytest.raises(FrameError, match=hint):
+        served.service.answer(payload)
+
+
+def test_without_a_robot_nothing_is_promised() -> None:
+    with pytest.raises(WalkRefused, match="does not hold a robot yet"):
+        WalkService("static").answer(encode(WalkCommand(op="status")))
+
+
+def test_a_robot_that_fell_walks_again_once_it_is_upright(served: Served) -> None:
+    served.ask(op="walk")
+    served.run(100)
+
+    def lying() -> SensorFrame:
+        return frame(served.seq, angle=(0.0, math.radians(80.0)))
+
+    upright, served._frame = served._frame, lying  # type: ignore[method-assign]
+    served.run(200)
+    assert served.controller.state == "fallen"
+    with pytest.raises(NaoHilError, match="stand-up"):
+        served.ask(op="walk")
+    served._frame = upright  # type: ignore[method-assign]
+    served.run(200)
+    assert served.controller.state == "fallen"
+    served.ask(op="walk")
+    served.until("walk")
+
+
+def test_the_same_command_at_the_same_frame_gives_the_same_run() -> None:
+    def walk() -> list[ActuatorFrame]:
+        served = Served()
+        served.until("stand")
+        served.ask(op="walk", velocity=(0.012, 0.0, 0.0), at=200)
+        served.run(600)
+        return served.commands
+
+    assert walk() == walk()

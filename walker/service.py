@@ -1,0 +1,291 @@
+"""Answers walk commands: checks and prepares in the query's thread, hands over to the controller's tick.
+
+Everything that takes time (the bounds of a gait, the design of a torso controller) is done before the command
+is handed over. The controller then decides by its own state, at a tick, what comes of it; so in lockstep a
+command with `at` gives the same run each time.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NamedTuple
+
+import msgspec
+
+from bridge.commands import decode_command
+from bridge.datasheet import Body
+from bridge.errors import ConfigurationError, WalkRefused
+from bridge.messages import encode
+from bridge.walk import WalkCommand, WalkStatus
+from walker.controller import Controller
+from walker.gait import gait_parameters, make_gait
+from walker.gait.speed import step_of, with_velocity
+from walker.order import WalkOrder
+from walker.parameters import ControllerParameters, controller_parameters
+from walker.ready import ReadyWalk, ready_walk
+from walker.walkable import check_walkable
+
+_TAKEN: Final = 0.3
+"""s to wait for the tick that takes a command over, so that the reply tells what came of it."""
+_HALVINGS: Final = 7
+"""Of the search for the fastest walk: to a hundredth of the velocity that was refused."""
+
+
+class Wish(NamedTuple):
+    """What the next walk is to be like."""
+
+    gait: str
+    torso: str | None
+    """None: the gait's own choice."""
+    admittance: bool | None
+    velocity: float | None
+    """m/s; None: the gait's own."""
+
+
+class _Order(NamedTuple):
+    at: int
+    act: Callable[[Controller], None]
+    taken: threading.Event
+
+
+class _Seen(NamedTuple):
+    status: WalkStatus
+    lies: bool
+    """Fell, and is not upright again."""
+
+
+class WalkService:
+    """The walker's answers to `walk/command`.
+
+    Args:
+        gait: to begin with.
+        parameters: of that gait that differ from the shipped ones.
+        controller: parameters of its controllers that differ.
+
+    Raises:
+        ConfigurationError: a wrong parameter.
+    """
+
+    def __init__(
+        self,
+        gait: str,
+        parameters: Mapping[str, Any] | None = None,
+        controller: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._first = gait
+        self._changes = dict(parameters or {})
+        self._controller_changes = dict(controller or {})
+        self._wish = Wish(gait, None, None, None)
+        self._answering = threading.Lock()
+        self._handing = threading.Lock()
+        self._orders: list[_Order] = []
+        self._due: list[_Order] = []
+        self._robot: tuple[Body, float] | None = None
+        self._seen: _Seen | None = None
+        self._distance_bound = False
+        self._walkable: set[tuple[str, msgspec.Struct]] = set()
+        self._gait_parameters(self._wish)
+        self._controllers(self._wish)
+
+    def make(self, body: Body, cycle: float) -> Controller:
+        """A controller that stands and waits, for a robot that has begun; orders to an earlier one are dropped.
+
+        Raises:
+            ConfigurationError: this body cannot walk the gait.
+        """
+        with self._handing:
+            self._orders.clear()
+            self._robot, self._seen = (body, cycle), None
+            self._walkable.clear()
+        name, parameters = self._wish.gait, self._gait_parameters(self._wish)
+        check_walkable(body, make_gait(name, parameters, body))
+        return Controller(body, make_gait(name, parameters, body), None, cycle, self._controllers(self._wish))
+
+    def before(self, controller: Controller, seq: int) -> None:
+        """Carry out, before the tick of frame `seq`, the orders that are due; in the controller's thread."""
+        with self._handing:
+            due = [order for order in self._orders if order.at <= seq]
+            self._orders = [order for order in self._orders if order.at > seq]
+        for order in due:
+            order.act(controller)
+        self._due = due
+
+    def after(self, controller: Controller, seq: int) -> None:
+        """Note what the controller does since the tick of frame `seq`; in the controller's thread."""
+        walk, moving = controller.walk, controller.state in ("walk", "stopping")
+        speed = walk.step.velocity if moving and walk.step is not None else 0.0
+        status = WalkStatus(
+            text="",
+            seq=seq,
+            state=controller.state,
+            gait=walk.gait.name,
+            torso=walk.parameters.torso,
+            admittance=walk.parameters.admittance,
+            velocity=(speed, 0.0, 0.0),
+            steps=controller.reference.step,
+            distance=controller.walked,
+            position=controller.place,
+        )
+        self._seen = _Seen(status, controller.lies)
+        for order in self._due:
+            order.taken.set()
+
+    def answer(self, payload: bytes) -> bytes:
+        """A `bridge.walk.WalkCommand` to a `WalkStatus`, both as msgpack; any thread.
+
+        Raises:
+            FrameError: not a walk command.
+            WalkRefused: one that cannot be carried out; names the bound.
+        """
+        command: WalkCommand = decode_command(payload, WalkCommand, "Walk command")
+        with self._answering:
+            try:
+                return encode(self._carry_out(command))
+            except ConfigurationError as error:
+                raise WalkRefused(_sentence(str(error))) from None
+
+    def _carry_out(self, command: WalkCommand) -> WalkStatus:
+        if self._robot is None or self._seen is None:
+            raise WalkRefused("The walker does not hold a robot yet; start one, or ask again in a moment.")
+        if command.op == "status":
+            return self._reply("")
+        if command.op == "stop" or command.velocity == (0.0, 0.0, 0.0):
+            still = self._seen.status.state in ("stand", "fallen")
+            self._hand_over(command.at, Controller.stop)
+            return self._reply("Nothing is under way." if still else "Closes the feet and stands.")
+        wish = self._wished(command)
+        if command.op == "set":
+            return self._set(wish, command)
+        if self._seen.lies:
+            raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
+        walk = self._prepare(wish, command)
+        self._wish, self._distance_bound = wish, command.distance is not None
+        hold = command.hold if command.hold is not None else math.inf
+        self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
+        first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
+        return self._reply(f"{first} {_in_words(walk)}.")
+
+    def _set(self, wish: Wish, command: WalkCommand) -> WalkStatus:
+        assert self._seen is not None
+        if command.steps is not None or command.distance is not None or command.hold is not None:
+            raise WalkRefused("`set` begins no walk: steps, distance and hold belong to `walk`.")
+        if self._distance_bound and command.velocity and self._seen.status.state == "walk":
+            raise WalkRefused(
+                "A walk over a distance is under way, its steps cut to fit; stop it to change its velocity."
+            )
+        walk = self._prepare(wish, command)
+        self._wish = wish
+        self._hand_over(command.at, lambda controller: controller.adjust(walk))
+        return self._reply(f"The next walk is {_in_words(walk)}; what can be had in stride is in force now.")
+
+    def _wished(self, command: WalkCommand) -> Wish:
+        """The wish so far, changed by a command; another gait comes with its own controllers and velocity."""
+        wish = self._wish
+        if command.gait is not None and command.gait != wish.gait:
+            wish = Wish(command.gait, None, None, None)
+        if command.torso is not None:
+            wish = wish._replace(torso=command.torso)
+        if command.admittance is not None:
+            wish = wish._replace(admittance=command.admittance)
+        if command.velocity is not None:
+            x, y, omega = command.velocity
+            if x <= 0.0 or y != 0.0 or omega != 0.0:
+                raise WalkRefused(
+                    f"The {wish.gait} gait walks straight ahead: vx must be positive, vy and omega 0, not "
+                    f"{x:g} m/s, {y:g} m/s and {omega:g} rad/s."
+                )
+            wish = wish._replace(velocity=x)
+        return wish
+
+    def _prepare(self, wish: Wish, command: WalkCommand) -> ReadyWalk:
+        """Everything for a walk that takes time to make."""
+        assert self._robot is not None
+        body, cycle = self._robot
+        parameters = self._gait_parameters(wish)
+        self._check(wish, parameters)
+        step, order = step_of(wish.gait, parameters), _steps(command.steps or 0)
+        if command.distance is not None:
+            count = math.ceil(command.distance / step.length - 1e-9)
+            order = _steps(min(command.steps or count + 1, count + 1))
+            parameters = with_velocity(wish.gait, parameters, command.distance / count / step.duration)
+            self._check(wish, parameters)
+            step = step_of(wish.gait, parameters)
+        gait = make_gait(wish.gait, parameters, body)
+        return ready_walk(body, gait, order, cycle, self._controllers(wish), step)
+
+    def _gait_parameters(self, wish: Wish) -> msgspec.Struct:
+        parameters = gait_parameters(wish.gait, self._changes if wish.gait == self._first else None)
+        if wish.velocity is not None:
+            parameters = with_velocity(wish.gait, parameters, wish.velocity)
+        return parameters
+
+    def _controllers(self, wish: Wish) -> ControllerParameters:
+        own = dict(self._controller_changes) if wish.gait == self._first else {}
+        switches = (("torso", wish.torso), ("admittance", wish.admittance))
+        return controller_parameters(wish.gait, own | {k: v for k, v in switches if v is not None})
+
+    def _check(self, wish: Wish, parameters: msgspec.Struct) -> None:
+        """Refuse what the body cannot walk; a walk that was found good is not checked again."""
+        assert self._robot is not None
+        body, known = self._robot[0], (wish.gait, parameters)
+        if known in self._walkable:
+            return
+        try:
+            check_walkable(body, make_gait(wish.gait, parameters, body))
+        except ConfigurationError as error:
+            raise WalkRefused(f"{_sentence(str(error))}{self._fastest(wish.gait, parameters, body)}") from None
+        self._walkable.add(known)
+
+    def _fastest(self, gait: str, parameters: msgspec.Struct, body: Body) -> str:
+        """What of the refused velocity would do, in words."""
+        refused = step_of(gait, parameters).velocity
+        low, high = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            share = 0.5 * (low + high)
+            try:
+                check_walkable(body, make_gait(gait, with_velocity(gait, parameters, share * refused), body))
+            except ConfigurationError:
+                high = share
+            else:
+                low = share
+        if low == 0.0:
+            return ""
+        return f" {refused:.3g} m/s are too fast; {low * refused:.3f} m/s would do."
+
+    def _hand_over(self, at: int | None, act: Callable[[Controller], None]) -> None:
+        assert self._seen is not None
+        order = _Order(at or 0, act, threading.Event())
+        with self._handing:
+            self._orders.append(order)
+        if order.at <= self._seen.status.seq + 1:
+            order.taken.wait(_TAKEN)
+
+    def _reply(self, text: str) -> WalkStatus:
+        """What the controller does; at rest with what the next walk will be like."""
+        assert self._seen is not None
+        status = self._seen.status
+        if status.state in ("stand", "fallen"):
+            p = self._controllers(self._wish)
+            status = msgspec.structs.replace(
+                status, gait=self._wish.gait, torso=p.torso, admittance=p.admittance
+            )
+        return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`.")
+
+
+def _steps(steps: int) -> WalkOrder:
+    if steps == 1:
+        raise WalkRefused("A walk has at least 2 steps, one out and one to close the feet; 1 was asked for.")
+    return WalkOrder(steps=steps)
+
+
+def _in_words(walk: ReadyWalk) -> str:
+    assert walk.step is not None
+    bound = f"{walk.order.steps} steps" if walk.order.steps else "until it is told to stop"
+    return f"by the {walk.gait.name} gait at {walk.step.velocity:.3f} m/s, {bound}"
+
+
+def _sentence(text: str) -> str:
+    """With a capital and a full stop."""
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
