@@ -1,0 +1,225 @@
+"""Signs of trouble in a walk, each with the time it began.
+
+The bounds are set from recorded walks: what an untroubled gait does every step, feet on their edges and a
+capture point outside the support polygon for a moment included, is no symptom.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+
+from bridge.datasheet.model import Side
+from lab.diagnosis.balance import Balance, Observer, Stand
+from lab.diagnosis.odometry import SIDES
+
+Kind = Literal["world", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
+
+EDGE: Final = 0.003
+"""Margin under which the zero moment point is at the edge of the support polygon, m."""
+LOST: Final = 0.03
+"""Distance of the capture point beyond the polygon from which the feet alone do not bring it back, m."""
+TIPPING: Final = {True: 0.1, False: 0.2}
+"""How long it stays there in a symptom, s, by the ground truth and by the sensors: an untroubled dynamic gait
+comes to 0.06 and 0.19 s."""
+SLIP_SPEED: Final = 0.1
+"""Of the loaded part of a sole over the ground, m/s; rolling over an edge in a good walk comes to 0.08."""
+SLIP_TIME: Final = 0.05
+"""s"""
+LOADED: Final = 12.0
+"""Vertical force under which a foot that moves does not count as slipping, N."""
+LATE_TIME: Final = 0.15
+"""After the planned touch-down, s."""
+LATE_HEIGHT: Final = 0.005
+"""Height over the other sole under which a foot without load is not late but only unloaded, m."""
+EARLY_HEIGHT: Final = 0.004
+"""Planned height over which a touch-down is early, m."""
+EARLY_TIME: Final = 0.05
+"""s"""
+TILT: Final = math.radians(12.0)
+"""Of the torso from the vertical, more than an untroubled walk of a nominal robot."""
+FALLEN: Final = math.radians(45.0)
+"""Tilt at which a robot counts as fallen where nobody says it."""
+MISSED: Final = 5
+"""Cycles without an answer within `MISSED_TIME`."""
+MISSED_TIME: Final = 0.2
+"""s"""
+GAP: Final = 0.05
+"""Interruption that does not end a sign, s."""
+
+
+class Symptom(NamedTuple):
+    """Something that went wrong, or was done to the robot."""
+
+    time: float
+    """When it began, robot time, s."""
+    kind: Kind
+    text: str
+    """What a person should read, without the time."""
+
+
+class _Sign:
+    """A condition that must last before it counts, and counts once until it has ended."""
+
+    def __init__(self, lasting: float) -> None:
+        self._lasting = lasting
+        self._began: float | None = None
+        self._seen = 0.0
+        self._told = False
+
+    def update(self, time: float, present: bool) -> float | None:
+        """The time it began, in the cycle in which it has lasted long enough; None otherwise."""
+        if present:
+            if self._began is None:
+                self._began = time
+            self._seen = time
+        elif self._began is not None and time - self._seen > GAP:
+            self._began, self._told = None, False
+        if self._began is None or self._told or self._seen - self._began < self._lasting - 1e-9:
+            return None
+        self._told = True
+        return self._began
+
+
+class _Tipping:
+    """The zero moment point is pinned to the edge and the capture point runs away beyond it."""
+
+    def __init__(self, lasting: float) -> None:
+        self._edge = _Sign(0.0)
+        self._lost = _Sign(lasting)
+        self._began = 0.0
+
+    def update(self, time: float, stand: Stand) -> float | None:
+        """When the zero moment point came to the edge, once it is a symptom."""
+        at_edge = stand.margin is None or stand.margin < EDGE
+        beyond = stand.support is not None and stand.support.margin(stand.capture) < 0.0
+        began = self._edge.update(time, at_edge and beyond)
+        if began is not None:
+            self._began = began
+        lost = stand.support is not None and stand.support.margin(stand.capture) < -LOST
+        return self._began if self._lost.update(time, lost and at_edge) is not None else None
+
+
+class Symptoms:
+    """Watches a robot moment by moment.
+
+    Args:
+        observer: The one that makes the balances: it knows the body.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self._figure = observer.figure
+        self._begin()
+
+    def _begin(self) -> None:
+        self._last: Balance | None = None
+        self._tipping = {known: _Tipping(lasting) for known, lasting in TIPPING.items()}
+        self._slip: dict[Side, _Sign] = {side: _Sign(SLIP_TIME) for side in SIDES}
+        self._late: dict[Side, _Sign] = {side: _Sign(LATE_TIME) for side in SIDES}
+        self._early: dict[Side, _Sign] = {side: _Sign(EARLY_TIME) for side in SIDES}
+        self._flown: dict[Side, bool] = {side: False for side in SIDES}
+        self._tilt, self._fall = _Sign(0.0), _Sign(0.0)
+        self._missed: list[tuple[float, int]] = []
+
+    def update(self, balance: Balance) -> list[Symptom]:
+        """What is new at this moment."""
+        if self._last is not None and balance.moment.sensors.seq < self._last.moment.sensors.seq:
+            self._begin()
+        found = [
+            *self._world(balance),
+            *self._missing(balance),
+            *self._balance(balance),
+            *(s for side in SIDES for s in self._foot(balance, side)),
+            *self._posture(balance),
+        ]
+        self._last = balance
+        return found
+
+    def _world(self, balance: Balance) -> list[Symptom]:
+        time = balance.moment.sensors.time
+        return [
+            Symptom(time, "world", notice.text.rstrip("."))
+            for notice in balance.moment.notices
+            if notice.code in ("world", "fault")
+        ]
+
+    def _missing(self, balance: Balance) -> list[Symptom]:
+        frame = balance.moment.sensors
+        self._missed = [(t, n) for t, n in self._missed if frame.time - t <= MISSED_TIME]
+        self._missed.append((frame.time, frame.missed))
+        time, before = self._missed[0]
+        if frame.missed - before < MISSED:
+            return []
+        self._missed = []
+        return [Symptom(time, "missed", f"the controller missed {frame.missed - before} cycles")]
+
+    def _balance(self, balance: Balance) -> list[Symptom]:
+        began = self._tipping[balance.true is not None].update(balance.moment.sensors.time, balance.best)
+        return [] if began is None else [Symptom(began, "zmp", "the ZMP left the support polygon")]
+
+    def _foot(self, balance: Balance, side: Side) -> list[Symptom]:
+        found = []
+        time, word = balance.moment.sensors.time, {"L": "left", "R": "right"}[side]
+        slipping = self._slip[side].update(time, self._slip_speed(balance, side) > SLIP_SPEED)
+        if slipping is not None:
+            found.append(Symptom(slipping, "slip", f"the {word} foot slipped"))
+        plan, walk = balance.plan, balance.moment.walk
+        if plan is None or walk is None or walk.state not in ("walk", "stopping"):
+            return found
+        touches, lift = balance.best.contacts.of(side), plan.lift[side]
+        due = max(plan.lift.values()) < 1e-4
+        late = self._late[side].update(time, due and not touches and self._height(balance, side) > LATE_HEIGHT)
+        if late is not None:
+            found.append(Symptom(late, "late", f"the {word} foot touched down late"))
+        swings = lift > EARLY_HEIGHT
+        self._flown[side] = swings and (self._flown[side] or not touches)
+        early = self._early[side].update(time, self._flown[side] and touches)
+        if early is not None:
+            found.append(Symptom(early, "early", f"the {word} foot touched down early"))
+        return found
+
+    def _slip_speed(self, balance: Balance, side: Side) -> float:
+        """Speed over the ground of the point of the sole that bears the load, m/s; 0 without ground truth."""
+        last, now = self._last, balance
+        if last is None or last.true is None or now.true is None or now.moment.truth is None:
+            return 0.0
+        contact = now.moment.truth.left if side == "L" else now.moment.truth.right
+        dt = now.moment.sensors.time - last.moment.sensors.time
+        if contact.cop is None or contact.force[2] < LOADED or dt <= 0.0:
+            return 0.0
+        point = np.array([*contact.cop, self._figure.centres[side][2], 1.0])
+        way = (now.true.robot.feet[side] - last.true.robot.feet[side]) @ point
+        return float(np.hypot(way[0], way[1])) / dt
+
+    def _height(self, balance: Balance, side: Side) -> float:
+        """Of a sole's lowest corner over that of the other sole, m."""
+        feet = balance.best.robot.feet
+        low = {s: float(self._figure.sole_in_world(s, feet[s])[:, 2].min()) for s in SIDES}
+        return low[side] - min(low.values())
+
+    def _posture(self, balance: Balance) -> list[Symptom]:
+        time = balance.moment.sensors.time
+        lean = math.acos(min(max(float(balance.best.robot.frames[0][2, 2]), -1.0), 1.0))
+        found = []
+        if (tilted := self._tilt.update(time, lean > TILT)) is not None:
+            found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
+        if (fell := self._fall.update(time, fallen(balance, lean))) is not None:
+            found.append(Symptom(fell, "fall", "the robot fell"))
+        return found
+
+
+def fallen(balance: Balance, lean: float) -> bool:
+    """Whether the robot is beyond help: by the ground truth, else by its lean (rad) or its walker's word."""
+    if balance.moment.truth is not None:
+        return balance.moment.truth.fell
+    walk = balance.moment.walk
+    return lean > FALLEN or (walk is not None and walk.state == "fallen")
+
+
+def first_of(symptoms: Sequence[Symptom]) -> Symptom | None:
+    """The earliest sign that is the robot's own, not something done to it."""
+    own = [s for s in symptoms if s.kind not in ("world", "fall")]
+    return min(own, key=lambda s: s.time, default=None)
