@@ -16,6 +16,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from bridge.errors import ConfigurationError, LinkError, RobotSilent
+from bridge.link.access import access_control
+from bridge.link.certificates import check_peer, load_certificates, split_endpoint
 
 RETRY: Final = {"period_init_ms": 10, "period_max_ms": 50, "period_increase_factor": 1.5}
 """Reconnects within tens of milliseconds instead of Zenoh's seconds."""
@@ -23,6 +25,10 @@ MAX_RECEIVED: Final = 1 << 20
 """bytes; Zenoh itself drops longer messages, so that nobody can fill the memory of the robot side."""
 OPEN_TIMEOUT: Final = 1000
 """ms an attempt to connect may take."""
+SESSIONS: Final = 32
+"""Parties that the robot's node takes at a time."""
+
+_TLS: Final = "transport/link/tls/"
 
 
 def _config(settings: dict[str, Any]) -> zenoh.Config:
@@ -43,12 +49,17 @@ def check_endpoint(endpoint: str) -> str:
     """The endpoint, if it looks like one.
 
     Raises:
-        ConfigurationError: not `protocol/address`.
+        ConfigurationError: not `protocol/address`, or certificates and TLS without one another.
     """
-    protocol, _, address = endpoint.partition("/")
-    if protocol not in ("tcp", "tls", "quic", "udp", "ws", "unixsock-stream") or not address:
+    locator, folder = split_endpoint(endpoint)
+    protocol, _, address = locator.partition("/")
+    if protocol not in ("tcp", "tls", "udp", "ws", "unixsock-stream") or not address:
         raise ConfigurationError(f"Endpoint {endpoint!r} must look like tcp/127.0.0.1:7447.")
-    if protocol in ("tcp", "udp", "tls", "quic", "ws"):
+    if (protocol == "tls") != (folder is not None):
+        raise ConfigurationError(
+            f"Endpoint {endpoint!r}: certificates (--keys DIR) and an endpoint tls/HOST:PORT go together."
+        )
+    if protocol in ("tcp", "udp", "tls", "ws"):
         host, _, port = address.rpartition(":")
         if not host or not port.isdecimal() or not 0 < int(port) < 65536:
             raise ConfigurationError(
@@ -61,52 +72,85 @@ def open_robot(listen: str) -> zenoh.Session:
     """The robot side's session.
 
     Raises:
-        ConfigurationError: not an endpoint.
+        ConfigurationError: not an endpoint, or its certificates cannot be used.
         LinkError: the endpoint cannot be listened on, for example because its port is in use.
     """
-    settings = {"mode": "router", "listen/endpoints": [check_endpoint(listen)]}
+    locator, folder = split_endpoint(check_endpoint(listen))
+    settings: dict[str, Any] = {
+        "mode": "router",
+        "listen/endpoints": [locator],
+        "transport/unicast/max_sessions": SESSIONS,
+    }
+    if folder is not None:
+        files = load_certificates(folder, "robot")
+        settings |= {
+            _TLS + "root_ca_certificate": str(files.ca),
+            _TLS + "listen_certificate": str(files.certificate),
+            _TLS + "listen_private_key": str(files.private_key),
+            _TLS + "enable_mtls": True,
+            _TLS + "close_link_on_expiration": True,
+            "access_control": access_control(),
+        }
     try:
         return zenoh.open(_config(settings))
     except zenoh.ZError as error:
         # Zenoh's own text carries source paths of its build; only the system's reason is of use to a person.
         reason = re.search(r"([A-Z][\w ]+) \(os error \d+\)", str(error))
         raise LinkError(
-            f"Cannot listen on {listen}: {reason[1] if reason else 'zenoh refused'}; stop what is there, or "
+            f"Cannot listen on {locator}: {reason[1] if reason else 'zenoh refused'}; stop what is there, or "
             "take another place with --listen."
         ) from None
 
 
-def try_client(connect: str) -> zenoh.Session | None:
+def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
     """A session of anyone else, or None when nobody listens there (yet).
 
     One attempt, a millisecond on one machine: Zenoh's own wait for the first connection sees no Ctrl-C. Once
     open, the session connects again by itself whenever the robot side is back.
 
+    Args:
+        connect: endpoint of the robot.
+        role: of `bridge.link.certificates.ROLES`; with certificates, those of this role are shown.
+
     Raises:
-        ConfigurationError: not an endpoint.
+        ConfigurationError: not an endpoint, or its certificates cannot be used.
+        LinkError: robot and certificates do not trust each other; says why.
     """
-    settings = {
+    locator, folder = split_endpoint(check_endpoint(connect))
+    files = None if folder is None else load_certificates(folder, role)
+    settings: dict[str, Any] = {
         "mode": "client",
-        "connect/endpoints": [check_endpoint(connect)],
+        "connect/endpoints": [locator],
         "connect/timeout_ms": 0,
         "connect/retry": RETRY,
         "transport/unicast/open_timeout": OPEN_TIMEOUT,
     }
+    if files is not None:
+        settings |= {
+            _TLS + "root_ca_certificate": str(files.ca),
+            _TLS + "connect_certificate": str(files.certificate),
+            _TLS + "connect_private_key": str(files.private_key),
+            _TLS + "enable_mtls": True,
+            _TLS + "verify_name_on_connect": True,
+            _TLS + "close_link_on_expiration": True,
+        }
     try:
         return zenoh.open(_config(settings))
     except zenoh.ZError:
+        if files is not None:
+            check_peer(locator, files)
         return None
 
 
-def open_client(connect: str, timeout: float = 10.0) -> zenoh.Session:
+def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> zenoh.Session:
     """As `try_client`, again and again.
 
     Raises:
-        ConfigurationError: not an endpoint.
+        ConfigurationError, LinkError: as `try_client`.
         RobotSilent: nobody listened there for `timeout` s.
     """
     deadline = time.monotonic() + timeout
-    while (session := try_client(connect)) is None:
+    while (session := try_client(connect, role)) is None:
         if time.monotonic() > deadline:
             raise RobotSilent(f"Nobody listened at {connect} for {timeout:g} s; start a robot there.")
         time.sleep(0.02)

@@ -33,7 +33,7 @@ class WalkClient:
     ) -> None:
         self._robot = keys.check_name("Robot id", robot)
         self._endpoint = connect
-        self._session = open_client(connect, patience)
+        self._session = open_client(connect, patience, "controller")
 
     def walk(
         self,

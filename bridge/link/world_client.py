@@ -22,7 +22,7 @@ class WorldClient:
     def __init__(self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT) -> None:
         self._key = keys.key(keys.check_name("Robot id", robot), COMMAND)
         self._endpoint = connect
-        self._session = open_client(connect)
+        self._session = open_client(connect, role="world")
 
     def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
         """Carry out a command, and say how the world is then.

@@ -15,7 +15,8 @@ import typer
 
 from bridge.errors import NaoHilError
 from lab import __version__
-from lab.cli import catalogue, doctor, emulate, experiment, up, walk
+from lab.cli import catalogue, doctor, emulate, experiment, keys, up, walk
+from lab.cli.certificates import add_keys
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
@@ -37,6 +38,8 @@ app.command()(catalogue.robots)
 app.command()(catalogue.gaits)
 app.command()(experiment.experiments)
 app.command()(catalogue.scenarios)
+app.command()(keys.keys)
+add_keys(app)  # after all commands
 
 
 def _version(value: bool) -> None:

@@ -1,0 +1,165 @@
+"""Certificates of the link: a folder of three PEM files, checked for role and validity before anyone connects.
+
+An endpoint names the folder behind `#keys=`, as in `tls/robot.local:7447#keys=keys/controller`: wherever an
+endpoint goes (an option, a child process, a client), its certificates go with it. A folder that holds one
+per role (as `nao-hil keys` makes it) serves all roles; each takes its own.
+"""
+
+from __future__ import annotations
+
+import socket
+import ssl
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from bridge.errors import ConfigurationError, LinkError
+
+ROLES: Final = ("robot", "controller", "listener", "world")
+"""Who one can be on the link; the common name of the certificate."""
+CA: Final = "ca.pem"
+CERTIFICATE: Final = "certificate.pem"
+PRIVATE_KEY: Final = "key.pem"
+MARK: Final = "#keys="
+
+_MAKE: Final = "`nao-hil keys DIR` makes them"
+_PATIENCE: Final = 1.0
+"""s for a handshake that only asks why another one failed."""
+
+
+class Certificates(NamedTuple):
+    """Files of one party."""
+
+    role: str
+    ca: Path
+    certificate: Path
+    private_key: Path
+
+
+def split_endpoint(endpoint: str) -> tuple[str, Path | None]:
+    """Locator and folder of certificates of an endpoint."""
+    locator, mark, folder = endpoint.partition(MARK)
+    return locator, Path(folder).expanduser() if mark else None
+
+
+def with_keys(endpoint: str, folder: Path | None) -> str:
+    """The endpoint with its folder of certificates; unchanged for None.
+
+    Raises:
+        ConfigurationError: the endpoint names other ones already.
+    """
+    if folder is None:
+        return endpoint
+    if MARK in endpoint:
+        raise ConfigurationError(f"Endpoint {endpoint!r} names its keys already; leave --keys out.")
+    return f"{endpoint}{MARK}{folder}"
+
+
+def load_certificates(folder: Path, role: str) -> Certificates:
+    """The files of one party, checked: complete, matching, signed by the authority, of the role, not expired.
+
+    Args:
+        folder: of the role itself, or with a folder of that name.
+        role: of `ROLES`; a `listener` may be anyone who is not a robot, for all may listen.
+
+    Raises:
+        ConfigurationError: one sentence that says which file is wrong and how.
+    """
+    own = folder / role if (folder / role).is_dir() else folder
+    paths = [own / name for name in (CA, CERTIFICATE, PRIVATE_KEY)]
+    for path in paths:
+        if not path.is_file():
+            raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_MAKE}.")
+    certificates = Certificates(role, *paths)
+    found = _verified_role(certificates)
+    if found != role and not (role == "listener" and found in ROLES and found != "robot"):
+        raise ConfigurationError(f"{paths[1]} is for the role {found or 'of nobody'}; {role} is needed here.")
+    return certificates
+
+
+def _verified_role(files: Certificates) -> str:
+    """Common name of the certificate, after a handshake in memory in which its files served."""
+    client, server = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT), ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    client.check_hostname = False
+    client.verify_mode = ssl.CERT_NONE
+    checks = client if files.role == "robot" else server
+    try:
+        checks.load_verify_locations(files.ca)
+    except (ssl.SSLError, OSError, UnicodeError):
+        raise ConfigurationError(f"{files.ca} cannot be read as a certificate in PEM form; {_MAKE}.") from None
+    checks.verify_mode = ssl.CERT_REQUIRED
+    for context in (client, server):
+        _load_chain(context, files)
+    try:
+        return _common_name(_handshake(client, server, by_server=checks is server))
+    except ssl.SSLCertVerificationError as error:
+        raise ConfigurationError(
+            f"{files.certificate} is refused: {error.verify_message}; `nao-hil keys DIR --renew` makes anew."
+        ) from None
+    except ssl.SSLError as error:
+        raise ConfigurationError(
+            f"{files.certificate} cannot be used: {error.reason or error}; {_MAKE}."
+        ) from None
+
+
+def _load_chain(context: ssl.SSLContext, files: Certificates) -> None:
+    try:
+        context.load_cert_chain(files.certificate, files.private_key, password=lambda: b"")
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            sentence = f"{files.private_key} is not the key of {files.certificate}"
+        else:
+            sentence = f"{files.certificate} or {files.private_key} cannot be read in PEM form"
+        raise ConfigurationError(f"{sentence}; {_MAKE}.") from None
+    except OSError as error:
+        raise ConfigurationError(f"{files.private_key} cannot be read: {error.strerror}.") from None
+
+
+def _handshake(client: ssl.SSLContext, server: ssl.SSLContext, *, by_server: bool) -> dict[str, Any]:
+    """Certificate of the peer, as seen by the side that verifies."""
+    up, down = ssl.MemoryBIO(), ssl.MemoryBIO()
+    sides = [client.wrap_bio(down, up), server.wrap_bio(up, down, server_side=True)]
+    waiting = list(sides)
+    while waiting:
+        for side in list(waiting):
+            try:
+                side.do_handshake()
+                waiting.remove(side)
+            except ssl.SSLWantReadError:
+                continue
+    return dict(sides[by_server].getpeercert() or {})
+
+
+def _common_name(certificate: dict[str, Any]) -> str:
+    for part in certificate.get("subject", ()):
+        for name, value in part:
+            if name == "commonName":
+                return str(value)
+    return ""
+
+
+def check_peer(locator: str, files: Certificates) -> None:
+    """Ask a robot that did not let this party in, by a handshake of its own, for the reason.
+
+    Nothing is raised when nobody listens there, or when it cannot be told.
+
+    Raises:
+        LinkError: the robot's certificate, or its opinion of this one.
+    """
+    host, _, port = locator.partition("/")[2].rpartition(":")
+    host = host.strip("[]")
+    context = ssl.create_default_context(cafile=str(files.ca))
+    context.load_cert_chain(files.certificate, files.private_key)
+    try:
+        with (
+            socket.create_connection((host, int(port)), _PATIENCE) as plain,
+            context.wrap_socket(plain, server_hostname=host) as link,
+        ):
+            link.settimeout(_PATIENCE)
+            link.recv(1)  # in TLS 1.3 the server's opinion of the client comes after the handshake
+    except ssl.SSLCertVerificationError as error:
+        raise LinkError(f"The robot at {locator} is not trusted: {error.verify_message}.") from None
+    except ssl.SSLError as error:
+        reason = (error.reason or str(error)).lower().replace("_", " ")
+        raise LinkError(f"The robot at {locator} refuses {files.certificate}: {reason}.") from None
+    except OSError:
+        return

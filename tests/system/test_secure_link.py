@@ -1,0 +1,203 @@
+"""Mutual TLS and access control over real sockets: who may listen, who may command, who may touch the world."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+
+from bridge.errors import ConfigurationError, LinkError, RobotSilent
+from bridge.link import ControllerLink, RobotLink, keys
+from bridge.link.certificates import ROLES, with_keys
+from bridge.link.session import open_client, subscribe, try_client
+from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, SensorFrame, encode
+from lab.keys import Keys
+
+INFO = Info(
+    robot="nao",
+    body="nao-v3",
+    side="emulator",
+    mode="real-time",
+    cycle=0.01,
+    absent=(),
+    boot=1,
+    software="test",
+)
+ZEROS = (0.0,) * 25
+SENSORS = SensorFrame(
+    seq=0,
+    time=0.0,
+    position=ZEROS,
+    stiffness=ZEROS,
+    current=ZEROS,
+    temperature=ZEROS,
+    fsr=ZEROS[:8],
+    accelerometer=(0.0, 0.0, 9.81),
+    gyroscope=(0.0, 0.0, 0.0),
+    angle=(0.0, 0.0),
+    touch=ZEROS[:14],
+    battery=ZEROS[:4],
+    sonar=(0.0, 0.0),
+)
+COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)
+Until = Callable[[Callable[[], Any], str], Any]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    where = tmp_path_factory.mktemp("keys")
+    authority = Keys(where)
+    for role in ROLES:
+        authority.issue(role, days=1.0)
+    return where
+
+
+@pytest.fixture
+def place(endpoint: str, folder: Path) -> str:
+    return with_keys(endpoint.replace("tcp/", "tls/"), folder)
+
+
+@pytest.fixture
+def robot(place: str) -> Iterator[RobotLink]:
+    with RobotLink(INFO, place) as link:
+        link.serve("world/command", lambda _: b"done")
+        yield link
+
+
+@pytest.fixture
+def session(robot: RobotLink, place: str) -> Iterator[Callable[[str], zenoh.Session]]:
+    with contextlib.ExitStack() as stack:
+
+        def open_as(role: str) -> zenoh.Session:
+            return stack.enter_context(contextlib.closing(open_client(place, role=role)))
+
+        yield open_as
+
+
+def ask(session: zenoh.Session, suffix: str, payload: bytes = b"", timeout: float = 5.0) -> bytes | None:
+    for reply in session.get(keys.key("nao", suffix), payload=payload, timeout=timeout):
+        if reply.ok is not None:
+            return bytes(reply.ok.payload.to_bytes())
+    return None
+
+
+def test_a_controller_commands(robot: RobotLink, place: str, until: Until) -> None:
+    with ControllerLink(connect=place) as link:
+        assert link.wait_robot(timeout=20.0) == INFO
+        link.acquire()
+        link.send(COMMAND)
+        until(lambda: robot.newest_command() is not None, "the command")
+        robot.publish_sensors(SENSORS)
+        frame = link.next(20.0)
+        assert frame is not None and frame.seq == 0
+    until(lambda: robot.holder is None, "the end of the lease with its holder")
+
+
+def test_a_listener_hears_all_and_commands_nothing(
+    robot: RobotLink, session: Callable[[str], zenoh.Session], until: Until
+) -> None:
+    listener, heard = session("listener"), list[str]()
+    subscriber = listener.declare_subscriber("nao/nao/**", lambda sample: heard.append(str(sample.key_expr)))
+    until(lambda: robot.publish_sensors(SENSORS) or "nao/nao/sensors" in heard, "a sensor frame")
+    robot.publish_notice(Notice(seq=0, level="info", code="test", text="A test."))
+    until(lambda: "nao/nao/notices" in heard, "a notice")
+    assert ask(listener, keys.INFO) == encode(INFO)
+    acquire = encode(LeaseRequest(op="acquire", controller="thief", ticket=1))
+    assert ask(listener, keys.LEASE, acquire, timeout=0.5) is None
+    assert ask(listener, "world/command", timeout=0.5) is None
+    token = listener.liveliness().declare_token("nao/nao/alive/robot")
+    for _ in range(20):
+        listener.put("nao/nao/actuators", encode(COMMAND))
+        listener.put("nao/nao/sensors", encode(SENSORS))
+    assert ask(listener, keys.INFO) is not None  # on the same link, behind what was sent
+    assert robot.holder is None and robot.newest_command() is None and robot.refused == 0
+    token.undeclare()
+    subscriber.undeclare()
+
+
+def test_a_controller_sees_no_truth_and_does_not_touch_the_world(
+    robot: RobotLink, session: Callable[[str], zenoh.Session], until: Until
+) -> None:
+    controller, heard = session("controller"), list[bytes]()
+    subscribers = [
+        subscribe(controller, f"nao/nao/{k}", heard.append) for k in ("sensors", "world/truth", "**")
+    ]
+    until(lambda: robot.publish_sensors(SENSORS) or heard, "a sensor frame")
+    heard.clear()
+    robot._truth.put(b"truth")
+    until(lambda: robot.publish_sensors(SENSORS) or heard, "a sensor frame behind the truth")
+    assert b"truth" not in heard
+    assert ask(controller, "world/command", timeout=0.5) is None
+    assert len(subscribers) == 3
+
+
+def test_a_world_operator_touches_the_world_and_does_not_command(
+    robot: RobotLink, session: Callable[[str], zenoh.Session]
+) -> None:
+    operator = session("world")
+    assert ask(operator, "world/command") == b"done"
+    acquire = encode(LeaseRequest(op="acquire", controller="thief", ticket=1))
+    assert ask(operator, keys.LEASE, acquire, timeout=0.5) is None
+    assert robot.holder is None
+
+
+def test_without_a_certificate_nobody_gets_in(robot: RobotLink, endpoint: str, place: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"--keys DIR.*go together"):
+        try_client(endpoint.replace("tcp/", "tls/"))
+    with pytest.raises(ConfigurationError, match=r"--keys DIR.*go together"):
+        try_client(place.replace("tls/", "tcp/"))
+    # In plain text at the encrypted port: as if nobody listened.
+    assert try_client(endpoint) is None
+
+
+def test_another_authority_is_told_who_does_not_trust_whom(
+    robot: RobotLink, endpoint: str, tmp_path: Path
+) -> None:
+    foreign = Keys(tmp_path)
+    foreign.issue("controller", days=1.0)
+    with pytest.raises(LinkError, match="is not trusted"):
+        try_client(with_keys(endpoint.replace("tcp/", "tls/"), tmp_path), "controller")
+
+
+def test_a_certificate_of_a_foreign_authority_that_trusts_the_robot_is_refused(
+    robot: RobotLink, endpoint: str, folder: Path, tmp_path: Path
+) -> None:
+    # Its `ca.pem` holds both authorities: its own files fit together, and it trusts the robot.
+    foreign = Keys(tmp_path)
+    foreign.issue("controller", days=1.0)
+    both = tmp_path / "controller" / "ca.pem"
+    both.write_bytes(both.read_bytes() + (folder / "ca" / "certificate.pem").read_bytes())
+    with pytest.raises(LinkError, match=r"refuses .*certificate.pem: .*unknown ca"):
+        try_client(with_keys(endpoint.replace("tcp/", "tls/"), tmp_path), "controller")
+
+
+def test_a_robot_under_another_name_is_not_trusted(endpoint: str, folder: Path) -> None:
+    port = endpoint.rpartition(":")[2]
+    place = with_keys(f"tls/127.0.0.2:{port}", folder)
+    with RobotLink(INFO, place), pytest.raises(LinkError, match=r"not trusted: .*127\.0\.0\.2"):
+        try_client(place)
+
+
+def test_a_robot_that_is_not_there_is_waited_for(endpoint: str, folder: Path) -> None:
+    with pytest.raises(RobotSilent):
+        open_client(with_keys(endpoint.replace("tcp/", "tls/"), folder), timeout=0.1)
+
+
+def test_an_open_session_ends_when_its_certificate_expires(
+    robot: RobotLink, endpoint: str, folder: Path, tmp_path: Path, until: Until
+) -> None:
+    span = 3.0  # s
+    shutil.copytree(folder / "ca", tmp_path / "ca")
+    Keys(tmp_path).issue("controller", days=span / 86400.0)
+    began = time.monotonic()
+    with ControllerLink(connect=with_keys(endpoint.replace("tcp/", "tls/"), tmp_path)) as link:
+        assert link.wait_robot(timeout=20.0) == INFO
+        link.acquire()
+        until(lambda: robot.holder is None, "the end of the lease with the certificate")
+        assert time.monotonic() - began > span - 1.0
