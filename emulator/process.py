@@ -11,10 +11,9 @@ import threading
 import time
 from collections.abc import Sequence
 
-from bridge.errors import FrameError
 from bridge.guard import Guard
+from bridge.host import RobotHost
 from bridge.link import RobotLink
-from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame
 from bridge.observer import Observer
 from bridge.world import COMMAND
@@ -36,9 +35,10 @@ class RobotProcess:
     Args:
         robot: the emulated robot.
         link: open link, robot side.
-        guard: checks every command.
+        guard: between every command and the robot.
         observers: told of each cycle.
         stop: set by a signal handler to end the run.
+        dry_run: the guard's decisions are published, and none reaches the robot.
     """
 
     def __init__(
@@ -48,23 +48,29 @@ class RobotProcess:
         guard: Guard,
         observers: Sequence[Observer],
         stop: threading.Event,
+        *,
+        dry_run: bool = False,
     ) -> None:
-        self._robot, self._link, self._guard = robot, link, guard
+        self._robot, self._link = robot, link
+        self._host = RobotHost(link, guard, observers, dry_run=dry_run)
         self._observers = observers
         self._stop = stop
         self._began: float | None = None
-        self._asked: Holder | None = None
         self.boundary = BoundaryQueue(wake=link.wake)
         """Where handlers of queries leave what touches the robot."""
         self._world = WorldQueries(robot, self.boundary)
         link.serve(COMMAND, self._world.answer)
-        for suffix, answer in DcmQueries(robot, self.boundary, link.require_lease).handlers().items():
+        for suffix, answer in DcmQueries(robot, self.boundary, self._require).handlers().items():
             link.serve(suffix, answer)
 
     @property
     def wall_seconds(self) -> float:
         """Wall-clock time since the first cycle began, s."""
         return time.monotonic() - self._began if self._began is not None else 0.0
+
+    def _require(self, lease: int, what: str) -> None:
+        self._link.require_lease(lease, what)
+        self._host.guard.timed(self._robot.seq)
 
     def real_time(self, timer: CycleTimer) -> None:
         """Cycle by the wall clock until stopped."""
@@ -73,7 +79,7 @@ class RobotProcess:
             timer.wait()
             self._at_boundary()
             if not self._world.stands_still and not self._robot.run_stalled():
-                self._cycle(self._guarded(self._link.newest_command()))
+                self._cycle(self._link.newest_command(), owed=self._host.held)
         self._world.close()
 
     def lockstep(self) -> None:
@@ -83,8 +89,8 @@ class RobotProcess:
             self._at_boundary()
             if self._world.stands_still:
                 self._stop.wait(IDLE)
-            elif self._world.steps and self._link.holder is None:
-                self._cycle(None)
+            elif self._host.alone or (self._world.steps and self._link.holder is None):
+                self._cycle(self._link.newest_command(), owed=self._link.leases.deserted)
             else:
                 self._serve(self._link.wait_command(RESEND))
         # So that a run that its controller ended has the same frames, however fast the stop follows.
@@ -98,6 +104,7 @@ class RobotProcess:
         self.boundary.run()
         if self._world.began_anew:
             self._world.began_anew = False
+            self._host.guard.reset()
             self._publish()
         self._tell()
 
@@ -106,43 +113,25 @@ class RobotProcess:
         if command is None:
             self._link.publish_sensors(self._robot.frame)
         elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
-            accepted = self._guarded(command)
+            accepted = self._host.admit(command, self._robot.frame.seq)
             if accepted is not None:
-                self._cycle(accepted)
+                self._run(accepted, owed=False)
 
-    def _guarded(self, command: ActuatorFrame | None) -> ActuatorFrame | None:
-        if command is None:
-            return None
-        try:
-            command = self._guard.check(command, self._robot.frame.seq)
-        except FrameError as error:
-            self._link.refuse("frame-refused", str(error))
-            return None
-        if self._guard.clipped:
-            self._link.notice("clipped", self._guard.clipped)
-        return command
+    def _cycle(self, command: ActuatorFrame | None, *, owed: bool) -> None:
+        """One cycle whether or not a command came."""
+        self._run(self._host.admit(command, self._robot.frame.seq), owed=owed)
 
-    def _cycle(self, command: ActuatorFrame | None) -> None:
+    def _run(self, command: ActuatorFrame | None, *, owed: bool) -> None:
         if self._began is None:
             self._began = time.monotonic()
-        for telemetry in self._link.telemetry():
-            for observer in self._observers:
-                observer.telemetry(telemetry)
-        if command is not None:
-            for observer in self._observers:
-                observer.command(command)
-        # A controller that took over since the frame went out could not answer it.
-        self._robot.advance(command, expected=self._asked is not None and self._asked == self._link.holder)
+        expected = self._host.expected
+        given = self._host.decide(self._robot.frame, command, owed=owed)
+        self._robot.advance(given, expected=expected)
         self._publish()
         self._world.cycle_done()
 
     def _publish(self) -> None:
-        frame, truth = self._robot.frame, self._robot.truth()
-        self._asked = self._link.holder
-        self._link.publish_sensors(frame)
-        self._link.publish_truth(truth)
-        for observer in self._observers:
-            observer.sensors(frame, truth)
+        self._host.publish(self._robot.frame, self._robot.truth())
         self._tell()
 
     def _tell(self) -> None:

@@ -9,6 +9,7 @@ import msgspec
 
 from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
+from bridge.guard import GuardSettings
 
 Mode = Literal["real-time", "lockstep"]
 
@@ -33,6 +34,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Gait parameters that differ from the shipped ones."""
     controller: dict[str, Any] = {}
     """Controller parameters that differ from the gait's shipped ones: `torso`, `admittance`, and tables."""
+    guard: GuardSettings = GuardSettings()
+    """Bounds and times of the guard on the robot's side."""
 
 
 def run_config(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from bridge.guard import Guard
+from bridge.messages import Notice
 from bridge.observer import Observer
 from emulator.robot import EmulatedRobot
 from walker.controller import Controller
@@ -25,15 +26,21 @@ def run(
     for observer in observers:
         observer.sensors(robot.frame, robot.truth())
     for _ in range(most):
-        command = guard.check(controller.tick(robot.frame), robot.frame.seq)
+        command = guard.cycle(robot.frame, guard.check(controller.tick(robot.frame), robot.frame.seq))
         for observer in observers:
             observer.telemetry(controller.telemetry)
-            observer.command(command)
+            if command is not None:
+                observer.command(command)
+        _tell(guard.take_notices(), observers)
         robot.advance(command)
         for observer in observers:
             observer.sensors(robot.frame, robot.truth())
-        for notice in robot.take_notices():
-            for observer in observers:
-                observer.notice(notice)
+        _tell(robot.take_notices(), observers)
         if controller.done or ended():
             return
+
+
+def _tell(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
+    for notice in notices:
+        for observer in observers:
+            observer.notice(notice)

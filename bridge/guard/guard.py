@@ -89,7 +89,7 @@ class Guard:
 
     @property
     def busy(self) -> bool:
-        """It has something to do that no command is needed for; a robot that waits for answers goes on meanwhile."""
+        """It has something to do without a command; a robot that waits for answers goes on meanwhile."""
         return self._descent is not None or not self._requests.empty()
 
     @property
@@ -167,6 +167,21 @@ class Guard:
             if self._takes:
                 return self._take(frame, command)
         return self._own(frame)
+
+    def timed(self, seq: int) -> None:
+        """Commands with times of their own (a DCM's) come beside the frames; the watchdog does not count them.
+
+        Args:
+            seq: of the newest sensor frame.
+
+        Raises:
+            FrameError: no command is taken now; says why.
+        """
+        if not self._takes:
+            raise FrameError(f"A timed command was refused: {self.status.text}")
+        self._silent, self._descent, self._stiffness = None, None, None
+        if self.state != "active":
+            self._enter(seq, "active", "")
 
     @property
     def _takes(self) -> bool:

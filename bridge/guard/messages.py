@@ -9,9 +9,9 @@ import msgspec
 from bridge.messages import SCHEMA_VERSION, Count
 
 State = Literal["idle", "approach", "active", "hold", "crouch", "rest", "fallen"]
-"""`idle`: nothing has come yet, the joints are left alone; `approach`: on the way to a first command, slowly;
-`active`: commands are in force; `hold`: the controller is silent, the joints hold; `crouch`: the guard brings the
-robot down; `rest`: down, stiffness gone; `fallen`: limp, no command is taken for a while."""
+"""`idle`: nothing has come yet, the joints are left alone; `approach`: slowly on the way to a first command;
+`active`: commands are in force; `hold`: the controller is silent, the joints hold; `crouch`: the guard brings
+the robot down; `rest`: down, stiffness gone; `fallen`: limp, no command is taken for a while."""
 
 Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
 """Why the guard took over; empty: it did not."""
@@ -40,7 +40,7 @@ class StopRequest(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     how: Literal["crouch", "limp"] = "crouch"
-    """`crouch`: hold, go down at limited speed, then let go; `limp`: let go at once, a robot that stands falls."""
+    """`crouch`: go down at limited speed, then let go; `limp`: let go at once, a robot that stands falls."""
     who: Text = ""
     """Said in the notice."""
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.datasheet import Body
 from bridge.datasheet.quantities import COUPLED_TO, coupled_limits, joint_no_load_speed
@@ -27,7 +28,7 @@ class SpeedLimiter:
     def __init__(self, body: Body, share: float = 1.0) -> None:
         self._body = body
         self._couplings = [(j, INDEX[j], INDEX[o]) for j, o in COUPLED_TO.items() if j in body.joints]
-        self.steps = np.full(N_JOINTS, np.inf)
+        self.steps: NDArray[np.float64] = np.full(N_JOINTS, np.inf)
         """Largest way of each joint in one cycle, rad."""
         for joint in body.joints:
             if joint in INDEX:

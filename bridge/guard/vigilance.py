@@ -93,9 +93,7 @@ class Supplies:
         self._warned_heat = heat >= self._heat.warn or (self._warned_heat and heat >= self._heat.resume)
         self.hot = heat >= self._heat.limit or (self.hot and heat >= self._heat.resume)
         if charge <= self._charge.warn and not self._warned_charge:
-            said.append(
-                f"The battery is at {100.0 * charge:.0f} %; at {100.0 * self._charge.limit:g} % it ends."
-            )
+            said.append(f"The battery is at {charge:.0%}; at {self._charge.limit:.0%} it ends.")
         self._warned_charge = charge <= self._charge.warn
         self.empty = charge <= self._charge.limit or (self.empty and charge <= self._charge.resume)
         return said

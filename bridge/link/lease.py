@@ -2,7 +2,8 @@
 
 A lease is granted by name and ticket (a number the controller draws at its start, also in its liveliness
 token), so two controllers of the same name are still two. It ends when it is given back, when the holder's
-liveliness token disappears, or when another asks and the holder has been silent for `SILENCE`.
+liveliness token disappears, when another asks and the holder has been silent for `SILENCE`, or when the guard
+takes it away.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ class LeaseBook:
         self._last = first
         self._holder: Holder | None = None
         self._heard = 0.0
+        self.deserted = False
+        """The last holder did not give the robot back: it died, or the lease was taken from it."""
 
     @property
     def holder(self) -> Holder | None:
@@ -60,6 +63,7 @@ class LeaseBook:
                 )
             self._last += 1
             self._holder = Holder(name, ticket, self._last)
+            self.deserted = False
             self._heard = now
             return self._reply(True, f"`{name}` holds the robot.")
 
@@ -84,8 +88,14 @@ class LeaseBook:
         with self._lock:
             ended = self._holder is not None and self._holder.ticket == ticket
             if ended:
-                self._holder = None
+                self._holder, self.deserted = None, True
             return ended
+
+    def revoke(self) -> None:
+        """Take the lease from whoever holds it; it may ask again, as anyone may."""
+        with self._lock:
+            if self._holder is not None:
+                self._holder, self.deserted = None, True
 
     def heard(self, lease: int, now: float) -> bool:
         """A frame with this lease number came; True if it is the holder's."""

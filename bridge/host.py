@@ -1,0 +1,184 @@
+"""A robot behind its link: sensor frames out, the newest command in, through the guard. For every robot side.
+
+A robot that sets the pace (LoLA, NAOqi, an emulator in real time) calls `exchange` once per cycle:
+
+    with RobotLink(info, listen) as link:
+        host = RobotHost(link, Guard(body, settings, armed=False))
+        while not stop.is_set():
+            frame = device.read()             # SensorFrame with seq = 0, 1, 2, ..., blocks until the next cycle
+            command = host.exchange(frame)    # publishes, takes the newest command, guards
+            if command is not None:           # None: what is in force stays
+                device.write(command.position, command.stiffness)
+
+Everything else, as the lease, the watchdog, arming, the emergency stop and the notices, happens inside. A robot
+that waits for its controller (lockstep) calls `publish`, `admit` and `decide` itself.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from typing import Final
+
+import msgspec
+
+from bridge.errors import FrameError, LinkError
+from bridge.guard import ArmRequest, Guard, StopRequest
+from bridge.link import RobotLink, keys
+from bridge.link.lease import Holder
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, decode, encode
+from bridge.observer import Observer
+
+CONFIRMED: Final = 0.5
+"""s a query waits until the loop has done what it asked for."""
+
+
+class RobotHost:
+    """Publishes a robot's frames, and answers what is to be done; one thread calls it, the robot's loop.
+
+    Serves the queries `guard`, `stop` and `arm`.
+
+    Args:
+        link: open link, robot side.
+        guard: of this robot.
+        observers: told of each cycle; those of an emulated robot, whose frames come with the truth.
+        dry_run: everything but the commands: they are guarded and observed, and none is given out.
+    """
+
+    def __init__(
+        self, link: RobotLink, guard: Guard, observers: Sequence[Observer] = (), *, dry_run: bool = False
+    ) -> None:
+        self.link, self.guard = link, guard
+        self._observers, self._dry_run = observers, dry_run
+        self._asked: Holder | None = None
+        self.in_force = -1
+        """`reply_to` of the command in force; -1: none yet."""
+        self.missed = 0
+        """Cycles that a controller was expected to serve and did not in time."""
+        link.serve(keys.GUARD, lambda _: encode(guard.status))
+        link.serve(keys.STOP, self._on_stop)
+        link.serve(keys.ARM, self._on_arm)
+
+    def exchange(self, frame: SensorFrame, *, wait: float = 0.0) -> ActuatorFrame | None:
+        """One cycle of a robot that sets the pace: publish its frame, give what it is to do now.
+
+        Args:
+            frame: what the robot measured; its `command` and `missed` are filled in here.
+            wait: s to wait for the answer to this very frame. 0: the newest command so far is taken, which
+                answers the frame before.
+
+        Returns:
+            What is put in force; None: what is in force stays.
+        """
+        if wait > 0.0:
+            self._publish_counted(frame)
+            command = self._answer(frame.seq, wait)
+            self._count(command, frame.seq)
+        else:
+            command = self.link.newest_command()
+            self._count(command, frame.seq - 1)
+            self._publish_counted(frame)
+        return self.decide(frame, self.admit(command, frame.seq), owed=self.held)
+
+    def _publish_counted(self, frame: SensorFrame) -> None:
+        self.publish(msgspec.structs.replace(frame, command=self.in_force, missed=self.missed))
+
+    def _answer(self, seq: int, wait: float) -> ActuatorFrame | None:
+        """The newest command by the time that one answers frame `seq`, or that the wait is over."""
+        command, deadline = self.link.newest_command(), time.monotonic() + wait
+        while command is None or command.reply_to < seq:
+            left = deadline - time.monotonic()
+            if left <= 0.0:
+                break
+            command = self.link.wait_command(left) or command
+        return command
+
+    def _count(self, command: ActuatorFrame | None, seq: int) -> None:
+        if self.expected and (command is None or command.reply_to < seq):
+            self.missed += 1
+
+    @property
+    def expected(self) -> bool:
+        """The controller that holds the robot held it when the newest frame went out: it was to answer that."""
+        return self._asked is not None and self._asked == self.link.holder
+
+    @property
+    def held(self) -> bool:
+        """Somebody holds the robot, or died holding it."""
+        return self.link.holder is not None or self.link.leases.deserted
+
+    @property
+    def alone(self) -> bool:
+        """The guard has to go on without a controller, also on a robot that waits for answers."""
+        moving = self.guard.state not in ("idle", "rest")
+        return self.guard.busy or (self.link.leases.deserted and moving)
+
+    def publish(self, frame: SensorFrame, truth: TruthFrame | None = None) -> None:
+        """Publish a frame, and the truth of the same instant where there is one."""
+        self._asked = self.link.holder
+        self.link.publish_sensors(frame)
+        if truth is not None:
+            self.link.publish_truth(truth)
+            for observer in self._observers:
+                observer.sensors(frame, truth)
+
+    def admit(self, command: ActuatorFrame | None, seq: int) -> ActuatorFrame | None:
+        """The command inside the joints' ranges; None, and a notice, when it is refused.
+
+        Args:
+            command: newest one; None: none has come.
+            seq: of the newest sensor frame.
+        """
+        if command is None:
+            return None
+        try:
+            command = self.guard.check(command, seq)
+        except FrameError as error:
+            self.link.refuse("frame-refused", str(error))
+            return None
+        if self.guard.clipped:
+            self.link.notice("clipped", self.guard.clipped)
+        return command
+
+    def decide(self, frame: SensorFrame, command: ActuatorFrame | None, *, owed: bool) -> ActuatorFrame | None:
+        """What is put in force in the cycle that begins at `frame`; None: what is in force stays.
+
+        Args:
+            frame: of the present boundary.
+            command: as `admit` gave it.
+            owed: whether the watchdog counts: `held` in real time.
+        """
+        for telemetry in self.link.telemetry():
+            for observer in self._observers:
+                observer.telemetry(telemetry)
+        given = self.guard.cycle(frame, command, owed=owed)
+        if given is not None:
+            for observer in self._observers:
+                observer.command(given)
+        for notice in self.guard.take_notices():
+            self.link.publish_notice(notice)
+            for observer in self._observers:
+                observer.notice(notice)
+        if self.guard.take_revocation():
+            self.link.leases.revoke()
+        if self._dry_run:
+            return None
+        self.in_force = given.reply_to if given is not None else self.in_force
+        return given
+
+    def _on_stop(self, payload: bytes) -> bytes:
+        request = decode(payload, StopRequest)
+        return self._confirmed(self.guard.stop(request.how, request.who))
+
+    def _on_arm(self, payload: bytes) -> bytes:
+        return self._confirmed(self.guard.arm(decode(payload, ArmRequest).who))
+
+    def _confirmed(self, done: threading.Event) -> bytes:
+        self.link.wake()
+        if not done.wait(CONFIRMED):
+            raise LinkError(
+                f"The robot's loop has not come by for {CONFIRMED:g} s; the request is kept and is carried out "
+                "at its next cycle."
+            )
+        return encode(self.guard.status)
