@@ -2,8 +2,8 @@
 
 The folder: `ca/` with the authority's key, which stays at home; a folder per role with the three files that go
 to the machine of that role (`bridge/link/certificates.py`). Elliptic keys on P-256, signed with SHA-256. A
-robot's certificate serves a server and names its hosts; the others serve clients only, so that nobody but a robot
-can answer for one.
+robot's certificate serves a server and names its hosts; the others serve clients only, so that nobody but a
+robot can answer for one.
 """
 
 from __future__ import annotations

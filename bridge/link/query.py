@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import zenoh
 
 from bridge.errors import NaoHilError
+from bridge.link.rate import RateLimit
+
+RATE: Final = 1000.0
+"""1/s; queries of one key answered in the long run, and at once."""
 
 logger = logging.getLogger(__name__)
 
@@ -25,8 +30,15 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
         What must be kept for as long as queries are to be answered.
     """
 
+    limit = RateLimit(RATE, int(RATE))
+
     def on_query(query: zenoh.Query) -> None:
         with query:
+            if not limit.admits(time.monotonic()):
+                query.reply_err(
+                    f"Queries of `{key}` come faster than {RATE:g} per second; ask less often.".encode()
+                )
+                return
             try:
                 reply = answer(query.payload.to_bytes() if query.payload else b"")
             except NaoHilError as error:

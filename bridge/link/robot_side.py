@@ -22,6 +22,7 @@ from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import serve_query
+from bridge.link.rate import RateLimit
 from bridge.link.session import open_robot, subscribe
 from bridge.messages import (
     ActuatorFrame,
@@ -36,6 +37,10 @@ from bridge.messages import (
 )
 
 _QUEUE: Final = 64
+RATE: Final = 5000.0
+"""1/s; actuator frames taken in the long run, several times what lockstep reaches."""
+BURST: Final = 1000
+"""Actuator frames taken at once, as they come after a cut of the network."""
 NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published at most this often."""
 
@@ -57,6 +62,7 @@ class RobotLink:
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
         self._refused = 0
+        self._rate = RateLimit(RATE, BURST)
         self._seq = 0
         self._noticed: dict[str, float] = {}
         self._complaints: dict[str, str] = {}
@@ -182,6 +188,9 @@ class RobotLink:
         self._queryables.append(serve_query(self._session, self._key(suffix), answer))
 
     def _on_actuators(self, payload: bytes) -> None:
+        if not self._rate.admits(time.monotonic()):
+            self.refuse("flood", f"Actuator frames come faster than {RATE:g} per second; the rest is dropped.")
+            return
         try:
             frame = decode(payload, ActuatorFrame)
         except FrameError as error:
