@@ -55,7 +55,8 @@ class PoseMaker:
 
     def __init__(self, body: Body, stand: Reference, *, by_pose: bool = False) -> None:
         self._body = body
-        self._by_pose = by_pose
+        self.by_pose = by_pose
+        """The torso is placed by the centre of mass of each pose."""
         self._hip = body.lengths.HipOffsetZ
         self._foot_height = body.lengths.FootHeight
         self._angles = [0.0] * N_JOINTS
@@ -87,7 +88,7 @@ class PoseMaker:
             UnreachableError: a foot is out of the leg's reach.
         """
         self._place(reference, self._com_in_torso)
-        for _ in range(_REFINEMENTS if self._by_pose else 0):
+        for _ in range(_REFINEMENTS if self.by_pose else 0):
             place = self._com(self._angles)
             self._place(reference, (float(place[0]), float(place[1])))
         return tuple(self._angles)

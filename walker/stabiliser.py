@@ -1,7 +1,8 @@
 """The stabilising controllers on top of a plan: which joint angles to ask for in this cycle.
 
-In order: the leg admittances move the planned feet up or down; inverse kinematics; torso control turns the
-ankles of the stance leg, the ankle admittances those of the swing leg; joint ranges.
+In order: the leg admittances move the planned feet up or down; inverse kinematics; what the drives will give
+way by is added; torso control turns the ankles of the stance leg, the ankle admittances those of the swing
+leg; joint ranges.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from walker.kinematics.limits import AnkleRange
 from walker.levelling import Level, Levelling
 from walker.parameters.model import ControllerParameters
 from walker.pose import PoseMaker
+from walker.sag import Sag
 from walker.torso.damping import Damping, GyroDamping
 from walker.torso.filter import TorsoControl
 
@@ -56,6 +58,7 @@ class Stabiliser:
 
     def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
         self._pose = pose
+        self._sag = Sag(parameters.sag, body, cycle) if parameters.sag.share else None
         self._foot_height = body.lengths.FootHeight
         self._ranges = {side: AnkleRange(body, side) for side in _SIDES}
         self._legs = self._ankles = None
@@ -104,11 +107,17 @@ class Stabiliser:
             damping = self._damping.update(frame.gyroscope, footing.support)
             torso = torso[0] + damping.pitch[0], torso[1] + damping.pitch[1]
         angles = self._solve(reference, lift)
+        if self._sag is not None:
+            if self._pose.by_pose:  # slow: what the encoders lag by is sag, not delay
+                self._sag.learn(frame.position, dt)
+            self._sag.compensate(angles, reference)
         turns = [
             self._turn_ankle(side, angles, levels[side], (damping.roll[i], torso[i]), footing, frame, dt)
             for i, side in enumerate(_SIDES)
         ]
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
+        if self._sag is not None:
+            self._sag.sent(angles)
         self.corrections = Corrections(lift, (left_roll, right_roll), (left_pitch, right_pitch), torso)
         return tuple(angles)
 

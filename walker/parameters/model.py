@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from walker.admittance import AnkleParameters, LegParameters
+from walker.sag import SagParameters
 from walker.torso.damping import DampingParameters
 from walker.torso.filter import TorsoLimits
 
@@ -106,6 +107,7 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     torso_design: TorsoDesignParameters
     torso_limits: TorsoLimits = TorsoLimits()
     damping: DampingParameters = DampingParameters()
+    sag: SagParameters = SagParameters()
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
     levelling: LevellingParameters = LevellingParameters()
