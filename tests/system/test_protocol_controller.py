@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 import pytest
 
-from bridge import messages
+from bridge import messages, walk
 from bridge.datasheet import load_body
 from emulator.robot import EmulatedRobot
 
@@ -30,6 +30,8 @@ MESSAGES = [
     "Notice",
     "TruthFrame",
     "WalkTelemetry",
+    "WalkCommand",
+    "WalkStatus",
 ]
 
 
@@ -86,7 +88,7 @@ def default_in_words(value: Any) -> str:
 
 @pytest.mark.parametrize("kind", MESSAGES)
 def test_the_tables_give_each_field_its_type_and_default(kind: str) -> None:
-    struct = getattr(messages, kind)
+    struct = getattr(messages, kind, None) or getattr(walk, kind)
     fields = {
         f.name: (in_words(f.type), "" if f.required else default_in_words(f.default))
         for f in msgspec.structs.fields(struct)

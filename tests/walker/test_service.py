@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -62,7 +63,7 @@ class Served:
 def largest_step(commands: list[ActuatorFrame]) -> float:
     return max(
         max(abs(b - a) for a, b in zip(before.position, after.position, strict=True))
-        for before, after in zip(commands, commands[1:], strict=False)
+        for before, after in itertools.pairwise(commands)
     )
 
 
@@ -86,7 +87,7 @@ def test_the_velocity_is_that_of_the_planned_steps(served: Served) -> None:
     served.run(4000)
     left = {round(t.left[0], 6) for t in served.telemetry if t.contact[0] and t.phase == "DSL"}
     steps = sorted(left)
-    assert [b - a for a, b in zip(steps[1:], steps[2:], strict=False)] == pytest.approx(
+    assert [b - a for a, b in itertools.pairwise(steps[1:])] == pytest.approx(
         [2 * 0.014 * 3.5] * (len(steps) - 2)
     )
     assert served.ask(op="status").velocity == pytest.approx((0.014, 0.0, 0.0))
@@ -205,7 +206,7 @@ def test_no_command_makes_a_joint_jump() -> None:
         ({"steps": 1}, "at least 2 steps"),
         (
             {"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)},
-            "RAnkleRoll would stand .* below its range.*too fast",
+            "RAnkleRoll would stand .* below.*too fast",
         ),
     ],
 )
