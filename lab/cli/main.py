@@ -15,7 +15,7 @@ import typer
 
 from bridge.errors import NaoHilError
 from lab import __version__
-from lab.cli import catalogue, doctor, emulate, experiment, keys, up, walk
+from lab.cli import catalogue, doctor, emulate, experiment, guard, keys, lola, naoqi, up, walk
 from lab.cli.certificates import add_keys
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
@@ -38,7 +38,15 @@ app.command()(catalogue.robots)
 app.command()(catalogue.gaits)
 app.command()(experiment.experiments)
 app.command()(catalogue.scenarios)
+app.command()(guard.stop)
+app.command()(guard.arm)
 app.command()(keys.keys)
+serve = typer.Typer(
+    help="Let a robot on the link pose as a NAO for programs written for one.", no_args_is_help=True
+)
+serve.command("lola")(lola.serve)
+serve.command("naoqi")(naoqi.serve)
+app.add_typer(serve, name="serve")
 add_keys(app)  # after all commands
 
 

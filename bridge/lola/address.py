@@ -1,0 +1,110 @@
+"""Where LoLA's socket is: a unix socket on this machine, or a host and a port that it is relayed to."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import stat
+from dataclasses import dataclass
+
+from bridge.errors import ConfigurationError, LinkError
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """A place to listen or connect: a unix socket's path, or a host and a port."""
+
+    path: str = ""
+    host: str = ""
+    port: int = 0
+
+    def __str__(self) -> str:
+        return self.path or f"{self.host}:{self.port}"
+
+
+def parse_address(text: str) -> Address:
+    """An address from `PATH` or `HOST:PORT`.
+
+    Raises:
+        ConfigurationError: neither.
+    """
+    if "/" in text:
+        return Address(path=text)
+    host, _, port = text.rpartition(":")
+    if host and port.isdecimal() and 0 < int(port) < 65536:
+        return Address(host=host.strip("[]"), port=int(port))
+    raise ConfigurationError(
+        f"Socket {text!r} must be a path with a `/`, as in /tmp/robocup, or HOST:PORT, as in 192.168.1.7:10000."
+    )
+
+
+def listen(address: Address) -> socket.socket:
+    """A listening socket; one that a dead server left at the path is replaced.
+
+    Raises:
+        LinkError: somebody listens there already, something else is there, or the system does not allow it.
+    """
+    try:
+        return _listen_unix(address) if address.path else _listen_tcp(address)
+    except OSError as error:
+        raise LinkError(f"Cannot listen on {address}: {error.strerror or error}.") from None
+
+
+def _listen_unix(address: Address) -> socket.socket:
+    with contextlib.suppress(FileNotFoundError):
+        if not stat.S_ISSOCK(os.stat(address.path).st_mode):
+            raise LinkError(
+                f"Cannot listen on {address}: a file is there that is no socket; name another path."
+            )
+        with socket.socket(socket.AF_UNIX) as probe, contextlib.suppress(ConnectionRefusedError):
+            probe.connect(address.path)
+            raise LinkError(f"Cannot listen on {address}: another server does; stop it, or name another path.")
+        os.unlink(address.path)
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(address.path)
+    listener.listen()
+    return listener
+
+
+def _listen_tcp(address: Address) -> socket.socket:
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    return socket.create_server((address.host, address.port), family=family)
+
+
+def remove(address: Address) -> None:
+    """Take the path of a unix socket away again."""
+    if address.path:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(address.path)
+
+
+def connect(address: Address, timeout: float) -> socket.socket:
+    """A connection; it answers at once, in small packets, where the network lets it.
+
+    Args:
+        address: of the server.
+        timeout: s for the attempt; the connection itself then blocks for ever.
+
+    Raises:
+        OSError: nobody is there.
+    """
+    if address.path:
+        peer = socket.socket(socket.AF_UNIX)
+        try:
+            peer.settimeout(timeout)
+            peer.connect(address.path)
+        except BaseException:
+            peer.close()
+            raise
+    else:
+        peer = socket.create_connection((address.host, address.port), timeout=timeout)
+    peer.settimeout(None)
+    send_at_once(peer)
+    return peer
+
+
+def send_at_once(peer: socket.socket) -> None:
+    """Do not wait for more to send (Nagle's algorithm would, by up to 40 ms)."""
+    if peer.family != socket.AF_UNIX:
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -1,0 +1,86 @@
+"""When the packets of a served LoLA go out: every 12 ms, in step with a robot that has the same cycle.
+
+A robot behind a network has its own clock. If its cycle is LoLA's, the packets follow its frames: each goes out
+some time after its frame usually comes, and the beat is pulled towards the frames a little with each of them,
+so that their jitter is not passed on. A frame that is late is waited for shortly. For a robot with another
+cycle the beat is the machine's clock alone, and a packet holds the newest frame.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+from bridge.lola.schema import CYCLE
+
+_NS: Final = 1_000_000_000
+PERIOD: Final = round(CYCLE * _NS)
+"""ns"""
+SLACK: Final = 1_000_000
+"""ns from a frame's usual arrival to its packet."""
+GRACE: Final = 1_000_000
+"""ns that a packet waits for a late frame."""
+_PULL_LATE, _PULL_EARLY = 0.1, 0.01
+"""Share of a frame's lateness or earliness by which the beat moves; a late one costs more, and counts more."""
+_SAME_CYCLE: Final = 1e-6
+"""s"""
+
+
+class Pace:
+    """The beat of the packets.
+
+    Args:
+        cycle: of the robot, s.
+        clock: monotonic clock, ns.
+    """
+
+    def __init__(self, cycle: float, clock: Callable[[], int] = time.monotonic_ns) -> None:
+        self._clock = clock
+        self.follows = abs(cycle - CYCLE) < _SAME_CYCLE
+        """The robot's cycle is LoLA's."""
+        self._deadline = clock() + PERIOD
+        self._locked = self._fresh = False
+        self.skipped = 0
+        """Packets left out because the loop was held up past their time."""
+        self.repeated = 0
+        """Packets that went out with the frame of the one before."""
+
+    def frame(self, arrived: int) -> None:
+        """A frame has come.
+
+        Args:
+            arrived: monotonic clock, ns.
+        """
+        self._fresh = True
+        if not self.follows:
+            return
+        off = arrived + SLACK - self._deadline
+        off -= round(off / PERIOD) * PERIOD
+        if not self._locked:
+            self._locked = True
+            self._deadline += off
+        else:
+            off = max(-GRACE, min(off, GRACE))
+            self._deadline += round(off * (_PULL_LATE if off > 0 else _PULL_EARLY))
+
+    @property
+    def wait(self) -> float:
+        """Time until `due` is to be asked again, s."""
+        return max(0.0, (self._end - self._clock()) / _NS)
+
+    @property
+    def _end(self) -> int:
+        return self._deadline + (GRACE if self.follows and self._locked and not self._fresh else 0)
+
+    def due(self) -> bool:
+        """Whether a packet is to go out now; asking takes it for sent."""
+        now = self._clock()
+        if now < self._end:
+            return False
+        passed = (now - self._deadline) // PERIOD
+        self.skipped += passed
+        self._deadline += (passed + 1) * PERIOD
+        self.repeated += not self._fresh
+        self._fresh = False
+        return True

@@ -1,0 +1,58 @@
+"""`nao-hil serve lola` and `nao-hil bridge lola`: both ends of LoLA's socket."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import Annotated
+
+import msgspec
+import typer
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.lola.address import listen, parse_address, remove
+from bridge.lola.convert import Identity
+from bridge.lola.schema import DEFAULT_SOCKET
+from bridge.lola.service import LolaService
+from bridge.realtime import CONTROLLER_PRIORITY
+from lab.cli import options
+from lab.cli.logs import log_to_stderr
+from lab.cli.signals import on_signals
+
+_ANYBODY = Identity()
+Socket = Annotated[
+    str, typer.Option("--socket", help="LoLA's socket: a path, or HOST:PORT.", metavar="PATH|HOST:PORT")
+]
+
+
+def serve(
+    socket: Socket = DEFAULT_SOCKET,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    body_id: Annotated[
+        str, typer.Option("--body-id", help="The robot's body id, 20 characters.", metavar="ID")
+    ] = _ANYBODY.body_id,
+    head_id: Annotated[
+        str, typer.Option("--head-id", help="The robot's head id, 20 characters.", metavar="ID")
+    ] = _ANYBODY.head_id,
+    realtime_priority: options.RealtimePriority = True,
+    as_json: options.Json = False,
+) -> int:
+    """Let any robot on the link pose as a V6: programs written for LoLA connect to the socket.
+
+    Example: nao-hil serve lola --socket /tmp/robocup
+    """
+    identity = Identity(body_id=body_id, head_id=head_id)
+    address = parse_address(socket)
+    log_to_stderr()
+    stop = threading.Event()
+    on_signals(stop.set)
+    priority = CONTROLLER_PRIORITY if realtime_priority else None
+    with ControllerLink(name, connect, "lola") as link, listen(address) as listener:
+        try:
+            served = LolaService(link, listener, identity, stop, priority).run()
+        finally:
+            remove(address)
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(served)), flush=True)
+    return 0
