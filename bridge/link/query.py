@@ -29,7 +29,6 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
     Returns:
         What must be kept for as long as queries are to be answered.
     """
-
     limit = RateLimit(RATE, int(RATE))
 
     def on_query(query: zenoh.Query) -> None:
