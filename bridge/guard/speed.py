@@ -22,7 +22,7 @@ class SpeedLimiter:
 
     Args:
         body: data sheet; its motors' no-load speeds over the gears are the limit.
-        share: of that speed, 0 to 1.
+        share: times that speed.
     """
 
     def __init__(self, body: Body, share: float = 1.0) -> None:

@@ -85,9 +85,7 @@ def _run(
     with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
         directory.write_config(settings)
         directory.write_scenario(scenario)
-        process = RobotProcess(
-            robot, link, Guard(body, settings.guard), [statistics, recorder], stop
-        )
+        process = RobotProcess(robot, link, Guard(body, settings.guard), [statistics, recorder], stop)
         console.print(
             f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}"
         )

@@ -163,6 +163,7 @@ def test_lockstep_with_a_controller_stands_still_in_a_pause_and_loses_no_frame()
         finally:
             ended.set()
             thread.join()
+            controller.release()  # one that dies leaves a robot that goes on without it
     published = [frame.seq for frame in ear.frames]
     assert published == list(range(len(published)))
     # each frame but the first was computed with the answer to the one before
