@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from typing import Any, Final
 
 import msgspec
 
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import MAX_PAYLOAD, SCHEMA_VERSION
+
+_PATTERN: Final = re.compile(r"expected `str` matching regex .*")
+_LETTERS: Final = "1 to 64 letters, digits, `_` or `-` are expected"
+"""The one pattern there is, that of names, in words."""
 
 
 def decode_command(payload: bytes, kind: Any, name: str) -> Any:
@@ -39,4 +44,4 @@ def decode_command(payload: bytes, kind: Any, name: str) -> Any:
     try:
         return from_dict(data, f"{name} refused", kind)
     except ConfigurationError as error:
-        raise FrameError(f"{error}.") from None
+        raise FrameError(f"{_PATTERN.sub(_LETTERS, str(error))}.") from None

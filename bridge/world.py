@@ -12,9 +12,9 @@ from typing import Annotated, Literal, get_args
 
 import msgspec
 
-from bridge.errors import FrameError
+from bridge import commands
 from bridge.faults import Fault, Number
-from bridge.messages import SCHEMA_VERSION, Quaternion, decode_as
+from bridge.messages import SCHEMA_VERSION, Quaternion
 
 COMMAND = "world/command"
 """Key suffix of the query."""
@@ -238,11 +238,7 @@ def decode_command(payload: bytes) -> WorldCommand:
     """A world command from msgpack.
 
     Raises:
-        FrameError: not a command; names the field, or the ops there are.
+        FrameError: not a command; names the field, or the nearest op there is.
     """
-    try:
-        command: WorldCommand = decode_as(payload, WorldCommand, "World command")
-    except FrameError as error:
-        hint = f" Known ops: {', '.join(OPS)}." if "`$.op`" in str(error) or "`op`" in str(error) else ""
-        raise FrameError(f"{error}{hint}") from None
+    command: WorldCommand = commands.decode_command(payload, WorldCommand, "World command")
     return command
