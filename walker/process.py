@@ -116,7 +116,10 @@ class WalkerProcess:
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
         while not self._stop():
-            self._heed_notices()
+            if self._heed_notices():
+                logger.warning("the guard has taken the robot over; the walk begins anew")
+                self._boot = None
+                return False
             try:
                 frame = receive(SILENCE)
             except FrameError as error:
@@ -165,11 +168,16 @@ class WalkerProcess:
             self._complained = now
             logger.warning("%s", sentence)
 
-    def _heed_notices(self) -> None:
+    def _heed_notices(self) -> bool:
+        """Pass on what the robot says; True when its guard has taken it down, from where no walk goes on."""
+        taken = False
         for notice in self._link.notices():
-            logger.warning("the robot says: %s", notice.text)
-            if notice.code == "no-lease":
+            usual = notice.code == "guard-active"
+            logger.log(logging.DEBUG if usual else logging.WARNING, "the robot says: %s", notice.text)
+            taken = taken or notice.code in ("guard-crouch", "guard-rest")
+            if notice.code == "no-lease" and not taken:
                 self._acquire()  # ours may have been given to another while this process stood still
+        return taken
 
     def _check_body(self, info: Info) -> Body:
         body = load_body(self._body or info.body)
