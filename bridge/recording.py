@@ -80,11 +80,83 @@ class FrameHash:
         return self._hash.hexdigest()
 
 
+class _File:
+    """One MCAP file.
+
+    Args:
+        path: file to write; an existing one is replaced.
+        config: the run's configuration as JSON text.
+
+    Raises:
+        ConfigurationError: the file cannot be created.
+    """
+
+    def __init__(self, path: Path, config: str) -> None:
+        self.path = path
+        try:
+            self._file = path.open("wb")
+        except OSError as error:
+            raise ConfigurationError(
+                f"{path}: a recording cannot be written there ({error.strerror}); give a writable place."
+            ) from None
+        self._flushed = 0
+        self._sequence = dict.fromkeys(TOPICS, 0)
+        self._writer = Writer(self._file, chunk_size=_CHUNK, compression=CompressionType.ZSTD)
+        # The library's own default would write its version into every file.
+        self._writer.start(profile="", library="nao-hil")
+        self._writer.add_metadata(METADATA, {"config": config})
+        self._channels = {kind: self._register(kind, topic) for kind, topic in TOPICS.items()}
+        self._file.flush()
+
+    def _register(self, kind: type[Recordable], topic: str) -> int:
+        schema = msgspec.json.encode(object_schema(kind, LEFT_OUT))
+        schema_id = self._writer.register_schema(f"nao.{kind.__name__}", "jsonschema", schema)
+        channel: int = self._writer.register_channel(topic, "json", schema_id)
+        return channel
+
+    def write(self, message: Recordable, time: int) -> None:
+        """Record a message at a robot time, ns."""
+        kind = type(message)
+        data = canonical_json(message)
+        try:
+            self._writer.add_message(
+                self._channels[kind],
+                log_time=time,
+                data=data,
+                publish_time=time,
+                sequence=self._sequence[kind],
+            )
+            if not 0 <= time - self._flushed < _FLUSH:
+                self._file.flush()
+                self._flushed = time
+        except OSError as error:
+            raise self._broken(error) from None
+        self._sequence[kind] += 1
+
+    def close(self) -> None:
+        """Write the index and close the file; further calls do nothing.
+
+        Raises:
+            LinkError: the rest cannot be written; the file is closed and readable up to there.
+        """
+        if self._file.closed:
+            return
+        try:
+            with self._file:
+                self._writer.finish()
+        except OSError as error:
+            raise self._broken(error) from None
+
+    def _broken(self, error: OSError) -> LinkError:
+        return LinkError(f"{self.path}: the recording broke off ({error.strerror}).")
+
+
 class Recorder:
     """Writes a recording; also a `bridge.observer.Observer`.
 
-    Frames without a time of their own get the time of the last sensor frame written before them. One
-    recording is one run: the robot's time should not start anew within it.
+    Frames without a time of their own get the time of the last sensor frame written before them. One file is
+    one run: when the robot begins anew (a sensor frame with a smaller `seq`), the file is closed and the next
+    one begun beside it, `frames-2.mcap` after `frames.mcap`.
 
     Args:
         path: file to write; an existing one is replaced.
@@ -96,33 +168,27 @@ class Recorder:
     """
 
     def __init__(self, path: str | Path, config: Any) -> None:
-        self._path = Path(path)
-        try:
-            self._file = self._path.open("wb")
-        except OSError as error:
-            raise ConfigurationError(
-                f"{path}: a recording cannot be written there ({error.strerror}); give a writable place."
-            ) from None
-        self._time = self._flushed = 0
-        self._sequence = dict.fromkeys(TOPICS, 0)
-        self._writer = Writer(self._file, chunk_size=_CHUNK, compression=CompressionType.ZSTD)
-        # The library's own default would write its version into every file.
-        self._writer.start(profile="", library="nao-hil")
-        text = msgspec.json.encode(config, order="deterministic").decode()
-        self._writer.add_metadata(METADATA, {"config": text})
-        self._channels = {kind: self._register(kind, topic) for kind, topic in TOPICS.items()}
-        self._file.flush()
-
-    def _register(self, kind: type[Recordable], topic: str) -> int:
-        schema = msgspec.json.encode(object_schema(kind, LEFT_OUT))
-        schema_id = self._writer.register_schema(f"nao.{kind.__name__}", "jsonschema", schema)
-        channel: int = self._writer.register_channel(topic, "json", schema_id)
-        return channel
+        self._config = msgspec.json.encode(config, order="deterministic").decode()
+        self._time = 0
+        self._seq = -1
+        self._file = _File(Path(path), self._config)
+        self.paths = [self._file.path]
+        """Files written so far."""
 
     def write_sensor(self, frame: SensorFrame) -> None:
         """Record a sensor frame; its time is the time of what follows."""
+        if frame.seq < self._seq:
+            self._begin_anew()
+        self._seq = frame.seq
         self._time = round(frame.time * 1e9)
         self._write(frame)
+
+    def _begin_anew(self) -> None:
+        self._file.close()
+        first = self.paths[0]
+        path = first.with_name(f"{first.stem}-{len(self.paths) + 1}{first.suffix}")
+        self._file = _File(path, self._config)
+        self.paths.append(path)
 
     def write_actuator(self, frame: ActuatorFrame) -> None:
         """Record an actuator frame."""
@@ -158,22 +224,7 @@ class Recorder:
         self.write_notice(message)
 
     def _write(self, message: Recordable) -> None:
-        kind = type(message)
-        data = canonical_json(message)
-        try:
-            self._writer.add_message(
-                self._channels[kind],
-                log_time=self._time,
-                data=data,
-                publish_time=self._time,
-                sequence=self._sequence[kind],
-            )
-            if not 0 <= self._time - self._flushed < _FLUSH:
-                self._file.flush()
-                self._flushed = self._time
-        except OSError as error:
-            raise LinkError(f"{self._path}: the recording broke off ({error.strerror}).") from None
-        self._sequence[kind] += 1
+        self._file.write(message, self._time)
 
     def close(self) -> None:
         """Write the index and close the file; further calls do nothing.
@@ -181,13 +232,7 @@ class Recorder:
         Raises:
             LinkError: the rest cannot be written; the file is closed and readable up to there.
         """
-        if self._file.closed:
-            return
-        try:
-            with self._file:
-                self._writer.finish()
-        except OSError as error:
-            raise LinkError(f"{self._path}: the recording broke off ({error.strerror}).") from None
+        self._file.close()
 
     def __enter__(self) -> Recorder:
         return self
