@@ -41,3 +41,7 @@ class WalkRefused(NaoHilError):
     """A walk command that cannot be carried out; names the bound (exit code 2)."""
 
     exit_code = 2
+
+
+class NaoqiRefused(NaoHilError):
+    """A NAOqi call that cannot be carried out; names what is wrong and what would be right."""

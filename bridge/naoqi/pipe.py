@@ -1,0 +1,69 @@
+"""Messages between the served robot's process and its qi front: msgpack arrays over a socket pair.
+
+From the front: `[number, service, method, [argument, ...]]`. To the front: `[number, true, result]` or
+`[number, false, sentence]`, in any order, and `[0, event, value]` for an event of ALMemory. The first message
+to the front is the table of services, the first one from it says what became of listening.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+from typing import Any, Final
+
+import msgspec
+
+_LENGTH: Final = struct.Struct("!I")
+MAX_MESSAGE: Final = 1 << 24
+"""bytes"""
+
+
+class Pipe:
+    """One end; any thread may send, one receives.
+
+    Args:
+        end: connected stream socket.
+    """
+
+    def __init__(self, end: socket.socket) -> None:
+        self._socket = end
+        self._stream = end.makefile("rb")
+        self._lock = threading.Lock()
+        self._encoder = msgspec.msgpack.Encoder()
+        self._decoder = msgspec.msgpack.Decoder()
+
+    def send(self, message: list[Any]) -> None:
+        """Send one message; nothing happens when the other end is gone.
+
+        Raises:
+            TypeError: something in it is no number, text, list or map.
+        """
+        payload = self._encoder.encode(message)
+        with self._lock:
+            try:
+                self._socket.sendall(_LENGTH.pack(len(payload)) + payload)
+            except OSError:
+                return
+
+    def receive(self) -> list[Any] | None:
+        """The next message; None when the other end is gone."""
+        try:
+            head = self._stream.read(_LENGTH.size)
+            if len(head) < _LENGTH.size:
+                return None
+            (length,) = _LENGTH.unpack(head)
+            payload = self._stream.read(length) if length <= MAX_MESSAGE else b""
+        except (OSError, ValueError):  # ValueError: this end was closed meanwhile
+            return None
+        if len(payload) < length:
+            return None
+        message: list[Any] = self._decoder.decode(payload)
+        return message
+
+    def close(self) -> None:
+        """Close this end; a `receive` in another thread ends."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()

@@ -1,0 +1,47 @@
+"""Motions that take time: sequences that wait for moments of the robot's clock."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from concurrent.futures import Future
+from typing import Any
+
+Task = Generator[int, None, Any]
+"""Yields the moment (robot time, ms) to go on at; returns the result of the call that began it."""
+
+
+class Tasks:
+    """Runs tasks along the robot's cycles; not thread-safe, the caller locks."""
+
+    def __init__(self) -> None:
+        self._running: list[tuple[int, Task, Future[Any]]] = []
+
+    def begin(self, task: Task) -> Future[Any]:
+        """Run a task to its first wait; the future gets its result or its exception."""
+        done: Future[Any] = Future()
+        self._advance(task, done)
+        return done
+
+    def run(self, now: int) -> None:
+        """A cycle at `now`, ms: go on with whatever has waited for it."""
+        due = [entry for entry in self._running if entry[0] <= now]
+        self._running = [entry for entry in self._running if entry[0] > now]
+        for _, task, done in due:
+            self._advance(task, done)
+
+    def end(self) -> None:
+        """End all of them here; their callers get None, as of a motion that was stopped."""
+        running, self._running = self._running, []
+        for _, task, done in running:
+            task.close()
+            done.set_result(None)
+
+    def _advance(self, task: Task, done: Future[Any]) -> None:
+        try:
+            moment = next(task)
+        except StopIteration as end:
+            done.set_result(end.value)
+        except Exception as error:
+            done.set_exception(error)
+        else:
+            self._running.append((moment, task, done))

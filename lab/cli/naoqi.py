@@ -1,0 +1,99 @@
+"""`nao-hil serve naoqi` and `nao-hil bridge naoqi`: both ends of NAOqi."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import Annotated, Literal, cast
+
+import typer
+
+from bridge.config import unknown_name
+from bridge.datasheet import Body
+from bridge.errors import ConfigurationError
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.naoqi.server import DEFAULT_URL, Server
+from lab.cli import options
+from lab.cli.logs import log_to_stderr
+from lab.cli.signals import on_signals
+from lab.supervisor import Child
+
+GAITS = ("static", "dynamic")
+GRACE = 5.0
+"""s a walker has to end by itself."""
+SWITCH_INTERVAL = 0.0005
+"""s for which a call may hold up a cycle; Python's own 5 ms are half of one."""
+
+
+class ServingWalker:
+    """`nao-hil walk --serve` as a child process."""
+
+    def __init__(self, name: str, connect: str, gait: str) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="nao-hil-walker-")
+        arguments = ["walk", "--serve", "--name", name, "--connect", connect, "--gait", gait]
+        self._child = Child("walker", arguments, Path(self._folder.name))
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._child.running
+
+    def end(self) -> str:
+        """Ask it to end, and wait for that; the sentence of the error that it ended with, or nothing."""
+        asked = self._child.running
+        outcome = self._child.end(GRACE)
+        self._folder.cleanup()
+        return "" if asked else outcome.error
+
+
+def serve(
+    url: Annotated[
+        str, typer.Option("--listen", help="Address that NAOqi programs connect to.", metavar="URL")
+    ] = DEFAULT_URL,
+    gait: Annotated[
+        str, typer.Option("--gait", help="Gait of moveTo, moveToward and move.", metavar="static|dynamic")
+    ] = "dynamic",
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
+
+    Example: nao-hil serve naoqi --listen tcp://127.0.0.1:9559
+    """
+    if gait not in GAITS:
+        raise ConfigurationError(unknown_name("gait", gait, GAITS))
+    chosen = cast(Literal["static", "dynamic"], gait)
+    log_to_stderr()
+    stop = threading.Event()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    with ControllerLink(name, connect, "naoqi") as link:
+
+        def end() -> None:
+            stop.set()
+            link.wake()
+
+        on_signals(end)
+        server = Server(
+            link,
+            url,
+            chosen,
+            lambda body: _speed(chosen, body),
+            lambda: ServingWalker(name, connect, chosen),
+            stop.is_set,
+        )
+        server.run()
+    if as_json:
+        print(json.dumps({"calls": server.calls}), flush=True)
+    return 0
+
+
+def _speed(gait: str, _body: Body) -> float:
+    # Imported late: only a served robot that walks needs the walker's packages.
+    from walker.gait import gait_parameters
+    from walker.gait.speed import step_of
+
+    return step_of(gait, gait_parameters(gait, {})).velocity
