@@ -1,8 +1,8 @@
-"""`nao-hil experiment`: what the robot is and does, measured."""
+"""`nao-hil experiment`: what the robot is and does, measured, with a verdict and a report."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -11,90 +11,113 @@ import typer
 from rich.console import Console
 
 from bridge.config import unknown_name
-from bridge.datasheet import load_body
 from bridge.errors import ConfigurationError
 from lab.cli import options
+from lab.cli.campaign_progress import CampaignProgress
+from lab.cli.signals import on_signals
+from lab.config import RunConfig, run_config
+from lab.experiments.catalogue import ALL, EXPERIMENTS
 from lab.rundir import RunDirectory
 
-Seeds = Annotated[int, typer.Option("--seeds", help="Runs, each with its own seed.", min=1, metavar="N")]
-Run = Callable[[str, str, int, Path], msgspec.Struct]
-"""Body, wear, number of seeds and folder to a result with a name and a verdict `passed`."""
-
-
-def _torso_step(body: str, wear: str, seeds: int, out: Path) -> msgspec.Struct:
-    from lab.experiments import torso_step
-
-    return torso_step.run(range(seeds), body, wear, out)
-
-
-def _torso_design(_body: str, _wear: str, _seeds: int, out: Path) -> msgspec.Struct:
-    from lab.experiments import torso_design
-
-    return torso_design.run(out)
-
-
-def _servo_table(body: str, wear: str, _seeds: int, out: Path) -> msgspec.Struct:
-    from lab.experiments import servo_table
-
-    return servo_table.run(body, wear, out)
-
-
-def _abuse(body: str, wear: str, seeds: int, _out: Path) -> msgspec.Struct:
-    from emulator.wear import load_wear
-    from lab.experiments import abuse
-
-    return abuse.run(60.0 * seeds, seed=0, body=load_body(body), wear=load_wear(wear))
-
-
-EXPERIMENTS: dict[str, tuple[Run, str]] = {
-    "torso-step": (
-        _torso_step,
-        "the torso's answer to steps of the stance ankle, and its plant (figure 4.10)",
+Seeds = Annotated[
+    int | None,
+    typer.Option(
+        "--seeds",
+        help="Runs per arm, each with its own seed; default: the experiment's own.",
+        min=1,
+        metavar="N",
     ),
-    "torso-design": (
-        _torso_design,
-        "the thesis' torso controllers and a robust one (figures 4.11 to 4.14)",
+]
+FirstSeed = Annotated[
+    int, typer.Option("--first-seed", help="The first seed; others follow it.", min=0, metavar="N")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", help="Runs at a time; default: one per core.", min=1, metavar="N"),
+]
+Wear = Annotated[
+    str | None,
+    typer.Option(
+        "--wear",
+        help="Drives and sensors: ideal, nominal (default), worn, or a profile's path.",
+        metavar="WEAR",
     ),
-    "servo-table": (_servo_table, "speed, delay, play, torque and heat of every leg drive"),
-    "abuse": (_abuse, "one minute per seed of random commands, pushes and falls"),
-}
-"""Name -> (how to run it, what it measures)."""
+]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="TOML file; its `robot`, `wear`, `gait` and that gait's tables `parameters`, `controller` count.",
+        metavar="FILE",
+    ),
+]
 
 
 def experiment(
-    name: Annotated[str, typer.Argument(help="Name of `nao-hil experiments`.")],
-    seeds: Seeds = 5,
-    robot: options.Body = "nao-v3",
-    wear: options.Wear = "nominal",
+    name: Annotated[str, typer.Argument(help="A name of `nao-hil experiments`, or `all`: the thesis' nine.")],
+    seeds: Seeds = None,
+    first_seed: FirstSeed = 0,
+    robot: options.Body = None,
+    wear: Wear = None,
+    config: Config = None,
+    workers: Workers = None,
     out: options.Out = None,
     as_json: options.Json = False,
 ) -> int:
-    """Run an experiment; its figures and its JSON go to the run's folder. Exit code 1: its verdict failed.
+    """Run an experiment over many seeds; figures, JSON and report.html go to the run's folder.
 
-    Example: nao-hil experiment torso-step --seeds 5 --json
+    Walks are kept there too: the same command with the same --out goes on where it was stopped. Exit code 1:
+    the verdict failed.
+
+    Example: nao-hil experiment obstacle --seeds 6 --first-seed 100 --json
     """
-    if name not in EXPERIMENTS:
-        raise ConfigurationError(unknown_name("experiment", name, EXPERIMENTS))
-    console = Console(stderr=True)
+    if name != ALL and name not in EXPERIMENTS:
+        raise ConfigurationError(unknown_name("experiment", name, (*EXPERIMENTS, ALL)))
+    changes = _changes(config, robot, wear)
     directory = RunDirectory(out)
-    with console.status(f"{name}: {EXPERIMENTS[name][1]}"):
-        result = EXPERIMENTS[name][0](robot or "nao-v3", wear or "nominal", seeds, directory.path)
-    data = msgspec.to_builtins(result)
-    data |= {"robot": robot, "wear": wear, "seeds": seeds}
+    directory.write_config(changes)
+    stop = threading.Event()
+    on_signals(stop.set)
+    # Imported late: physics, figures and the template are for those who run one.
+    from lab.campaign.campaign import Campaign
+    from lab.experiments.runner import Runner
+
+    console = Console(stderr=True)
+    with (
+        CampaignProgress(console) as progress,
+        Campaign(directory.path / "walks", workers=workers, stop=stop, progress=progress) as campaign,
+    ):
+        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed)
+        for each in [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]:
+            progress.begin(each)
+            runner.run(each, directory.path / each if name == ALL else directory.path)
+    data = runner.summary(name)
     directory.write_summary(data)
-    for key, value in data.items():
-        console.print(f"{key}: {value}", highlight=False)
-    console.print(f"written to {directory.path}")
+    report = runner.report("The thesis' experiments" if name == ALL else f"Experiment {name}")
+    if runner.interrupted:
+        console.print("Interrupted: the report has what is there.")
+    console.print(f"report: {report}", highlight=False, soft_wrap=True)
     if as_json:
         print(msgspec.json.encode(data).decode(), flush=True)
-    return 0 if data["passed"] else 1
+    if runner.interrupted:
+        return 130
+    return 0 if runner.passed else 1
+
+
+def _changes(file: Path | None, robot: str | None, wear: str | None) -> RunConfig:
+    """Robot, wear and changed parameters; the robot is a nominal one unless someone says otherwise."""
+    settings = run_config(file, robot=robot, wear=wear)
+    if wear is None and (file is None or "wear" not in msgspec.toml.decode(file.read_bytes())):
+        settings = msgspec.structs.replace(settings, wear="nominal")
+    return settings
 
 
 def experiments(as_json: options.Json = False) -> int:
     """List the experiments there are."""
     if as_json:
-        print(msgspec.json.encode({name: what for name, (_, what) in EXPERIMENTS.items()}).decode())
+        print(msgspec.json.encode({name: entry.what for name, entry in EXPERIMENTS.items()}).decode())
         return 0
-    for name, (_, what) in EXPERIMENTS.items():
-        print(f"{name:14} {what}")
+    for name, entry in EXPERIMENTS.items():
+        print(f"{name:14} {entry.what}")
+    print(f"{ALL:14} those of the thesis, in one report")
     return 0

@@ -22,6 +22,8 @@ from emulator.engine import bullet
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
 from emulator.world.queries import carry_out
+from lab.experiments.context import Context
+from lab.experiments.page import Claim, Outcome, Page
 
 ROUND: Final = 8.0
 """s from one stand to the next: commands for 5 s, limp for 3 s."""
@@ -203,6 +205,38 @@ def _finite(frame: SensorFrame) -> bool:
     fields = (getattr(frame, name) for name in frame.__struct_fields__)
     values = (v for field in fields for v in (field if isinstance(field, tuple) else (field,)))
     return all(math.isfinite(value) for value in values)
+
+
+def experiment(context: Context) -> Outcome:
+    """A minute of it per seed, in a row, as a page of the report."""
+    minutes = float(len(context.seeds))
+    result = run(
+        60.0 * minutes, seed=context.seeds[0], body=load_body(context.robot), wear=load_wear(context.wear)
+    )
+    claims = (
+        Claim("Every number of every frame is finite", "yes" if result.finite else "no", result.finite),
+        Claim(
+            f"No joint is more than {LARGEST_EXCESS:g} degree beyond its stop",
+            f"{result.stop_excess_deg:.2f} deg ({result.stop_excess_joint})",
+            result.stop_excess_deg <= LARGEST_EXCESS,
+        ),
+        Claim(
+            f"A limp robot gains no more than {LARGEST_RISE:g} J",
+            f"{result.energy_rise_j:.4f} J",
+            result.energy_rise_j <= LARGEST_RISE,
+        ),
+    )
+    page = Page(
+        name="abuse",
+        title="Random commands, pushes and falls",
+        source="Bounds of a physical body; no part of the thesis.",
+        setup=(
+            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+            ("length", f"{minutes:g} min, {result.falls} falls, seed {context.seeds[0]}"),
+        ),
+        claims=claims,
+    )
+    return Outcome(result, page)
 
 
 def main() -> None:

@@ -118,28 +118,29 @@ def _times(times: Sequence[float]) -> str:
     return f"{times[0]:.1f} / {float(np.median(times)):.1f} / {times[-1]:.1f}"
 
 
-def falls_finding(name: str, results: Sequence[WalkResult], body: Body) -> str:
-    """How the falls of an arm came about, one sentence of numbers; empty when none fell."""
+def falls_finding(name: str, results: Sequence[WalkResult], body: Body | None) -> str:
+    """How the falls of an arm came about in numbers; empty when none fell. Without a body, no margins."""
     fallen = [result for result in results if not result.end.survived]
     if not fallen:
         return ""
     directions = Counter(direction(result.end) for result in fallen)
     to = ", ".join(f"{count} {where}" for where, count in directions.most_common())
-    phases = Counter(_phase_of_fall(result) for result in fallen)
     text = (
         f"{name}: {len(fallen)} of {len(results)} fall, at {_times(sorted(r.end.time for r in fallen))} s "
-        f"(first / median / last), {to}; the lean begins in "
-        f"{', '.join(f'{phase} ({count})' for phase, count in phases.most_common())}."
+        f"(first / median / last), {to}."
     )
+    phases = Counter(_phase_of_fall(result) for result in fallen if len(result.track))
+    if phases:
+        text += f" The lean begins in {', '.join(f'{p} ({count})' for p, count in phases.most_common())}."
     lags = [lag for result in fallen if (lag := largest_lag(result)) is not None]
     if lags:
         joint, count = Counter(joint for joint, _ in lags).most_common(1)[0]
         size = float(np.median([math.degrees(angle) for name_, angle in lags if name_ == joint]))
         text += f" In the second before, {joint} is farthest off its request in {count} ({size:.1f} deg)."
-    margins = [margin for result in results if (margin := least_margin(result, body)) is not None]
+    margins = [m for result in results if body is not None and (m := least_margin(result, body)) is not None]
     if margins:
         text += (
-            f" Least ZMP margin in single support, up to a second before the fall: "
+            f" Least margin of the ZMP to the edge of the planned stance sole, up to a second before any fall: "
             f"{1e3 * float(np.median(margins)):.0f} mm (median), {1e3 * min(margins):.0f} mm (worst)."
         )
     return text
@@ -159,8 +160,6 @@ def _before(result: WalkResult, seconds: float) -> Track:
 def _phase_of_fall(result: WalkResult) -> str:
     """Phase in which the torso last passed 10 degrees on its way down."""
     track = result.track.until(result.end.time)
-    if not len(track):
-        return "the stand"
     upright = np.flatnonzero(track.tilt < math.radians(10.0))
     row = int(upright[-1]) if upright.size else 0
     return PHASES[int(track["phase"][row])]

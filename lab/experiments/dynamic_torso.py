@@ -41,7 +41,7 @@ class DynamicTorsoResult(msgspec.Struct, frozen=True, kw_only=True):
     paired: Paired
 
 
-def run(context: Context, setup: Setup | None = None) -> Outcome:
+def experiment(context: Context, setup: Setup | None = None) -> Outcome:
     """Three arms, figure 4.16, and the verdict."""
     setup = setup or Setup()
     with_, without, thesis = context.run(

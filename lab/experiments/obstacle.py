@@ -101,7 +101,7 @@ def _forces(results: Sequence[WalkResult], setup: Setup) -> Force:
     return Force(median=float(np.median(found)), largest=max(found))
 
 
-def run(context: Context, setup: Setup | None = None) -> Outcome:
+def experiment(context: Context, setup: Setup | None = None) -> Outcome:
     """Both arms, the figures 4.1, 4.2 and 4.8, and the verdict."""
     setup = setup or Setup()
     with_, without = context.run(

@@ -17,6 +17,8 @@ from bridge.datasheet import Body, load_body
 from bridge.datasheet.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
 from emulator.wear import WearProfile, load_wear
 from lab.experiments import servo_bench
+from lab.experiments.context import Context
+from lab.experiments.page import Claim, Outcome, Page, Picture
 from lab.experiments.servo_bench import LEGS, Vector, part
 from lab.experiments.servo_figures import plot_heat, plot_loops, plot_speeds, plot_steps, plot_stiffness
 
@@ -209,6 +211,41 @@ def text(table: ServoTable) -> str:
     return "\n".join(
         [*lines, f"passed: {table.passed}; pairs are measured / data sheet, profile or closed form"]
     )
+
+
+def experiment(context: Context) -> Outcome:
+    """The table as a page of the report."""
+    table = run(context.robot, context.wear, context.out)
+    profile, cycle = load_wear(context.wear), load_body(context.robot).cycle
+    claims = tuple(
+        Claim(
+            f"{row.joint} is as data sheet and profile say",
+            f"{math.degrees(row.no_load_speed):.0f} deg/s (sheet {math.degrees(row.no_load_speed_sheet):.0f}), "
+            f"motion after {1e3 * row.request_to_motion:.0f} ms, play {math.degrees(row.play):.2f} deg "
+            f"(profile {math.degrees(row.play_configured):.2f}), stall {row.stall_torque:.1f} N m",
+            passes(row, profile, cycle),
+        )
+        for row in table.rows
+    )
+    figures = (
+        ("servo-speed.png", "From stop to stop"),
+        ("servo-step.png", "Step responses"),
+        ("servo-loop.png", "Play"),
+        ("servo-heat.png", "Heat and derating"),
+        ("servo-stiffness.png", "Stiffness"),
+    )
+    page = Page(
+        name="servo-table",
+        title="The drives of the legs",
+        source="Data sheets and published measurements; no part of the thesis.",
+        setup=(
+            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+            ("bench", "torso nailed down"),
+        ),
+        claims=claims,
+        pictures=tuple(Picture(context.out / file, title, "") for file, title in figures),
+    )
+    return Outcome(table, page)
 
 
 def main() -> None:

@@ -68,7 +68,7 @@ class DriftResult(msgspec.Struct, frozen=True, kw_only=True):
     roll_max_deg: float
 
 
-def run(context: Context, setup: Setup | None = None) -> Outcome:
+def experiment(context: Context, setup: Setup | None = None) -> Outcome:
     """Both arms, figure 4.9, and the verdict."""
     setup = setup or Setup()
     on = {"admittance": True}

@@ -1,4 +1,4 @@
-"""The thesis' identification experiment (figure 4.10) on the emulated robot.
+"""R3: the thesis' identification experiment (figure 4.10) on the emulated robot.
 
 Left leg stretched and standing, right leg drawn up, centre of mass over the left foot's middle, torso upright.
 A square wave on the stance AnklePitch, and the fused torso pitch that follows: a plant of the form of (4.12).
@@ -10,7 +10,7 @@ Here the wave is small enough that the sole stays flat on the ground.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,8 +24,11 @@ from bridge.joints import INDEX
 from bridge.messages import ActuatorFrame, Quaternion
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
+from lab.experiments.context import Context
 from lab.experiments.one_leg import one_leg_stance
+from lab.experiments.page import Claim, Outcome, Page, Picture
 from lab.experiments.plant_fit import THESIS, Plant, Shape, fit_plant, read_shape
+from lab.experiments.setup import seed_words
 from walker.torso.sign import ankle_pitch_from_lean
 
 Vector = NDArray[np.float64]
@@ -75,6 +78,10 @@ class Responses(msgspec.Struct, frozen=True, kw_only=True):
     fused: Any
     """Shape (steps, samples)."""
     true: Any
+    request: Any
+    """The whole run: request of the AnklePitch about its operating point, as a lean, rad, shape (cycles,)."""
+    angle: Any
+    """The fused pitch of the same, rad."""
 
 
 def _pitch(orientation: Quaternion) -> float:
@@ -90,7 +97,7 @@ def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Resp
     legs = [i for name, i in INDEX.items() if name[1:].startswith(("Hip", "Knee", "Ankle"))]
     stance[legs] += random.normal(0.0, SPREAD, len(legs))
     half = round(0.5 * PERIOD / body.cycle)
-    fused, true = [], []
+    fused, true, leans = [], [], []
     with EmulatedRobot(body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0) as robot:
         for k in range(2 * PERIODS * half):
             request = stance.copy()
@@ -100,11 +107,30 @@ def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Resp
                 ActuatorFrame(reply_to=k, position=tuple(request.tolist()), stiffness=(1.0,) * len(request))
             )
             truth = robot.truth()
+            leans.append(lean)
             fused.append(frame.angle[1])
             true.append(_pitch(truth.torso_orientation))
             if truth.fell:
                 return None
-    return Responses(fused=_cut(fused, half, amplitude), true=_cut(true, half, amplitude))
+    return Responses(
+        fused=_cut(fused, half, amplitude),
+        true=_cut(true, half, amplitude),
+        request=np.array(leans),
+        angle=np.array(fused),
+    )
+
+
+class _Task(msgspec.Struct, frozen=True):
+    """A call of `run_once` for a worker."""
+
+    body: Body
+    wear: WearProfile
+    seed: int
+    amplitude: float
+
+
+def _run_task(task: _Task) -> Responses | None:
+    return run_once(task.body, task.wear, task.seed, task.amplitude)
 
 
 def _cut(track: Sequence[float], half: int, amplitude: float) -> Vector:
@@ -123,6 +149,7 @@ def run(
     wear: str = "nominal",
     out: Path | None = None,
     amplitude: float = AMPLITUDE,
+    spread: Callable[[Callable[[_Task], Responses | None], list[_Task]], list[Responses | None]] | None = None,
 ) -> TorsoStepResult:
     """The experiment over some seeds.
 
@@ -132,12 +159,14 @@ def run(
         wear: Wear profile by name or path.
         out: Folder for `torso-step.json` and `torso-step.png`; None: nothing is written.
         amplitude: Of the square wave, rad.
+        spread: Calls a function with each of some arguments, over processes; None: here, one after the other.
 
     Raises:
         ConfigurationError: no stance survived, or the body cannot stand on one leg.
     """
     sheet, profile = load_body(body), load_wear(wear)
-    runs = [run_once(sheet, profile, seed, amplitude) for seed in seeds]
+    tasks = [_Task(sheet, profile, seed, amplitude) for seed in seeds]
+    runs = spread(_run_task, tasks) if spread is not None else [_run_task(task) for task in tasks]
     standing = [responses for responses in runs if responses is not None]
     if not standing:
         raise ConfigurationError(
@@ -173,6 +202,7 @@ def run(
         out.mkdir(parents=True, exist_ok=True)
         (out / "torso-step.json").write_bytes(msgspec.json.format(msgspec.json.encode(result)))
         plot(out / "torso-step.png", time, fused, true, plant)
+        plot_wave(out / "torso-step-4.10.png", standing[0], sheet.cycle)
     return result
 
 
@@ -201,6 +231,103 @@ def plot(path: Path, time: Vector, fused: Vector, true: Vector, plant: Plant) ->
     axes.grid(alpha=0.3)
     axes.legend()
     figure.savefig(path, dpi=120)
+
+
+def plot_wave(path: Path, run: Responses, cycle: float) -> None:
+    """One run as the thesis draws it (figure 4.10): input green, fused pitch red, the plant (4.12) blue.
+
+    All are shares of the wave's amplitude; the pitch is taken about its mean, and the plant begins at rest.
+
+    Args:
+        path: Of the PNG.
+        run: With its whole course.
+        cycle: s
+    """
+    import control
+    from matplotlib.figure import Figure
+
+    from walker.torso.transfer import thesis_plant
+
+    time = cycle * np.arange(len(run.request))
+    amplitude = float(np.abs(run.request).max())
+    gain = float(run.fused.mean(axis=0)[-100:].mean())
+    simulated = control.forced_response(thesis_plant(), time, run.request / amplitude).outputs
+    figure = Figure(figsize=(9.0, 4.5), layout="constrained")
+    panel = figure.subplots()
+    panel.plot(time, run.request / amplitude, "tab:green", label="input")
+    panel.plot(time, (run.angle - run.angle.mean()) / (amplitude * gain), "tab:red", label="fused pitch / gain")
+    panel.plot(time, simulated, "tab:blue", linewidth=0.9, label="(4.12)")
+    panel.set(xlabel="t / s", ylabel="angle / amplitude of the input")
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.savefig(path, dpi=110)
+
+
+def experiment(context: Context) -> Outcome:
+    """The experiment as part of a campaign: its page, figure 4.10, and the verdict."""
+    result = run(
+        context.seeds,
+        context.robot,
+        context.wear,
+        context.out,
+        spread=lambda function, tasks: context.campaign.map("torso-step", function, tasks),
+    )
+    off = abs(result.natural_frequency_rad_s / FREQUENCY_TARGET - 1.0)
+    claims = (
+        Claim(
+            "Natural frequency 7.0 rad/s (within 15 %)",
+            f"{result.natural_frequency_rad_s:.2f} rad/s",
+            off <= FREQUENCY_TOLERANCE,
+        ),
+        Claim(
+            "Peak about twice the final value (1.6 to 2.1)",
+            f"{result.peak:.2f}",
+            PEAK_RANGE[0] <= result.peak <= PEAK_RANGE[1],
+        ),
+        Claim(
+            "An undershoot first",
+            f"{100 * result.undershoot:.0f} % of the final value",
+            result.undershoot < 0.0,
+        ),
+    )
+    page = Page(
+        name="torso-step",
+        title="R3: the torso's answer to a step of the stance ankle",
+        source=(
+            "Thesis 4.2.1, figure 4.10, and the plant (4.12) fitted to it: rise 100 ms, peak twice the "
+            "final value, an undershoot first; 7.0 rad/s, damping 0.10."
+        ),
+        setup=(
+            ("stance", "left leg stretched and standing, right leg drawn up, torso upright"),
+            (
+                "input",
+                f"square wave of {math.degrees(result.amplitude_rad):.1f} deg (the thesis draws 0.7 rad, "
+                f"which no stance on one leg survives), period {PERIOD:g} s",
+            ),
+            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+            ("seeds", f"{seed_words(context.seeds)}; {result.fallen} fell"),
+        ),
+        claims=claims,
+        pictures=(
+            Picture(
+                context.out / "torso-step-4.10.png",
+                "Figure 4.10: square wave on the stance ankle",
+                f"Seed {context.seeds[0]}; input green, fused pitch red over its gain, the thesis' plant "
+                "(4.12) blue.",
+            ),
+            Picture(
+                context.out / "torso-step.png",
+                "All steps, and the fit",
+                "Shares of the final value; (4.12) dash-dotted.",
+            ),
+        ),
+        findings=(
+            f"Damping {result.damping:.2f} (thesis 0.10), rise time {1e3 * result.rise_time_s:.0f} ms (about "
+            f"100), zero at {1.0 / result.zero_time_s:.1f} rad/s in the right half plane (8), gain "
+            f"{result.gain:.2f}.",
+        ),
+    )
+    return Outcome(result, page)
 
 
 def main() -> None:

@@ -1,0 +1,67 @@
+"""From pages to one self-contained HTML file."""
+
+from __future__ import annotations
+
+import base64
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import ConfigurationError
+from lab.experiments.page import Page, Picture
+from lab.rundir import versions
+
+TEMPLATE: Final = "report.html.j2"
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that is in the file."""
+
+    title: str
+    pages: Sequence[Page]
+    facts: Sequence[tuple[str, str]]
+    """On the whole of it: robot, seeds, how to do it again."""
+    configuration: str = ""
+    """Gaits and controllers in full, TOML."""
+    missing: Sequence[tuple[str, str]] = ()
+    """Experiments that were not done, and why."""
+
+
+def write_report(path: Path, report: Report) -> None:
+    """Write the report.
+
+    Args:
+        path: Of the HTML file.
+        report: Its contents; the pictures' files must be there.
+
+    Raises:
+        ConfigurationError: jinja2 is not installed.
+    """
+    try:
+        import jinja2
+    except ImportError:
+        raise ConfigurationError(
+            "The report needs jinja2, which is not installed; `pip install 'nao-hil[lab]'` brings it."
+        ) from None
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    html = environment.get_template(TEMPLATE).render(
+        report=report,
+        picture=embedded,
+        versions=versions(),
+        made=time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()),
+    )
+    path.write_text(html, encoding="utf-8")
+
+
+def embedded(picture: Picture) -> str:
+    """A picture as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(picture.file.read_bytes()).decode()
