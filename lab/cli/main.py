@@ -15,7 +15,7 @@ import typer
 
 from bridge.errors import NaoHilError
 from lab import __version__
-from lab.cli import catalogue, doctor, emulate, experiment, guard, keys, lola, naoqi, up, walk
+from lab.cli import catalogue, doctor, emulate, experiment, guard, keys, lola, naoqi, record, replay, up, walk
 from lab.cli.certificates import add_keys
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
@@ -41,6 +41,8 @@ app.command()(catalogue.scenarios)
 app.command()(guard.stop)
 app.command()(guard.arm)
 app.command()(keys.keys)
+app.command()(record.record)
+app.command()(replay.replay)
 serve = typer.Typer(
     help="Let a robot on the link pose as a NAO for programs written for one.", no_args_is_help=True
 )

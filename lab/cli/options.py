@@ -78,3 +78,8 @@ Serve = Annotated[
     bool,
     typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
 ]
+Recording = Annotated[Path, typer.Argument(help="Recording (.mcap).", metavar="FILE", show_default=False)]
+Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.", min=0.0, metavar="S")]
+End = Annotated[
+    float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")
+]

@@ -1,0 +1,65 @@
+"""`nao-hil record`: write down what a robot and its controller say."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.recording import Recorder
+from lab.cli import options
+from lab.cli.signals import on_signals
+
+_TAKE = 0.2
+"""s between two looks whether to end."""
+
+
+def record(
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="File to write; default NAME-TIME.mcap in this folder.", metavar="FILE"),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option("--duration", help="Robot time to record, s; default: until Ctrl-C.", min=0.0),
+    ] = None,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Record any robot, emulated or real, until Ctrl-C; waits for it if it is not there yet.
+
+    What is on disk stays readable if this is killed. A robot that begins anew gets a file of its own.
+
+    Example: nao-hil record --out walk.mcap --duration 60
+
+    Example: nao-hil record --name bridge --connect tcp/192.168.1.7:7447
+    """
+    from lab.capture import Capture, described, free_name
+
+    console = Console(stderr=True)
+    stop = threading.Event()
+    on_signals(stop.set)
+    with (
+        Capture(name, connect) as capture,
+        console.status(f"waiting for robot `{name}` at {connect}") as status,
+    ):
+        info = capture.wait_robot(stop.is_set)
+        if info is None:
+            return 130
+        with Recorder(out or free_name(Path(), name), described(info)) as recorder:
+            console.print(f"recording `{name}` ({info.body}, {info.side}) to {recorder.paths[0]}")
+            while not stop.is_set() and (duration is None or capture.seconds < duration):
+                capture.record(recorder, _TAKE)
+                status.update(f"{capture.seconds:.1f} s, {sum(capture.counts.values())} messages")
+    files = [str(path) for path in recorder.paths]
+    console.print(f"{capture.seconds:.2f} s of robot time in {', '.join(files)}")
+    if as_json:
+        result = {"files": files, "seconds": capture.seconds, "messages": capture.counts}
+        print(json.dumps(result | {"refused": capture.refused}), flush=True)
+    return 0
