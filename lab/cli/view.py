@@ -1,0 +1,54 @@
+"""`nao-hil view`: the live page."""
+
+from __future__ import annotations
+
+import os
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from lab.cli import options
+from lab.cli.signals import on_signals
+from lab.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
+
+NICENESS = 10
+"""The page gives way to the real-time loops of robot and walker."""
+
+
+def view(
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    port: Annotated[int, typer.Option("--port", help="TCP port of the page.", metavar="PORT")] = DEFAULT_PORT,
+    host: Annotated[
+        str,
+        typer.Option("--host", help="Address the page listens on; others than loopback are open to all."),
+    ] = DEFAULT_HOST,
+    replay: Annotated[
+        Path | None,
+        typer.Option("--replay", help="Show a recording with a timeline instead.", metavar="FILE"),
+    ] = None,
+) -> int:
+    """Show a robot, emulated or real, or a recording, in the browser; ends with Ctrl-C.
+
+    Example: nao-hil view --replay runs/20260101T120000Z/frames.mcap
+    """
+    stop = threading.Event()
+    on_signals(stop.set)
+    console = Console(stderr=True)
+    server = open_server(host, port, "nao-hil")
+    os.nice(NICENESS)
+    console.print(f"the page is at http://{host}:{port}/", highlight=False)
+    if replay is not None:
+        from lab.view.film import Film
+
+        Film(server, replay, stop).run()
+    else:
+        from lab.view.follow import Follower
+
+        Follower(server, name, connect, stop).run()
+    server.stop()
+    return 0

@@ -1,0 +1,1 @@
+"""The live page: the robot in 3-D, its loads and balance, charts, and what one may do to it (viser)."""

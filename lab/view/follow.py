@@ -1,0 +1,90 @@
+"""The page on a running robot: listens, draws thirty times a second, sends what a button says."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any, Final
+
+from bridge.datasheet import load_body
+from bridge.errors import NaoHilError
+from bridge.messages import Info, SensorFrame
+from bridge.world import Status
+from lab.diagnosis import Gatherer
+from lab.view.controls import Controls
+from lab.view.live import Commands, Ears
+from lab.view.page import Page
+
+RATE: Final = 30.0
+"""Pictures per second."""
+WORLD_EVERY: Final = 0.5
+"""s between questions for what the world is like."""
+
+
+class Follower:
+    """Shows one robot until it is told to stop.
+
+    Args:
+        server: A `viser.ViserServer`.
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+        stop: Ends it.
+    """
+
+    def __init__(self, server: Any, robot: str, connect: str, stop: threading.Event) -> None:
+        self._page = Page(server, f"robot {robot}")
+        self._ears, self._commands = Ears(robot, connect), Commands(robot, connect)
+        self._stop = stop
+        self._info: Info | None = None
+        self._seq = -1
+
+    def run(self) -> None:
+        """Until `stop` is set.
+
+        Raises:
+            ConfigurationError: not an endpoint.
+        """
+        gatherer = Gatherer()
+        due = time.monotonic()
+        try:
+            while not self._stop.is_set():
+                for message in self._ears.take():
+                    if isinstance(message, SensorFrame) and not self._known(message):
+                        continue
+                    if (moment := gatherer.add(message)) is not None:
+                        self._page.take(moment)
+                self._page.show()
+                due = max(due + 1.0 / RATE, time.monotonic())
+                self._stop.wait(due - time.monotonic())
+        finally:
+            self._ears.close()
+            self._commands.close()
+
+    def _known(self, frame: SensorFrame) -> bool:
+        """Whether it is known what robot that is; asks at the first frame, and when it begins anew."""
+        anew, self._seq = frame.seq < self._seq, frame.seq
+        if self._info is None or anew:
+            info = self._commands.info()
+            if info is None:
+                return self._info is not None
+            if self._info is None or info.body != self._info.body:
+                self._meet(info)
+            self._info = info
+        return True
+
+    def _meet(self, info: Info) -> None:
+        self._page.meet(load_body(info.body))
+        if self._info is not None:
+            return  # the controls are there
+        emulated = info.side == "emulator"
+        Controls(self._page.gui, self._commands, self._page.say).build(self._page.tabs, world=emulated)
+        self._page.add_view_tab()
+        if emulated:
+            threading.Thread(target=self._watch_world, name="world", daemon=True).start()
+
+    def _watch_world(self) -> None:
+        while not self._stop.wait(WORLD_EVERY):
+            try:
+                self._page.set_world(self._commands.world(Status()))
+            except NaoHilError:
+                continue  # the robot is gone, or gone again

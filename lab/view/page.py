@@ -1,0 +1,179 @@
+"""The page: takes moments, keeps their history, and shows the newest one."""
+
+from __future__ import annotations
+
+import html
+import threading
+from typing import Any, Final
+
+from bridge.datasheet import Body
+from bridge.world import WorldReply
+from lab.diagnosis import Balance, Diagnosis, Moment, Observer, Symptom, Symptoms, explain
+from lab.diagnosis.odometry import Floor
+from lab.view.charts import strip_charts
+from lab.view.history import History
+from lab.view.scene import POINTS, Scene
+
+CAMERA: Final = ((0.62, -0.78, 0.50), (0.0, 0.0, 0.22))
+"""Where the camera is and where it looks at first, m, the robot's place being the origin."""
+KEPT: Final = 12_000
+"""Frames of history, two minutes."""
+CHART_EVERY: Final = 6
+"""Pictures from one drawing of the charts to the next."""
+TOLD: Final = 5
+"""Symptoms that are listed."""
+
+
+class Page:
+    """One page on one server; give it a body before moments.
+
+    Args:
+        server: A `viser.ViserServer`.
+        title: What is shown, for the headline: a robot or a file.
+    """
+
+    def __init__(self, server: Any, title: str) -> None:
+        self.server, self.gui = server, server.gui
+        self._title = title
+        self._lock = threading.Lock()
+        server.gui.configure_theme(
+            control_layout="fixed",
+            control_width="large",
+            dark_mode=True,
+            show_logo=False,
+            show_share_button=False,
+        )
+        server.on_client_connect(_aim)
+        self._headline = self.gui.add_markdown(f"**{title}**: waiting for the robot")
+        self._charts = self.gui.add_markdown("")
+        self._said = self.gui.add_markdown("")
+        self.tabs = self.gui.add_tab_group()
+        self._scene: Scene | None = None
+        self._count = 0
+
+    def meet(self, body: Body) -> None:
+        """The robot is of this body; all begins anew."""
+        self.server.scene.reset()
+        with self.server.atomic():
+            self._scene = Scene(self.server, body)
+        self._observer = Observer(body)
+        self._watch = Symptoms(self._observer)
+        self._history = History(KEPT)
+        self._begin()
+
+    def _begin(self) -> None:
+        self.symptoms: list[Symptom] = []
+        self.diagnosis: Diagnosis | None = None
+        self._newest: Balance | None = None
+
+    def add_view_tab(self) -> None:
+        """Add what changes the picture only."""
+        with self.tabs.add_tab("View"):
+            follow = self.gui.add_checkbox("follow the robot", initial_value=True)
+            ghost = self.gui.add_checkbox("ghost: the ground truth", initial_value=True)
+            self.gui.add_markdown(legend())
+
+        def choose(_: object) -> None:
+            if self._scene is not None:
+                self._scene.follow, self._scene.ghost = follow.value, ghost.value
+
+        follow.on_update(choose)
+        ghost.on_update(choose)
+
+    def say(self, text: str) -> None:
+        """Tell the person what came of a button."""
+        self._said.content = f"> {_plain(text)}"
+
+    def take(self, moment: Moment) -> None:
+        """The next moment, drawn or not."""
+        balance = self._observer.update(moment)
+        if self._newest is not None and moment.sensors.seq < self._newest.moment.sensors.seq:
+            self._begin()
+            self.forget()
+        found = self._watch.update(balance)
+        self.symptoms += found
+        if any(s.kind == "fall" for s in found):
+            last = self.diagnosis.fell if self.diagnosis else -1.0
+            self.diagnosis = explain([s for s in self.symptoms if s.time > last]) or self.diagnosis
+        self._history.add(balance)
+        self._newest = balance
+
+    def forget(self) -> None:
+        """Footprints go: what is shown next was before what is shown now."""
+        if self._scene is not None:
+            self._scene.forget()
+
+    def show(self) -> None:
+        """Draw the newest moment, if anybody looks."""
+        if self._newest is not None and self.server.get_clients():
+            self.draw(self._newest, self._history, self.symptoms, self.diagnosis)
+
+    def draw(
+        self,
+        balance: Balance,
+        history: History,
+        symptoms: list[Symptom],
+        diagnosis: Diagnosis | None,
+        now: bool = False,
+    ) -> None:
+        """Draw a moment; the charts every so often, or `now`."""
+        if self._scene is None:
+            return
+        with self.server.atomic():
+            self._scene.draw(balance)
+        self._count += 1
+        if self._count % CHART_EVERY == 0 or now:
+            time = balance.moment.sensors.time
+            first = diagnosis.first if diagnosis else None
+            self._charts.content = strip_charts(history, time, symptoms, first)
+            self._headline.content = headline(self._title, balance, symptoms, diagnosis)
+
+    def set_world(self, world: WorldReply) -> None:
+        """The world is like this."""
+        if self._scene is None:
+            return
+        floor = Floor(*world.floor, 0.0)
+        self._observer.floor = floor
+        with self.server.atomic():
+            self._scene.set_floor(floor)
+            self._scene.set_objects(world.objects)
+
+
+def _aim(client: Any) -> None:
+    client.camera.position, client.camera.look_at = CAMERA
+
+
+def headline(title: str, balance: Balance, symptoms: list[Symptom], diagnosis: Diagnosis | None) -> str:
+    """What is going on, in markdown."""
+    frame, walk = balance.moment.sensors, balance.moment.walk
+    words = [f"**{_plain(title)}**", f"{frame.time:.1f} s"]
+    if walk is not None:
+        of = f" of {walk.steps}" if walk.steps else ""
+        words += [walk.state, walk.phase, f"step {walk.step}{of}"]
+    if frame.missed:
+        words.append(f"{frame.missed} cycles missed")
+    lines = [" · ".join(words)]
+    if diagnosis is not None:
+        what = diagnosis.first.text if diagnosis.first else "without a sign before"
+        when = f" at {diagnosis.first.time:.2f} s" if diagnosis.first else ""
+        lines.append(f"#### It fell. What went wrong first: {_plain(what)}{when}")
+        lines.append(_plain(diagnosis.sentence))
+    told = [s for s in symptoms if s.time <= frame.time][-TOLD:]
+    if told and diagnosis is None:
+        lines += [" ".join(f"`{s.time:.2f} s` {_plain(s.text)};" for s in told).rstrip(";")]
+    return "\n\n".join(lines)
+
+
+def legend() -> str:
+    """The colours of the points, in markdown."""
+    dots = [
+        f'<span style={{{{color: "rgb{p.colour}"}}}}>●</span> {p.label}'.replace(", ", ",")
+        for p in POINTS
+        if p.name != "com_ground"
+    ]
+    return " ".join(dots)
+
+
+def _plain(text: str) -> str:
+    """Text that the page's markdown, which is MDX, takes as it is."""
+    return html.escape(text, quote=False).replace("{", "(").replace("}", ")").replace("*", "").replace("_", "-")
