@@ -55,13 +55,20 @@ class CrouchSettings(_Table, frozen=True, kw_only=True):
     """s in which the stiffness goes down to `rest_stiffness`."""
     rest_stiffness: Share = 0.0
     """0 to 1, in the end."""
-    sole_tilt: Positive = 0.35
-    """rad; a robot with neither sole this level does not stand: it goes limp where it is instead."""
 
     def __post_init__(self) -> None:
         """Raises ValueError for a posture that is not published."""
         if self.posture not in POSTURES:
             raise ValueError(unknown_name("posture", self.posture, POSTURES))
+
+
+class StanceSettings(_Table, frozen=True, kw_only=True):
+    """Which robot stands and is made to crouch; any other goes limp where it is. One foot is enough."""
+
+    sole_tilt: Positive = 0.35
+    """rad that its sole is off level at most."""
+    reach: Positive = 0.08
+    """m that its ankle is ahead of or behind the hip at most; the postures Sit and SitRelax have more."""
 
 
 class FallSettings(_Table, frozen=True, kw_only=True):
@@ -124,6 +131,7 @@ class GuardSettings(_Table, frozen=True, kw_only=True):
     approach: ApproachSettings = ApproachSettings()
     watchdog: WatchdogSettings = WatchdogSettings()
     crouch: CrouchSettings = CrouchSettings()
+    stance: StanceSettings = StanceSettings()
     fall: FallSettings = FallSettings()
     temperature: TemperatureSettings = TemperatureSettings()
     battery: BatterySettings = BatterySettings()

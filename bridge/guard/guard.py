@@ -21,7 +21,8 @@ from bridge.guard.descent import Descent
 from bridge.guard.messages import GuardStatus, Reason, State
 from bridge.guard.ranges import Ranges
 from bridge.guard.speed import SpeedLimiter
-from bridge.guard.vigilance import FallWatch, Supplies, legs_stiff, on_its_soles
+from bridge.guard.stance import stands
+from bridge.guard.vigilance import FallWatch, Supplies, legs_stiff
 from bridge.guard.words import sentence
 from bridge.joints import JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
@@ -224,9 +225,9 @@ class Guard:
         """Crouch if the robot stands by its legs, else let go where it is."""
         s = self._s.crouch
         stiffness = self._stiffness or frame.stiffness
-        stands = legs_stiff(stiffness) and on_its_soles(frame, s.sole_tilt) and self.state != "fallen"
+        up = self.state != "fallen" and legs_stiff(stiffness) and stands(self._body, frame, self._s.stance)
         start = self._start_from(frame, _WEAK)
-        moving = stands and not limp
+        moving = up and not limp
         if limp:
             s = msgspec.structs.replace(s, fade=0.0, rest_stiffness=0.0)
         self._descent = Descent(start, stiffness, self._crouch, s, self._body.cycle, moving=moving)

@@ -1,4 +1,4 @@
-"""What the guard sees in the sensor frames: a fall, heat, an empty battery, and whether the robot stands."""
+"""What the guard sees in the sensor frames: a fall, heat, an empty battery, and whether the legs hold."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from bridge.guard.config import BatterySettings, FallSettings, TemperatureSettin
 from bridge.joints import INDEX, JOINTS, LEG_SLOTS
 from bridge.messages import SensorFrame
 
-_YAW_PITCH_SHARE: Final = math.sqrt(0.5)
-"""Share of the HipYawPitch angle that pitches the leg (small angles; its axis lies at 45 degrees)."""
 _STIFF: Final = 0.2
 """A robot whose legs all have less stiffness does not stand by them."""
 
@@ -24,18 +22,6 @@ def lean(frame: SensorFrame) -> float:
     """
     roll, pitch = frame.angle
     return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
-
-
-def on_its_soles(frame: SensorFrame, sole_tilt: float) -> bool:
-    """Whether at least one sole is level in pitch to `sole_tilt` rad: it stands, and does not sit or lie.
-
-    By leg joints and fused angle alone, so that a broken force sensor makes nobody fall.
-    """
-    for yaw_pitch, _, hip, knee, ankle, _ in LEG_SLOTS.values():
-        bend = frame.position[hip] + frame.position[knee] + frame.position[ankle]
-        if abs(frame.angle[1] + bend + _YAW_PITCH_SHARE * frame.position[yaw_pitch]) <= sole_tilt:
-            return True
-    return False
 
 
 def legs_stiff(stiffness: tuple[float, ...]) -> bool:

@@ -1,0 +1,325 @@
+"""The guard's states, cycle by cycle: watchdog, crouch, stop and arm, fall, heat and charge. No wall clock."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import pytest
+
+from bridge.config import parse_toml
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.errors import ConfigurationError, FrameError
+from bridge.guard import Guard, GuardSettings
+from bridge.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
+from bridge.messages import ActuatorFrame, SensorFrame
+
+BODY = load_body("nao-v3")
+STAND = POSTURES["StandInit"]
+SETTINGS = GuardSettings()
+LEGS = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
+
+
+def sensors(
+    seq: int,
+    position: tuple[float, ...] = STAND,
+    angle: tuple[float, float] = (0.0, 0.0),
+    heat: float = 30.0,
+    charge: float = 1.0,
+    stiffness: float = 1.0,
+) -> SensorFrame:
+    return SensorFrame(
+        seq=seq,
+        time=0.01 * seq,
+        position=position,
+        stiffness=(stiffness,) * N_JOINTS,
+        current=(0.0,) * N_JOINTS,
+        temperature=(heat,) * N_JOINTS,
+        fsr=(5.0,) * 8,
+        accelerometer=(0.0, 0.0, 9.81),
+        gyroscope=(0.0, 0.0, 0.0),
+        angle=angle,
+        touch=(0.0,) * 14,
+        battery=(charge, 0.0, 0.0, 25.0),
+        sonar=(2.55, 2.55),
+    )
+
+
+def command(
+    seq: int, position: tuple[float, ...] = STAND, stiffness: float = 1.0, lease: int = 1
+) -> ActuatorFrame:
+    return ActuatorFrame(reply_to=seq, position=position, stiffness=(stiffness,) * N_JOINTS, lease=lease)
+
+
+class Robot:
+    """Ideal joints: in the next cycle they are where they were asked to be, if they are stiff."""
+
+    def __init__(self, guard: Guard, position: tuple[float, ...] = STAND, stiffness: float = 1.0) -> None:
+        self.guard, self.seq = guard, 0
+        self.position, self.stiffness = position, stiffness
+        self.angle, self.heat, self.charge = (0.0, 0.0), 30.0, 1.0
+
+    def cycle(self, wanted: ActuatorFrame | None, *, owed: bool = True) -> ActuatorFrame | None:
+        frame = sensors(self.seq, self.position, self.angle, self.heat, self.charge, self.stiffness)
+        checked = self.guard.check(wanted, self.seq) if wanted is not None else None
+        given = self.guard.cycle(frame, checked, owed=owed)
+        if given is not None and given.stiffness[LEGS[0]] > 0.0:
+            self.position = given.position
+        if given is not None:
+            self.stiffness = given.stiffness[LEGS[0]]
+        self.seq += 1
+        return given
+
+    def command(self, position: tuple[float, ...] = STAND, lease: int = 1) -> ActuatorFrame | None:
+        return self.cycle(command(self.seq, position, lease=lease))
+
+    def silence(self, cycles: int, *, owed: bool = True) -> list[str]:
+        states = []
+        for _ in range(cycles):
+            self.cycle(None, owed=owed)
+            states.append(self.guard.state)
+        return states
+
+
+def until_rest(robot: Robot) -> int:
+    for n in range(3000):
+        if robot.guard.state == "rest" and not robot.guard.busy:
+            return n
+        robot.cycle(None)
+    raise AssertionError(robot.guard.status)
+
+
+def test_a_silent_controllers_robot_is_held_then_crouches_then_lets_go() -> None:
+    robot = Robot(Guard(BODY))
+    for _ in range(5):
+        robot.command()
+    dog = SETTINGS.watchdog
+    states = robot.silence(dog.silence + dog.hold)
+    assert states[: dog.silence - 1] == ["active"] * (dog.silence - 1)
+    assert states[dog.silence - 1 : -1] == ["hold"] * dog.hold
+    assert states[-1] == "crouch"
+    assert robot.guard.take_revocation() and not robot.guard.take_revocation()
+    # a rest-to-rest motion without jumps takes at least way / speed, and less than three times that
+    way = max(abs(a - b) for a, b in zip(STAND, POSTURES["Crouch"], strict=True))
+    cycles = until_rest(robot)
+    crouch = SETTINGS.crouch
+    shortest = way / crouch.speed + crouch.settle + crouch.fade
+    assert shortest < cycles * BODY.cycle < 3.0 * shortest
+    inside = [i for i in LEGS if JOINTS[i] not in ("LAnkleRoll", "RAnkleRoll")]  # those are coupled there
+    assert [robot.position[i] for i in inside] == pytest.approx([POSTURES["Crouch"][i] for i in inside])
+    assert robot.stiffness == crouch.rest_stiffness
+
+
+def test_no_joint_is_faster_than_the_settings_say_on_the_way_down() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold - 1)
+    last = robot.position
+    while robot.guard.state != "rest":
+        robot.cycle(None)
+        fastest = max(abs(a - b) for a, b in zip(robot.position, last, strict=True)) / BODY.cycle
+        assert fastest <= SETTINGS.crouch.speed * (1.0 + 1e-6)
+        last = robot.position
+
+
+def test_a_word_in_time_keeps_the_robot_up() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    for _ in range(5):
+        assert set(robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold - 1)) == {"active", "hold"}
+        robot.command()
+        assert robot.guard.state == "active"
+
+
+def test_nobody_is_owed_a_command_by_a_robot_that_was_given_back_or_never_held() -> None:
+    robot = Robot(Guard(BODY))
+    assert set(robot.silence(500)) == {"idle"}
+    robot.command()
+    assert set(robot.silence(500, owed=False)) == {"active"}
+    # a new holder that takes its time before its first command
+    assert set(robot.silence(500)) == {"active"}
+
+
+def test_a_new_controller_takes_over_from_the_crouch_slowly() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    until_rest(robot)
+    start = robot.position
+    given = robot.command(lease=2)
+    assert given is not None and robot.guard.state == "approach"
+    way = max(abs(a - b) for a, b in zip(given.position, start, strict=True))
+    assert way <= SETTINGS.approach.speed * BODY.cycle + 1e-9
+    assert given.stiffness == (1.0,) * N_JOINTS
+    cycles = 1
+    while robot.guard.state == "approach":
+        robot.command(lease=2)
+        cycles += 1
+    farthest = max(abs(a - b) for a, b in zip(start, STAND, strict=True))
+    assert cycles * BODY.cycle == pytest.approx(farthest / SETTINGS.approach.speed, abs=0.05)
+    given = robot.command(lease=2)
+    assert given is not None and given.position == robot.guard.check(command(0), 0).position
+
+
+def test_a_command_from_the_same_pose_is_taken_as_it_is() -> None:
+    robot = Robot(Guard(BODY))
+    wanted = robot.guard.check(command(0), 0)
+    assert robot.command() == wanted
+    assert robot.guard.state == "active"
+    moved = list(STAND)
+    moved[INDEX["LKneePitch"]] += 0.5
+    assert robot.command(tuple(moved), lease=2) is not None
+    assert robot.guard.state == "approach"  # another holder's first command, half a radian away
+
+
+@pytest.mark.parametrize("how", ["crouch", "limp"])
+def test_an_emergency_stop_needs_arming_afterwards(how: str) -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    done = robot.guard.stop("limp" if how == "limp" else "crouch", "a test")
+    assert not done.is_set()
+    robot.cycle(None)
+    assert done.is_set() and robot.guard.take_revocation()
+    assert robot.guard.state == ("rest" if how == "limp" else "crouch")
+    if how == "limp":
+        assert robot.stiffness == 0.0
+    with pytest.raises(FrameError, match="nao-hil arm"):
+        robot.command(lease=2)
+    until_rest(robot)
+    assert robot.stiffness == 0.0
+    assert robot.guard.status.reason == "stop" and not robot.guard.status.armed
+    robot.guard.arm()
+    robot.cycle(None)
+    robot.command(lease=2)
+    assert robot.guard.state in ("approach", "active")
+
+
+def test_a_disarmed_robot_is_left_alone_and_takes_nothing() -> None:
+    robot = Robot(Guard(BODY, armed=False))
+    assert robot.cycle(None) is None
+    with pytest.raises(FrameError, match="not armed"):
+        robot.command()
+    assert robot.cycle(None) is None
+    robot.guard.arm()
+    robot.cycle(None)
+    assert robot.command() is not None
+
+
+def test_a_falling_robot_goes_limp_and_takes_commands_again_when_it_lies() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.angle = (0.0, 0.9)
+    fall = SETTINGS.fall
+    for _ in range(fall.cycles - 1):
+        robot.command()
+        assert robot.guard.state == "active"
+    given = robot.command()
+    assert robot.guard.state == "fallen"
+    assert given is not None and given.stiffness == (fall.stiffness,) * N_JOINTS
+    cycles = 0
+    while robot.guard.state == "fallen":
+        robot.command()
+        cycles += 1
+    assert cycles * BODY.cycle == pytest.approx(fall.rest, abs=2 * BODY.cycle)
+    # getting up: still far from upright, and not taken for another fall
+    for _ in range(200):
+        robot.command()
+    assert robot.guard.state == "active"
+    robot.angle = (0.1, 0.0)
+    robot.command()
+    robot.angle = (-0.9, 0.0)
+    for _ in range(fall.cycles):
+        robot.command()
+    assert robot.guard.state == "fallen"
+
+
+@pytest.mark.parametrize("roll", [-15.0, 0.0, 15.0])
+@pytest.mark.parametrize("pitch", [-20.0, 0.0, 20.0])
+def test_a_robot_on_a_slope_or_swaying_has_not_fallen(roll: float, pitch: float) -> None:
+    robot = Robot(Guard(BODY))
+    robot.angle = (math.radians(roll), math.radians(pitch))
+    for _ in range(300):
+        robot.command()
+    assert robot.guard.state == "active"
+
+
+def test_one_wrong_angle_is_no_fall() -> None:
+    robot = Robot(Guard(BODY))
+    for n in range(100):
+        robot.angle = (0.0, 1.5) if n % SETTINGS.fall.cycles == 0 else (0.0, 0.0)
+        robot.command()
+    assert robot.guard.state == "active"
+
+
+@pytest.mark.parametrize("posture", ["Sit", "SitRelax", "LyingBelly", "LyingBack"])
+def test_a_robot_that_does_not_stand_is_not_made_to_crouch(posture: str) -> None:
+    robot = Robot(Guard(BODY), POSTURES[posture])
+    robot.command(POSTURES[posture])
+    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    assert robot.guard.state == "rest"
+    before = robot.position
+    until_rest(robot)
+    assert robot.position == before and robot.stiffness == 0.0
+
+
+def test_a_limp_robot_is_not_made_to_crouch() -> None:
+    robot = Robot(Guard(BODY), stiffness=0.0)
+    robot.cycle(command(0, stiffness=0.0))
+    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    assert robot.guard.state == "rest"
+    assert robot.stiffness == 0.0
+
+
+@pytest.mark.parametrize(("field", "bad", "between"), [("heat", 99.0, 90.0), ("charge", 0.01, 0.08)])
+def test_too_hot_or_too_empty_the_robot_goes_down_and_takes_nothing_until_it_is_well_again(
+    field: str, bad: float, between: float
+) -> None:
+    robot = Robot(Guard(BODY))
+    good = getattr(robot, field)
+    robot.command()
+    setattr(robot, field, bad)
+    robot.command()
+    assert robot.guard.state == "crouch"
+    assert robot.guard.status.reason == {"heat": "temperature", "charge": "battery"}[field]
+    setattr(robot, field, between)
+    for _ in range(1000):
+        robot.command()
+    assert robot.guard.state == "rest" and robot.stiffness == 0.0
+    setattr(robot, field, good)
+    robot.command()
+    assert robot.guard.state == "approach"
+
+
+def test_each_change_of_state_is_told_once_in_one_sentence() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.silence(1000)
+    notices = robot.guard.take_notices()
+    assert [n.code for n in notices] == ["guard-active", "guard-hold", "guard-crouch", "guard-rest"]
+    assert [n.level for n in notices] == ["info", "warning", "warning", "warning"]
+    assert all(n.text.endswith(".") and n.text.count(".") == 1 for n in notices)
+    assert robot.guard.status.text == notices[-1].text
+
+
+def test_a_joint_that_was_limp_starts_from_where_it_is() -> None:
+    robot = Robot(Guard(BODY))
+    elbow = INDEX["LElbowYaw"]
+    limp = command(0)
+    free = list(limp.stiffness)
+    free[elbow] = 0.0
+    robot.cycle(msgspec.structs.replace(limp, stiffness=tuple(free)))
+    turned = list(STAND)
+    turned[elbow] = 1.0  # by hand
+    robot.position = tuple(turned)
+    given = robot.command()
+    assert given is not None and robot.guard.state == "approach"
+    assert given.position[elbow] == pytest.approx(1.0 - SETTINGS.approach.speed * BODY.cycle)
+
+
+def test_the_settings_refuse_what_cannot_be() -> None:
+    text = '[fall]\nangle = 0.3\nupright = 0.4\n[crouch]\nposture = "Crouch"'
+    with pytest.raises(ConfigurationError, match="upright must be smaller"):
+        parse_toml(text, "guard.toml", GuardSettings)
+    with pytest.raises(ConfigurationError, match="did you mean 'Crouch'"):
+        parse_toml('[crouch]\nposture = "Crouhc"', "guard.toml", GuardSettings)
