@@ -15,24 +15,12 @@ import numpy as np
 
 from bridge.datasheet import Body
 from bridge.joints import INDEX, LEG_SLOTS, N_JOINTS
+from walker.arms import ARMS
 from walker.gait import Foot, Reference
 from walker.kinematics.com import CentreOfMass
 from walker.kinematics.inverse import solve_legs
 from walker.kinematics.limits import AnkleRange
 from walker.kinematics.transforms import Transform
-
-ARMS: Final = {
-    "LShoulderPitch": 1.5,
-    "LShoulderRoll": 0.15,
-    "LElbowYaw": -1.2,
-    "LElbowRoll": -0.4,
-    "RShoulderPitch": 1.5,
-    "RShoulderRoll": -0.15,
-    "RElbowYaw": 1.2,
-    "RElbowRoll": 0.4,
-}
-"""Arms hanging at the sides, elbows a little bent, clear of the legs; rad."""
-
 
 _REFINEMENTS: Final = 2
 """Rounds of placing the torso by the pose's own centre of mass; each leaves a third of the 15 mm."""

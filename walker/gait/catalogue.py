@@ -12,6 +12,7 @@ from bridge.config import from_dict, load_toml, unknown_name
 from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from walker.gait.dynamic import DynamicGait
+from walker.gait.huang import HuangGait, HuangParameters
 from walker.gait.pendulum import DynamicParameters
 from walker.gait.reference import Gait
 from walker.gait.static import StaticGait, StaticParameters
@@ -21,6 +22,7 @@ _SHIPPED: Final = Path(__file__).with_name("parameters")
 GAITS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Any, Body], Gait]]]] = {
     "static": (StaticParameters, StaticGait),
     "dynamic": (DynamicParameters, DynamicGait),
+    "huang": (HuangParameters, HuangGait),
 }
 """Name of a gait -> (type of its parameters, its phase machine)."""
 

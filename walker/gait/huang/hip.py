@@ -1,0 +1,110 @@
+"""The hip in the periodic cycle: x by (8), (9), z by (7), and y by the same means.
+
+Time counts from the beginning of double support; the rear foot stands at x = 0, the front foot at D_s, and y is
+positive towards the front foot, which the cycle is to stand on. The source walks in the plane. Sideways the hip
+has three knots: `y_d` off the path at both ends of single support, `y_m` in its middle, and every cycle is the
+mirror image of the one before.
+
+The printed closed form (10) violates its own conditions (8), (9); the periodic spline on x_h - (D_s / T_c) t
+meets them. The middle of single support is T_d + (T_c - T_d) / 2, not the (T_c - T_d) / 2 printed in (7).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from walker.gait.huang.parameters import HuangParameters
+from walker.gait.huang.spline import Cubic, periodic
+from walker.gait.polynomial import Motion
+from walker.kinematics.transforms import Array
+
+
+class Choice(NamedTuple):
+    """What the search is for: where the hip is at the ends of single support, m."""
+
+    x_sd: float
+    x_ed: float
+    y_d: float
+    y_m: float
+
+
+class Sampled(NamedTuple):
+    """Position, velocity and acceleration at many times."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+class Linear(NamedTuple):
+    """A motion that is linear in two numbers a, b: base + a first + b second."""
+
+    base: Sampled
+    first: Sampled
+    second: Sampled
+
+    def at(self, a: Array, b: Array) -> Sampled:
+        """The motions for many pairs, each of shape (times, pairs)."""
+        return Sampled(
+            *(
+                base[:, None] + np.outer(first, a) + np.outer(second, b)
+                for base, first, second in zip(self.base, self.first, self.second, strict=True)
+            )
+        )
+
+
+def hip_x(p: HuangParameters, x_sd: float, x_ed: float) -> Cubic:
+    """X less the even motion D_s / T_c t, periodic (8), (9)."""
+    mean = p.D_s / p.T_c
+    return periodic((0.0, p.T_d, p.T_c), (x_ed, p.D_s - x_sd - mean * p.T_d, x_ed))
+
+
+def hip_y(p: HuangParameters, y_d: float, y_m: float) -> Cubic:
+    """y, antiperiodic."""
+    return periodic((0.0, p.T_d, 0.5 * (p.T_c + p.T_d), p.T_c), (-y_d, y_d, y_m, y_d), sign=-1.0)
+
+
+def hip_z(p: HuangParameters) -> Cubic:
+    """Height of the hip joints (7), from the middle of double support to that of the next one."""
+    times = (0.5 * p.T_d, 0.5 * (p.T_c + p.T_d), p.T_c + 0.5 * p.T_d)
+    return periodic(times, (p.H_min, p.H_max, p.H_min))
+
+
+def sample_x(p: HuangParameters, times: Array) -> Linear:
+    """X as a function of x_sd and x_ed."""
+
+    def one(x_sd: float, x_ed: float) -> Sampled:
+        position, velocity, acceleration = hip_x(p, x_sd, x_ed).sample(times)
+        mean = p.D_s / p.T_c
+        return Sampled(position + mean * times, velocity + mean, acceleration)
+
+    return _linear(one(0.0, 0.0), one(1.0, 0.0), one(0.0, 1.0))
+
+
+def sample_y(p: HuangParameters, times: Array) -> Linear:
+    """Y as a function of y_d and y_m."""
+    return _linear(*(Sampled(*hip_y(p, *ends).sample(times)) for ends in ((0, 0), (1, 0), (0, 1))))
+
+
+def sample_z(p: HuangParameters, times: Array) -> Sampled:
+    """Z at times from a little before the cycle to its end."""
+    spline = hip_z(p)
+    return Sampled(*spline.sample(np.where(times < 0.5 * p.T_d, times + p.T_c, times)))
+
+
+def _linear(base: Sampled, first: Sampled, second: Sampled) -> Linear:
+    return Linear(
+        base,
+        Sampled(*(a - b for a, b in zip(first, base, strict=True))),
+        Sampled(*(a - b for a, b in zip(second, base, strict=True))),
+    )
+
+
+def ends_of_cycle(p: HuangParameters, choice: Choice) -> tuple[Motion, Motion]:
+    """X and y at the beginning of a cycle: where the phases from and to rest join on."""
+    x = hip_x(p, choice.x_sd, choice.x_ed).at(0.0)
+    return Motion(x.position, x.velocity + p.D_s / p.T_c, x.acceleration), hip_y(p, choice.y_d, choice.y_m).at(
+        0.0
+    )
