@@ -1,0 +1,123 @@
+"""Recordings from the wire and back onto it, whole and cut off."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.errors import ConfigurationError, LeaseRefused
+from bridge.guard import Guard
+from bridge.link import ControllerLink
+from bridge.messages import SensorFrame, TruthFrame
+from bridge.playback import Recorded, read_recording
+from bridge.recording import Recorder
+from emulator.robot import EmulatedRobot
+from lab import inprocess
+from lab.capture import Capture, described
+from lab.replay import Replay
+from walker.controller import Controller, WalkOrder
+from walker.gait import gait_parameters, make_gait
+from walker.parameters import controller_parameters
+
+BODY = load_body("nao-v3")
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four seconds of a dynamic walk."""
+    path = tmp_path_factory.mktemp("recording") / "walk.mcap"
+    gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
+    bare = controller_parameters("dynamic", {"torso": "none"})
+    controller = Controller(BODY, gait, WalkOrder(), BODY.cycle, bare)
+    with EmulatedRobot(BODY, seed=2) as robot, Recorder(path, {"robot": "nao-v3"}) as recorder:
+        inprocess.run(robot, Guard(BODY), controller, [recorder], 400)
+    return path
+
+
+@contextmanager
+def playing(path: Path, endpoint: str, speed: float, loop: bool = False) -> Iterator[Replay]:
+    end = threading.Event()
+
+    def wait(seconds: float) -> bool:
+        return end.wait(seconds) if seconds > 0.0 else end.is_set()
+
+    def run() -> None:
+        time.sleep(0.3)  # until those who listen have connected
+        while not end.is_set():
+            player.play(wait, speed=speed)
+            if not loop:
+                return
+
+    with Replay(path, "film", endpoint) as player:
+        thread = threading.Thread(target=run)
+        thread.start()
+        try:
+            yield player
+        finally:
+            end.set()
+            thread.join()
+
+
+def of_kind(items: list[Recorded], kind: type[Any]) -> dict[int, Any]:
+    return {item.message.seq: item.message for item in items if isinstance(item.message, kind)}
+
+
+def test_what_is_replayed_and_recorded_again_is_the_same(
+    recording: Path, endpoint: str, tmp_path: Path
+) -> None:
+    """Pose and every other number of a frame, bit for bit: msgpack and JSON carry floats whole."""
+    again = tmp_path / "again.mcap"
+    with playing(recording, endpoint, speed=4.0), Capture("film", endpoint) as capture:
+        info = capture.wait_robot(lambda: False)
+        assert info is not None
+        assert (info.body, info.side) == ("nao-v3", "replay")
+        with Recorder(again, described(info)) as recorder:
+            deadline = time.monotonic() + 30.0
+            while capture.seconds < 3.9 and time.monotonic() < deadline:
+                capture.record(recorder, 0.1)
+    before, after = list(read_recording(recording)), list(read_recording(again))
+    for kind in (SensorFrame, TruthFrame):
+        old, new = of_kind(before, kind), of_kind(after, kind)
+        assert len(new) > 350
+        for seq, message in new.items():
+            assert msgspec.structs.replace(message, **({"wall": 0} if kind is SensorFrame else {})) == old[seq]
+    assert capture.refused == 0
+
+
+def test_a_recording_takes_no_commands(recording: Path, endpoint: str) -> None:
+    with playing(recording, endpoint, speed=1.0), ControllerLink("film", endpoint, "stranger") as link:
+        assert link.wait_robot(timeout=20.0) is not None
+        with pytest.raises(LeaseRefused, match="A recording is played back here"):
+            link.acquire()
+
+
+def test_a_recording_cut_off_by_kill_9_opens(
+    recording: Path, endpoint: str, tmp_path: Path, start: Callable[..., Any], until: Callable[..., Any]
+) -> None:
+    cut = tmp_path / "cut.mcap"
+    with playing(recording, endpoint, speed=2.0, loop=True):
+        command = start("record", "--name", "film", "--connect", endpoint, "--out", str(cut))
+        until(lambda: cut.exists() and cut.stat().st_size > 100_000, "a recording of some length")
+        command.process.send_signal(signal.SIGKILL)
+        assert command.wait() == -signal.SIGKILL
+    assert not cut.read_bytes().endswith(b"\x89MCAP0\r\n")  # the mark at the end of a whole file
+    old, new = (of_kind(list(read_recording(path)), SensorFrame) for path in (recording, cut))
+    assert len(new) > 50
+    assert all(new[seq].position == old[seq].position for seq in new)
+    assert sorted(new) == list(range(min(new), max(new) + 1))
+
+
+def test_a_recording_that_names_no_body_asks_for_one(tmp_path: Path, endpoint: str) -> None:
+    with Recorder(tmp_path / "bare.mcap", {}):
+        pass
+    with pytest.raises(ConfigurationError, match="--robot"):
+        Replay(tmp_path / "bare.mcap", "film", endpoint)
