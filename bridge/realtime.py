@@ -54,3 +54,9 @@ def request_real_time(priority: int) -> bool:
     except OSError:
         return False
     return True
+
+
+def leave_real_time() -> None:
+    """Make the calling thread an ordinary one, and so the processes that it starts."""
+    if sys.platform == "linux":
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

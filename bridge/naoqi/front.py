@@ -36,11 +36,13 @@ class Front:
         self._signals: dict[str, Any] = {}
 
     def listen(self, url: str, services: Mapping[str, Sequence[str]]) -> Any:
-        """Open the directory and register the services; gives the session, which must be kept."""
+        """Open the directory, register the services and say so; gives the session, which must be kept."""
         session = self._qi.Session()
-        session.listenStandalone(url)
-        for name, methods in services.items():
-            session.registerService(name, self._service(name, methods))
+        with self._lock:  # the first call comes after the first message, however fast a client is
+            session.listenStandalone(url)
+            for name, methods in services.items():
+                session.registerService(name, self._service(name, methods))
+            self._pipe.send([0, True, session.endpoints()])
         return session
 
     def _service(self, name: str, methods: Sequence[str]) -> Any:
@@ -104,12 +106,11 @@ def main(url: str, descriptor: int) -> None:
         return
     front = Front(qi, pipe)
     try:
-        session = front.listen(url, table[0])
+        _session = front.listen(url, table[0])
     except RuntimeError as error:
         pipe.send([0, False, f"qi cannot listen on {url}: {str(error).splitlines()[0]}"])
         # qi aborts when a session that failed to listen is taken apart.
         os._exit(1)
-    pipe.send([0, True, session.endpoints()])
     front.run()
     os._exit(0)  # taking qi apart can take seconds while clients are connected
 

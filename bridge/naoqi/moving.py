@@ -18,6 +18,7 @@ from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Vec3
 from bridge.naoqi.arguments import number
+from bridge.realtime import leave_real_time
 from bridge.walk import GaitName, WalkStatus
 
 POLL: Final = 0.1
@@ -208,6 +209,7 @@ class Moving:
         if self._walker is not None and self._walker.running:
             return
         self._robot.give_away()
+        leave_real_time()
         self._walker = self._start()
         try:
             self._client = self._open()

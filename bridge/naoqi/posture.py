@@ -33,9 +33,9 @@ NEAR: Final = 0.25
 SWITCHING: Final = 0.5
 """s in which waking and resting change the stiffness."""
 REST_SPEED: Final = 0.6
-LEGS_AT_REST: Final = 0.02
-"""Stiffness that resting leaves to the legs; all else gets 0. Without any the emulated robot, whose thighs do
-not rest on its calves, tips over backwards; from 0.01 on it stays (assumed: enough on a real one, too)."""
+LEGS_AT_REST: Final = 0.1
+"""Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, the
+emulated robot, whose thighs do not rest on its calves, tips over backwards; from 0.05 on it stays."""
 _LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
 
 

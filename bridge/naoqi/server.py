@@ -22,6 +22,7 @@ from bridge.naoqi.config import RobotConfig
 from bridge.naoqi.moving import Moving, Walker
 from bridge.naoqi.pipe import Pipe
 from bridge.naoqi.services import Services
+from bridge.realtime import quiet_process
 from bridge.walk import GaitName
 
 logger = logging.getLogger(__name__)
@@ -76,6 +77,7 @@ class Server:
         speed: of that gait on a body, m/s.
         start_walker: starts a walker that serves.
         stop: becomes true when the server is to end.
+        priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
 
     Raises:
         ConfigurationError: not an address.
@@ -90,8 +92,10 @@ class Server:
         speed: Callable[[Body], float],
         start_walker: Callable[[], Walker],
         stop: Callable[[], bool],
+        priority: int | None = None,
     ) -> None:
         require_free(url)
+        self._priority = priority
         self._link, self._url, self._stop = link, url, stop
         self._gait, self._speed, self._start_walker = gait, speed, start_walker
         self._lock = threading.RLock()
@@ -134,6 +138,8 @@ class Server:
         if frame is None:
             return
         services = self._begin(load_body(info.body), frame)
+        if info.mode == "real-time":
+            quiet_process(self._priority)
         self._send(services)
         logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
         while not self._stop() and self._front_runs():

@@ -16,6 +16,7 @@ from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.naoqi.server import DEFAULT_URL, Server
+from bridge.realtime import CONTROLLER_PRIORITY
 from lab.cli import options
 from lab.cli.logs import log_to_stderr
 from lab.cli.signals import on_signals
@@ -58,6 +59,7 @@ def serve(
     ] = "dynamic",
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
+    realtime_priority: options.RealtimePriority = True,
     as_json: options.Json = False,
 ) -> int:
     """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
@@ -84,6 +86,7 @@ def serve(
             lambda body: _speed(chosen, body),
             lambda: ServingWalker(name, connect, chosen),
             stop.is_set,
+            CONTROLLER_PRIORITY if realtime_priority else None,
         )
         server.run()
     if as_json:
