@@ -2,7 +2,7 @@
 
 A gait's phases keep their times; what changes with the velocity is the length of the steps. In the static
 gait that is l_SW itself. In the dynamic gait the times follow from the sideways motion alone (3.11), so the
-length of a step, S_a + S_b + S_d, is proportional to S_a0.
+length of a step, S_a + S_b + S_d, is proportional to S_a0. In Huang's gait it is D_s.
 """
 
 from __future__ import annotations
@@ -38,9 +38,14 @@ def _dynamic(p: Any) -> Step:
     return Step(plan.length, plan.duration)
 
 
+def _huang(p: Any) -> Step:
+    return Step(p.D_s, p.T_c)
+
+
 STEPS: Final[dict[str, tuple[str, Callable[[Any], Step]]]] = {
     "static": ("l_SW", _static),
     "dynamic": ("S_a0", _dynamic),
+    "huang": ("D_s", _huang),
 }
 """Name of a gait -> (the parameter that the length of its step is proportional to, its step)."""
 

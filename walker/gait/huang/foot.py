@@ -123,7 +123,7 @@ class FootPath:
         self._heel = Rolling.over(shape, end, toe=False)
         off, on = self._toe.ankle(self.pitch.at(self.lift)), self._heel.ankle(self.pitch.at(self.land))
         apex = (
-            start.x + p.L_ao / (2.0 * p.D_s) * (end.x - start.x),
+            start.x + (p.L_ao or p.D_s) / (2.0 * p.D_s) * (end.x - start.x),
             max(start.z, end.z) + p.H_ao + clearance,
         )
         times = (self.lift, p.T_m, self.land)

@@ -30,8 +30,8 @@ class HuangParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """Pitch of the rear foot about its toe when it lifts, rad."""
     q_f: _NotNegative
     """Pitch of the front foot about its heel when it lands, rad."""
-    L_ao: _Positive
-    """Way of the ankle from its lift to its highest point in a whole step, m."""
+    L_ao: _Positive | None = None
+    """Way of the ankle from its lift to its highest point in a whole step, m; None: half of it, D_s."""
     H_ao: _Positive
     """Height of the ankle there, above the ground, m."""
     H_min: _Positive
@@ -79,7 +79,7 @@ def check_bounds(p: HuangParameters) -> None:
         )
     if p.H_min > p.H_max:
         refuse(f"H_min = {p.H_min} m is {1e3 * (p.H_min - p.H_max):.1f} mm above H_max = {p.H_max} m (7)")
-    if p.L_ao >= 2.0 * p.D_s:
+    if p.L_ao is not None and p.L_ao >= 2.0 * p.D_s:
         refuse(
             f"L_ao = {p.L_ao} m lies {1e3 * (p.L_ao - 2.0 * p.D_s):.1f} mm beyond the landing at 2 D_s = "
             f"{2.0 * p.D_s} m"
