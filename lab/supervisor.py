@@ -64,6 +64,11 @@ class Child:
         """Whether it has not ended yet."""
         return self._process.poll() is None
 
+    @property
+    def said(self) -> str:
+        """Its stderr so far."""
+        return self._log.read_text()
+
     def ask_to_end(self) -> None:
         """Send it a Ctrl-C, unless it has ended or got one already: a second one would end it in disorder."""
         if self.running and not self._asked:

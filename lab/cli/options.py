@@ -83,3 +83,8 @@ Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.
 End = Annotated[
     float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")
 ]
+View = Annotated[
+    bool,
+    typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does."),
+]
+Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", metavar="PORT")]

@@ -16,9 +16,12 @@ from lab.cli import options
 from lab.cli.progress import WalkProgress
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
+from lab.diagnosis import diagnose
 from lab.monitor import Monitor
 from lab.rundir import RunDirectory
 from lab.supervisor import Child, Outcome
+from lab.view.child import LivePage
+from lab.view.server import DEFAULT_PORT
 
 GRACE = 5.0
 """s a side has to end by itself after it was asked to."""
@@ -36,6 +39,8 @@ def up(
     duration: options.Duration = None,
     seed: options.Seed = None,
     serve: options.Serve = False,
+    view: options.View = False,
+    port: options.Port = DEFAULT_PORT,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
     config: options.Config = None,
@@ -46,7 +51,7 @@ def up(
 
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
 
-    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`).
+    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page).
     """
     settings = run_config(
         config,
@@ -72,17 +77,25 @@ def up(
     )
     serving = ["--serve"] if serve else []
     walker = Child("walker", ["walk", "--connect", listen, *serving, *common], directory.path)
+    page = LivePage(name, listen, port, directory.path) if view else None
+    console = Console(stderr=True)
     try:
-        with Monitor(name, listen) as monitor, WalkProgress(settings, Console(stderr=True)) as progress:
+        with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
             while not stop.is_set() and emulator.running and walker.running:
                 stop.wait(0.2)
                 progress.show(monitor)
+                if page is not None:
+                    page.tell(console)
     finally:
+        if page is not None:
+            page.ask_to_end()
         # Both at once; a walker that ended by itself has brought the robot to a stand before.
         walker.ask_to_end()
         emulator.ask_to_end()
         walker_result = walker.end(GRACE)
         robot_result = emulator.end(GRACE)
+        if page is not None:
+            page.end(GRACE)
     code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
     return 0 if serve and code == 130 else code  # a walker that serves has no other end
 
@@ -136,3 +149,5 @@ def _show(summary: dict[str, Any], directory: RunDirectory, console: Console, in
     table.add_row("cycles", f"{summary['cycles']}, {summary['cycles_missed']} missed")
     table.add_row("recording", str(directory.recording))
     console.print(table)
+    if summary["fell"] and (diagnosis := diagnose(directory.recording)) is not None:
+        console.print(diagnosis.sentence, highlight=False)

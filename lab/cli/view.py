@@ -13,6 +13,7 @@ from rich.console import Console
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from lab.cli import options
 from lab.cli.signals import on_signals
+from lab.view.child import READY
 from lab.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
 
 NICENESS = 10
@@ -22,7 +23,7 @@ NICENESS = 10
 def view(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    port: Annotated[int, typer.Option("--port", help="TCP port of the page.", metavar="PORT")] = DEFAULT_PORT,
+    port: options.Port = DEFAULT_PORT,
     host: Annotated[
         str,
         typer.Option("--host", help="Address the page listens on; others than loopback are open to all."),
@@ -41,7 +42,7 @@ def view(
     console = Console(stderr=True)
     server = open_server(host, port, "nao-hil")
     os.nice(NICENESS)
-    console.print(f"the page is at http://{host}:{port}/", highlight=False)
+    console.print(f"{READY} http://{host}:{port}/", highlight=False)
     if replay is not None:
         from lab.view.film import Film
 

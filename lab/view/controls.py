@@ -43,7 +43,6 @@ FAULTS: Final[dict[str, tuple[str, str]]] = {
 }
 """Kinds that the page offers: what each strikes, and the number that says how hard."""
 SENSORS: Final = tuple(ELEMENTS) + tuple(f"fsr.{cell}" for cell in ELEMENTS["fsr"])
-RED: Final = (201, 42, 42)
 
 Say = Callable[[str], None]
 
@@ -70,7 +69,7 @@ class Controls:
             with tabs.add_tab("Faults"):
                 self._faults()
 
-    def _button(self, label: str, act: Callable[[], str], hint: str = "", color: Any = None) -> None:
+    def _button(self, label: str, act: Callable[[], str], hint: str = "", color: str | None = None) -> None:
         """A button; `act` does it and returns a sentence."""
         handle = self._gui.add_button(label, hint=hint or None, color=color)
 
@@ -87,7 +86,7 @@ class Controls:
 
     def _walk(self) -> None:
         gui = self._gui
-        self._button("Emergency stop", lambda: self._commands.stop().text, "crouch, then let go", color=RED)
+        self._button("Emergency stop", lambda: self._commands.stop().text, "crouch, then let go", color="red")
         speed = gui.add_slider("speed, m/s", min=-0.05, max=0.2, step=0.005, initial_value=0.05)
         steps = gui.add_number("steps (0: on)", initial_value=0, min=0, step=1)
         gait = gui.add_dropdown("gait", (AS_IS, "static", "dynamic", "huang"))

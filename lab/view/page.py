@@ -50,6 +50,7 @@ class Page:
         self.tabs = self.gui.add_tab_group()
         self._scene: Scene | None = None
         self._count = 0
+        self._begin()
 
     def meet(self, body: Body) -> None:
         """The robot is of this body; all begins anew."""
