@@ -24,7 +24,7 @@ from walker.gait.huang.footholds import Footholds
 from walker.gait.huang.multibody import STEP, Ankle, Bodies
 from walker.gait.huang.parameters import HuangParameters, check_bounds
 from walker.gait.huang.pieces import Piece, Pieces
-from walker.gait.huang.plan import chosen
+from walker.gait.huang.found import chosen
 from walker.gait.reference import Foot, Phase, Reference, Support
 
 _SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
