@@ -9,17 +9,21 @@ import threading
 from pathlib import Path
 from typing import Annotated, Literal, cast
 
+import msgspec
 import typer
 
 from bridge.config import unknown_name
 from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
-from bridge.naoqi.server import DEFAULT_URL, Server
-from bridge.realtime import CONTROLLER_PRIORITY
+from bridge.naoqi.robot import LOOK_AHEAD, BridgeSettings, NaoqiBridge, check_look_ahead
+from bridge.naoqi.server import DEFAULT_URL, Server, check_url
+from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
+from lab import __version__
 from lab.cli import options
 from lab.cli.logs import log_to_stderr
 from lab.cli.signals import on_signals
+from lab.config import run_config
 from lab.supervisor import Child
 
 GAITS = ("static", "dynamic")
@@ -100,3 +104,51 @@ def _speed(gait: str, _body: Body) -> float:
     from walker.gait.speed import step_of
 
     return step_of(gait, gait_parameters(gait, {})).velocity
+
+
+def bridge(
+    url: Annotated[
+        str, typer.Option("--url", help="Address of the robot's NAOqi, tcp://HOST:9559.", metavar="URL")
+    ],
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    robot: options.Body = None,
+    look_ahead: Annotated[
+        float,
+        typer.Option(
+            "--look-ahead",
+            help="Milliseconds from a frame to the time of the command that answers it: as long as the network "
+            "may take. It delays every motion.",
+            metavar="MS",
+        ),
+    ] = 1000.0 * LOOK_AHEAD,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
+    ] = False,
+    realtime_priority: options.RealtimePriority = True,
+    config: options.Config = None,
+    as_json: options.Json = False,
+) -> int:
+    """Put a real V3, V4 or V5 on the link: it starts disarmed, see `nao-hil arm`.
+
+    Example: nao-hil bridge naoqi --url tcp://192.168.1.7:9559
+    """
+    check_url(url)
+    run = run_config(config, robot=robot)
+    settings = BridgeSettings(
+        url=url,
+        robot=name,
+        listen=listen,
+        body=run.robot if robot is not None else None,
+        look_ahead=check_look_ahead(look_ahead / 1000.0),
+        guard=run.guard,
+        dry_run=dry_run,
+        priority=ROBOT_PRIORITY if realtime_priority else None,
+    )
+    log_to_stderr()
+    stop = threading.Event()
+    on_signals(stop.set)
+    bridged = NaoqiBridge(settings, f"nao-hil {__version__}", stop).run()
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(bridged)), flush=True)
+    return 0

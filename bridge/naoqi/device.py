@@ -1,0 +1,226 @@
+"""A connection to a real robot's NAOqi: its memory in, timed commands of the DCM out.
+
+Reads follow the robot's clock, not this machine's: `DCM/Time` comes with the sensors, the shortest delay seen
+tells when the robot's next cycle is over, and the read is placed there. Commands carry their time: that of the
+frame they answer plus a look-ahead, so that what the network does to them within it moves no joint.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from bridge.datasheet import Body, load_body
+from bridge.dcm.actuators import driven_joints
+from bridge.dcm.clock import wrapped
+from bridge.dcm.wire import PREFIX
+from bridge.errors import ConfigurationError, LinkError
+from bridge.joints import INDEX
+from bridge.naoqi.names import actuator
+from bridge.naoqi.sensors import GYROSCOPE_KEYS, OLD_GYROSCOPE_KEYS, FrameReader
+
+TIMEOUT: Final = 2.0
+"""s that connecting or a call may take."""
+RETRY: Final = 0.001
+"""s until the next read when the robot's clock has not gone on yet."""
+_WINDOW: Final = 200
+"""Reads over which the shortest delay is kept; so the clocks may drift apart."""
+_POSITIONS: Final = "NaoHilPositions"
+_STIFFNESSES: Final = "NaoHilStiffnesses"
+BODIES: Final = {
+    ("V32", True): "nao-v3.2",
+    ("V33", True): "nao-v3.3",
+    ("V40", True): "nao-v4",
+    ("V50", True): "nao-v5",
+    ("V60", True): "nao-v6",
+    ("V32", False): "nao-v3",
+    ("V33", False): "nao-v3",
+}
+"""Data sheet by `RobotConfig/Body/BaseVersion`, and whether there are hands."""
+
+
+class Reading(NamedTuple):
+    """One look at the robot's memory."""
+
+    moment: int
+    """The DCM's clock, ms."""
+    cycles: int
+    """Cycles of the robot since the last reading; 1 unless some were left out."""
+    fields: Mapping[str, Any]
+    """Of a `SensorFrame`."""
+
+
+class NaoqiDevice:
+    """An open connection; close it.
+
+    Args:
+        url: of the robot's NAOqi, `tcp://HOST:9559`.
+        body: Data sheet; None: by what the robot says it is.
+        look_ahead: s from a frame to the time of the command that answers it.
+
+    Raises:
+        LinkError: nobody is there, qi is not installed, or a module is missing.
+        ConfigurationError: a body without a data sheet.
+    """
+
+    def __init__(self, url: str, body: str | None, look_ahead: float) -> None:
+        self._url = url
+        self._look_ahead = round(1000.0 * look_ahead)
+        self._session = _connected(url)
+        try:
+            self._memory, self._dcm = self._service("ALMemory"), self._service("DCM")
+            old = self._value(PREFIX + GYROSCOPE_KEYS[0]) is None and (
+                self._value(PREFIX + OLD_GYROSCOPE_KEYS[0]) is not None
+            )
+            self.body = load_body(body or self._body_name())
+            self._reader = FrameReader(self.body, old)
+            self._make_aliases(self.body)
+        except BaseException:
+            self._session.close()
+            raise
+        self._cycle = 1000.0 * self.body.cycle
+        self._moment: int | None = None
+        self._delays: deque[float] = deque(maxlen=_WINDOW)
+        self._answered = 0.0
+        self._stiffness: tuple[float, ...] | None = None
+        self._pending: deque[tuple[float, Any]] = deque()
+        self.late = 0
+        """Commands that were not at the robot within their look-ahead."""
+
+    def _service(self, name: str) -> Any:
+        try:
+            return self._session.service(name)
+        except RuntimeError as error:
+            raise LinkError(
+                f"The robot at {self._url} has no module {name} ({_first_line(error)}); NAOqi 2.8 and later "
+                "have no DCM, a V6 is reached with `nao-hil bridge lola`."
+            ) from None
+
+    def _body_name(self) -> str:
+        version = self._value("RobotConfig/Body/BaseVersion")
+        hands = self._value(f"{PREFIX}LHand/Position/Sensor/Value") is not None
+        name = BODIES.get((str(version), hands))
+        if name is None:
+            what = "with" if hands else "without"
+            raise ConfigurationError(
+                f"The robot at {self._url} says it is a {version} {what} hands, of which there is no data "
+                "sheet; name the nearest with --robot."
+            )
+        return name
+
+    def _make_aliases(self, body: Body) -> None:
+        joints = driven_joints(body)
+        self._slots = [INDEX[joint] for joint in joints]
+        for alias, kind in ((_POSITIONS, "Position"), (_STIFFNESSES, "Hardness")):
+            names = [actuator(joint, kind) for joint in joints]
+            _, known = self._call(self._dcm.createAlias, [alias, names])
+            missing = [name for name, there in zip(names, known, strict=True) if not there]
+            if missing:
+                raise ConfigurationError(
+                    f"The robot at {self._url} has no actuator {missing[0]}; is it a {body.name}? Name its "
+                    "data sheet with --robot."
+                )
+
+    def read(self) -> Reading:
+        """The robot's next cycle, waiting for it.
+
+        Raises:
+            LinkError: the connection has ended, or the robot's clock stands still.
+        """
+        if self._moment is not None and self._delays:
+            due = min(self._delays) + (self._moment + self._cycle) / 1000.0
+            time.sleep(min(max(0.0, due - time.monotonic()), self._cycle / 1000.0))
+        deadline = time.monotonic() + TIMEOUT
+        while True:
+            values = self._call(self._memory.getListData, self._reader.keys)
+            moment = self._reader.time(values)
+            self._answered = time.monotonic()
+            if moment != self._moment:
+                return self._taken(moment, values)
+            if time.monotonic() > deadline:
+                raise LinkError(f"The clock of the robot at {self._url} has stood still for {TIMEOUT:g} s.")
+            time.sleep(RETRY)
+
+    def _taken(self, moment: int, values: Sequence[Any]) -> Reading:
+        passed = self._cycle if self._moment is None else wrapped(moment - self._moment)
+        if passed < 0:
+            raise LinkError(f"The clock of the robot at {self._url} went back: its NAOqi was started anew.")
+        self._moment = moment
+        self._delays.append(self._answered - moment / 1000.0)
+        return Reading(moment, max(1, round(passed / self._cycle)), self._reader.fields(values))
+
+    def write(self, moment: int, position: Sequence[float], stiffness: Sequence[float]) -> None:
+        """Command all joints for the time of a reading plus the look-ahead; does not wait for the robot.
+
+        Raises:
+            LinkError: the robot refused an earlier command, or the connection has ended.
+        """
+        self._check_pending()
+        wanted = tuple(stiffness[slot] for slot in self._slots)
+        if wanted != self._stiffness:
+            self._put(_STIFFNESSES, "ClearAll", moment, wanted)
+            self._stiffness = wanted
+        # What was sent before and is not reached yet stays: the joints follow each command at its time.
+        angles = tuple(position[slot] for slot in self._slots)
+        self._put(_POSITIONS, "ClearAfter", wrapped(moment + self._look_ahead), angles)
+
+    def _put(self, alias: str, update: str, moment: int, values: Sequence[float]) -> None:
+        command = [alias, update, "time-separate", 0, [moment], [[value] for value in values]]
+        try:
+            done = self._dcm.setAlias(command, _async=True)
+        except RuntimeError as error:
+            raise self._ended(error) from None
+        self._pending.append((self._answered, done))
+
+    def _check_pending(self) -> None:
+        now = time.monotonic()
+        while self._pending and (self._pending[0][1].isFinished() or now - self._pending[0][0] > TIMEOUT):
+            asked, done = self._pending.popleft()
+            if not done.isFinished():
+                raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
+            if done.hasError():
+                raise LinkError(f"The robot at {self._url} refused a command: {_first_line(done.error())}")
+            # Known at the next write at the latest: an upper bound.
+            self.late += 1000.0 * (now - asked) - self._cycle > self._look_ahead
+
+    def _value(self, key: str) -> Any:
+        return self._call(self._memory.getListData, [key])[0]
+
+    def _call(self, method: Any, *arguments: Any) -> Any:
+        try:
+            future = method(*arguments, _async=True)
+            if str(future.wait(round(1000.0 * TIMEOUT))).endswith("Running"):
+                raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
+            return future.value()
+        except RuntimeError as error:
+            raise self._ended(error) from None
+
+    def _ended(self, error: RuntimeError) -> LinkError:
+        return LinkError(f"The connection to {self._url} has ended: {_first_line(error)}.")
+
+    def close(self) -> None:
+        """Leave the robot."""
+        self._session.close()
+
+
+def _connected(url: str) -> Any:
+    try:
+        import qi
+    except ImportError:
+        raise LinkError("qi is not installed; pip install 'nao-hil[naoqi]'.") from None
+    session = qi.Session()
+    try:
+        future = session.connect(url, _async=True)
+        future.wait(round(1000.0 * TIMEOUT))
+        if not session.isConnected():
+            raise RuntimeError("no answer")
+    except RuntimeError as error:
+        raise LinkError(f"No NAOqi answers at {url} ({_first_line(error)}).") from None
+    return session
+
+
+def _first_line(error: object) -> str:
+    lines = str(error).splitlines()
+    return lines[0].rstrip(".") if lines else "no reason given"
