@@ -29,7 +29,7 @@ def stands(body: Body, frame: SensorFrame, settings: StanceSettings) -> bool:
     torso = _about((1.0, 0.0, 0.0), roll) @ _about((0.0, 1.0, 0.0), pitch)
     for side, slots in LEG_SLOTS.items():
         yaw_pitch, hip_roll, hip, knee, ankle, ankle_roll = (frame.position[slot] for slot in slots)
-        # Axes as in docs/protocol.md: HipYawPitch turns the left hip about (0, 1, -1), the right about (0, 1, 1).
+        # docs/protocol.md: HipYawPitch turns the left hip about (0, 1, -1), the right one about (0, 1, 1).
         axis = (0.0, _HALF, -_HALF if side == "L" else _HALF)
         thigh = (
             torso @ _about(axis, yaw_pitch) @ _about((1.0, 0.0, 0.0), hip_roll) @ _about((0.0, 1.0, 0.0), hip)

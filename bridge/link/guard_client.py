@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from types import TracebackType
-from typing import Literal
+from typing import Final, Literal
 
 from bridge.errors import LinkError, RobotSilent
 from bridge.guard.messages import ArmRequest, GuardStatus, StopRequest
 from bridge.link import keys
 from bridge.link.session import open_client
 from bridge.messages import Info, LeaseReply, LeaseRequest, M, decode, encode
+
+_ANSWER: Final = 2.0
+"""s until nobody answers."""
+_AGAIN: Final = 0.05
+"""s between two attempts."""
 
 
 class GuardClient:
@@ -59,15 +65,18 @@ class GuardClient:
         request = LeaseRequest(op="status", controller="guard-client")
         return self._ask(keys.LEASE, encode(request), LeaseReply).holder
 
-    def _ask(self, suffix: str, payload: bytes, kind: type[M], timeout: float = 2.0) -> M:
-        key = keys.key(self._robot, suffix)
-        for reply in self._session.get(key, payload=payload, timeout=timeout):
-            if reply.ok is not None:
-                return decode(reply.ok.payload.to_bytes(), kind)
-            if reply.err is not None:
-                text = reply.err.payload.to_bytes().decode(errors="replace")
-                if text and text != "Timeout":  # Zenoh's own word for no answer
-                    raise LinkError(text)
+    def _ask(self, suffix: str, payload: bytes, kind: type[M]) -> M:
+        """Ask until somebody answers: a robot that has just begun serves its keys one after the other."""
+        deadline = time.monotonic() + _ANSWER
+        while time.monotonic() < deadline:
+            for reply in self._session.get(keys.key(self._robot, suffix), payload=payload, timeout=_ANSWER):
+                if reply.ok is not None:
+                    return decode(reply.ok.payload.to_bytes(), kind)
+                if reply.err is not None:
+                    text = reply.err.payload.to_bytes().decode(errors="replace")
+                    if text and text != "Timeout":  # Zenoh's own word for no answer
+                        raise LinkError(text)
+            time.sleep(_AGAIN)
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")
 
     def close(self) -> None:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import json
 import secrets
 import threading
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
+import typer
 from rich.console import Console
 
-from bridge.datasheet import load_body
+from bridge.datasheet import Body, load_body
 from bridge.datasheet.quantities import absent_joints
 from bridge.guard import Guard
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
 from bridge.messages import Info
+from bridge.observer import Observer
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from bridge.recording import Recorder
 from lab import __version__
@@ -34,6 +36,12 @@ def emulate(
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
+    disarmed: Annotated[
+        bool, typer.Option("--disarmed", help="Start as a real robot does: `nao-hil arm` comes first.")
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
+    ] = False,
     config: options.Config = None,
     out: options.Out = None,
     as_json: options.Json = False,
@@ -46,7 +54,9 @@ def emulate(
     console = Console(stderr=True)
     stop = threading.Event()
     on_signals(stop.set)
-    summary = _run(settings, name, listen, realtime_priority, RunDirectory(out), stop, console)
+    body = load_body(settings.robot)
+    guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
+    summary = _run(settings, body, guard, name, listen, realtime_priority, RunDirectory(out), stop, console)
     if as_json:
         print(json.dumps(summary), flush=True)
     return 0
@@ -54,6 +64,8 @@ def emulate(
 
 def _run(
     settings: RunConfig,
+    body: Body,
+    guard: Guard,
     name: str,
     listen: str,
     priority: bool,
@@ -68,7 +80,6 @@ def _run(
     from emulator.timing import CycleTimer
     from emulator.wear import load_wear
 
-    body = load_body(settings.robot)
     info = Info(
         robot=name,
         body=body.name,
@@ -85,7 +96,8 @@ def _run(
     with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
         directory.write_config(settings)
         directory.write_scenario(scenario)
-        process = RobotProcess(robot, link, Guard(body, settings.guard), [statistics, recorder], stop)
+        observers: list[Observer] = [statistics, recorder]
+        process = RobotProcess(robot, link, guard, observers, stop, dry_run=guard.status.dry_run)
         console.print(
             f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}"
         )

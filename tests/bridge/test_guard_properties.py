@@ -1,4 +1,4 @@
-"""Whatever is sent to a guard, in whatever order, with whatever is measured: what comes out keeps the bounds."""
+"""Whatever is sent to a guard, in whatever order, whatever is measured: what comes out keeps the bounds."""
 
 from __future__ import annotations
 

@@ -1,0 +1,120 @@
+"""The guard in processes: a controller killed, an emergency stop, arming; judged by what the robot says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from bridge.guard import GuardStatus
+from bridge.link.guard_client import GuardClient
+from lab.monitor import Monitor
+
+Start = Callable[..., Any]
+Until = Callable[[Callable[[], Any], str], Any]
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+def rests(guard: GuardClient) -> Callable[[], GuardStatus | None]:
+    def look() -> GuardStatus | None:
+        status = guard.status()
+        return status if status.state == "rest" else None
+
+    return look
+
+
+def walked(monitor: Monitor, steps: int) -> Callable[[], bool]:
+    def look() -> bool:
+        telemetry = monitor.telemetry
+        return telemetry is not None and telemetry.step >= steps
+
+    return look
+
+
+def standing_height(monitor: Monitor) -> float:
+    assert monitor.truth is not None
+    return monitor.truth.torso_position[2]
+
+
+@pytest.mark.parametrize(
+    ("mode", "steps"), [("lockstep", 3), pytest.param("real-time", 6, marks=pytest.mark.realtime)]
+)
+def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
+    mode: str, steps: int, start: Start, endpoint: str, tmp_path: Any, until: Until
+) -> None:
+    robot = start("emulate", "--listen", endpoint, "--mode", mode, "--out", str(tmp_path / "run"), "--json")
+    walk = ["walk", "--connect", endpoint, "--gait", "dynamic"]
+    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, 60.0) as guard:
+        assert monitor.connect() and guard.status().state == "idle"
+        walker = start(*walk, "--steps", "0", "--controller", "doomed")
+        until(walked(monitor, steps), "the walk")
+        high = standing_height(monitor)
+        walker.kill()
+        status = until(rests(guard), "the robot to rest")
+        assert status.reason == "silence"
+        assert monitor.truth is not None and not monitor.truth.fell
+        assert standing_height(monitor) < high - 0.05
+        assert monitor.sensors is not None and max(monitor.sensors.stiffness) == 0.0
+        last = start(*walk, "--steps", "2", "--json")
+        assert last.wait() == 0, last.said
+        assert last.result["steps"] == 2
+    robot.interrupt()
+    assert robot.process.returncode == 0
+    assert "Traceback" not in robot.said
+
+
+def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
+    start: Start, endpoint: str, tmp_path: Any, until: Until
+) -> None:
+    where = ["--connect", endpoint]
+    start("emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"))
+    walker = start("walk", *where, "--steps", "0")
+    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, 60.0) as guard:
+        assert monitor.connect()
+        until(lambda: monitor.sensors and monitor.sensors.command > 200, "the walk")
+        stop = start("stop", *where, "--json")
+        assert stop.wait() == 0, stop.said
+        assert (stop.result["reason"], stop.result["armed"]) == ("stop", False)
+        until(rests(guard), "the robot to rest")
+        until(lambda: "nao-hil arm" in words(walker.said), "the walker to be told")
+        unsure = start("arm", *where)
+        assert unsure.wait() == 2
+        assert "say --yes" in words(unsure.said)
+        assert not guard.status().armed
+        arm = start("arm", "--yes", *where, "--json")
+        assert arm.wait() == 0, arm.said
+        assert arm.result["armed"] is True
+        until(lambda: guard.status().state == "active", "the walker to go on")
+    walker.interrupt()
+    assert "Traceback" not in walker.said
+
+
+def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
+    start: Start, endpoint: str, tmp_path: Any, until: Until
+) -> None:
+    emulate = ["emulate", "--listen", endpoint, "--disarmed", "--dry-run", "--out", str(tmp_path / "run")]
+    robot = start(*emulate)
+    walker = start("walk", "--connect", endpoint, "--steps", "0")
+    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, 60.0) as guard:
+        assert monitor.connect()
+        until(lambda: "nao-hil arm" in words(walker.said), "the walker to be told")
+        assert guard.arm("a test").armed
+        status = until(lambda: guard.status() if guard.status().state == "active" else None, "commands")
+        assert status.dry_run
+        seq = monitor.sensors.seq if monitor.sensors else 0
+        until(lambda: monitor.sensors and monitor.sensors.seq > seq + 100, "some cycles")
+        assert monitor.sensors is not None and monitor.sensors.command == -1
+    walker.interrupt()
+    robot.interrupt()
+
+
+@pytest.mark.parametrize("command", ["stop", "arm"])
+def test_nobody_there_is_told_in_one_sentence(command: str, start: Start, endpoint: str) -> None:
+    told = start(command, "--connect", endpoint, *(["--yes"] if command == "arm" else []))
+    assert told.wait() == 3
+    assert f"Nobody listened at {endpoint}" in words(told.said)
+    assert "Traceback" not in told.said
