@@ -36,18 +36,19 @@ _ID_LENGTH, _VERSION_LENGTH = 20, 5
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Who a packet says the robot is (`RobotConfig`).
-
-    Raises:
-        ConfigurationError: a text of another length, which would move everything behind it in the packet.
-    """
+    """Who a packet says the robot is (`RobotConfig`)."""
 
     body_id: str = "P0000000A00S00I00000"
     body_version: str = "6.0.0"
     head_id: str = "P0000000A00S00F00000"
     head_version: str = "6.0.0"
 
-    def __post_init__(self) -> None:
+    def check(self) -> Identity:
+        """Itself, if it fits into a packet.
+
+        Raises:
+            ConfigurationError: a text of another length would move everything behind it in the packet.
+        """
         for name, text, length in (
             ("Body id", self.body_id, _ID_LENGTH),
             ("Body version", self.body_version, _VERSION_LENGTH),
@@ -56,6 +57,7 @@ class Identity:
         ):
             if len(text) != length or not text.isascii() or not text.isprintable():
                 raise ConfigurationError(f"{name} {text!r} must have {length} printable ASCII characters.")
+        return self
 
 
 def sensor_packet(frame: SensorFrame, identity: Identity) -> bytes:
@@ -126,10 +128,7 @@ def identity_of(values: Map) -> Identity:
     texts = values.get("RobotConfig")
     if not isinstance(texts, list) or len(texts) != SENSORS["RobotConfig"]:
         raise FrameError("LoLA packet refused: `RobotConfig` must hold four texts.")
-    try:
-        return Identity(*map(str, texts))
-    except ConfigurationError as error:
-        raise FrameError(f"LoLA packet refused: {error}") from None
+    return Identity(*map(str, texts))
 
 
 def actuator_map(position: Sequence[float], stiffness: Sequence[float]) -> bytes:

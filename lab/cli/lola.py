@@ -12,12 +12,15 @@ import typer
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.lola.address import listen, parse_address, remove
 from bridge.lola.convert import Identity
+from bridge.lola.robot import BridgeSettings, LolaBridge
 from bridge.lola.schema import DEFAULT_SOCKET
 from bridge.lola.service import LolaService
-from bridge.realtime import CONTROLLER_PRIORITY
+from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
+from lab import __version__
 from lab.cli import options
 from lab.cli.logs import log_to_stderr
 from lab.cli.signals import on_signals
+from lab.config import run_config
 
 _ANYBODY = Identity()
 Socket = Annotated[
@@ -42,7 +45,7 @@ def serve(
 
     Example: nao-hil serve lola --socket /tmp/robocup
     """
-    identity = Identity(body_id=body_id, head_id=head_id)
+    identity = Identity(body_id=body_id, head_id=head_id).check()
     address = parse_address(socket)
     log_to_stderr()
     stop = threading.Event()
@@ -55,4 +58,41 @@ def serve(
             remove(address)
     if as_json:
         print(json.dumps(msgspec.to_builtins(served)), flush=True)
+    return 0
+
+
+def bridge(
+    socket: Socket = DEFAULT_SOCKET,
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    robot: options.Body = None,
+    mode: options.Mode = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
+    ] = False,
+    realtime_priority: options.RealtimePriority = True,
+    config: options.Config = None,
+    as_json: options.Json = False,
+) -> int:
+    """Put a real V6 on the link: it starts disarmed, see `nao-hil arm`. LoLA's socket may be relayed over TCP.
+
+    Example: nao-hil bridge lola --socket 192.168.1.7:10000
+    """
+    run = run_config(config, robot=robot, mode=mode)
+    settings = BridgeSettings(
+        robot=name,
+        listen=listen,
+        body=run.robot if robot is not None else None,
+        mode=run.mode,
+        guard=run.guard,
+        dry_run=dry_run,
+        priority=ROBOT_PRIORITY if realtime_priority else None,
+    )
+    address = parse_address(socket)
+    log_to_stderr()
+    stop = threading.Event()
+    on_signals(stop.set)
+    bridged = LolaBridge(address, settings, f"nao-hil {__version__}", stop).run()
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(bridged)), flush=True)
     return 0

@@ -155,7 +155,7 @@ def test_a_packet_names_the_robot() -> None:
     identity = Identity("P0000073A03S83I00011", "6.0.0", "P0000074A03S84F00006", "6.0.0")
     assert msgpack.unpackb(sensor_packet(frame(), identity))["RobotConfig"] == SENSOR_MAP["RobotConfig"]
     with pytest.raises(ConfigurationError, match="Body id 'NAO' must have 20"):
-        Identity(body_id="NAO")
+        Identity(body_id="NAO").check()
 
 
 @pytest.mark.parametrize(
