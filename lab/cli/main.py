@@ -15,7 +15,22 @@ import typer
 
 from bridge.errors import NaoHilError
 from lab import __version__
-from lab.cli import catalogue, doctor, emulate, experiment, guard, keys, lola, naoqi, record, replay, up, walk
+from lab.cli import (
+    catalogue,
+    doctor,
+    emulate,
+    experiment,
+    guard,
+    keys,
+    lola,
+    naoqi,
+    plot,
+    record,
+    replay,
+    up,
+    view,
+    walk,
+)
 from lab.cli.certificates import add_keys
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
@@ -32,6 +47,7 @@ app = typer.Typer(
 app.command()(up.up)
 app.command()(emulate.emulate)
 app.command()(walk.walk)
+app.command()(view.view)
 app.command()(doctor.doctor)
 app.command()(experiment.experiment)
 app.command()(catalogue.robots)
@@ -42,6 +58,7 @@ app.command()(guard.stop)
 app.command()(guard.arm)
 app.command()(keys.keys)
 app.command()(record.record)
+app.command()(plot.plot)
 app.command()(replay.replay)
 serve = typer.Typer(
     help="Let a robot on the link pose as a NAO for programs written for one.", no_args_is_help=True
@@ -49,6 +66,10 @@ serve = typer.Typer(
 serve.command("lola")(lola.serve)
 serve.command("naoqi")(naoqi.serve)
 app.add_typer(serve, name="serve")
+bridge = typer.Typer(help="Put a real NAO on the link.", no_args_is_help=True)
+bridge.command("lola")(lola.bridge)
+bridge.command("naoqi")(naoqi.bridge)
+app.add_typer(bridge, name="bridge")
 add_keys(app)  # after all commands
 
 
