@@ -10,12 +10,13 @@ HAS_WHEEL := import sys, platform as p; \
 	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check bench lock clean
+.PHONY: help setup demo test browser-test check bench lock clean
 
 help:
 	@echo "make setup   .venv with everything needed to run and test"
 	@echo "make demo    setup, then a walk: robot and walker in two processes"
-	@echo "make test    setup, then all tests"
+	@echo "make test    setup, then all tests but those of the page in a browser"
+	@echo "make browser-test  the page in a headless browser; needs Chromium"
 	@echo "make check   ruff, mypy, import-linter"
 	@echo "make bench   benchmarks, each beside its floor"
 	@echo "make lock    requirements.lock anew (Python 3.10, so that it holds for all later ones)"
@@ -40,12 +41,15 @@ $(STAMP): requirements.lock pyproject.toml
 	@touch $@
 
 demo: setup
-	$(BIN)/nao-hil up
+	$(BIN)/nao-hil up --view
 
 # Tests that keep real time have the machine to themselves, before the others (pytest says 5 when it has none).
 test: setup
 	$(BIN)/pytest -m realtime || test $$? -eq 5
-	$(BIN)/pytest -n auto -m "not realtime"
+	$(BIN)/pytest -n auto -m "not realtime and not browser"
+
+browser-test: setup
+	$(BIN)/pytest -m browser
 
 check: setup
 	$(BIN)/ruff check .

@@ -1,0 +1,164 @@
+"""The live page in a headless browser: `make browser-test`, which needs Chromium on the machine."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import socket
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+from bridge.playback import read_recording
+
+Start = Callable[..., Any]
+
+PATIENCE = 120_000
+"""ms: a browser that draws in software beside a robot on two cores takes its time."""
+SOFTWARE = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        number: int = free.getsockname()[1]
+        return number
+
+
+@pytest.fixture
+def errors() -> list[str]:
+    """What the page complained of."""
+    return []
+
+
+@pytest.fixture
+def browser_page(errors: list[str]) -> Iterator[Page]:
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    assert chromium, "these tests need Chromium: apt-get install chromium"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=list(SOFTWARE))
+        page = browser.new_page(viewport={"width": 900, "height": 700})
+        page.set_default_timeout(PATIENCE)
+        page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("request", lambda r: errors.append(r.url) if "127.0.0.1" not in r.url else None)
+        yield page
+        browser.close()
+
+
+def open_page(page: Page, port: int) -> None:
+    """Open it, wait until the charts are drawn, and until the 3-D picture has a robot in it."""
+    page.goto(f"http://127.0.0.1:{port}/")
+    page.wait_for_selector("svg.charts polyline")
+    for _ in range(60):
+        if drawn(page) > 300:
+            return
+        page.wait_for_timeout(1000)
+    pytest.fail("no robot is drawn")
+
+
+def picture(page: Page) -> np.ndarray[Any, Any]:
+    """The 3-D picture, shape (height, width, 3)."""
+    return np.asarray(iio.imread(page.locator("canvas").first.screenshot()))[:, :, :3].astype(int)
+
+
+def drawn(page: Page) -> int:
+    """Pixels as white as the robot's body, beside the dark of the background and the green of the ghost."""
+    image = picture(page)
+    return int(((image.min(axis=2) > 120) & (np.ptp(image, axis=2) < 40)).sum())
+
+
+def charts(page: Page) -> str:
+    """The points of all curves."""
+    lines = page.locator("svg.charts polyline").all()
+    return " ".join(line.get_attribute("points") or "" for line in lines)
+
+
+def shown_time(page: Page) -> float:
+    """Robot time in the headline, s."""
+    found = re.search(r"· ([\d.]+) s", page.inner_text("body"))
+    return float(found[1]) if found else math.nan
+
+
+def press(page: Page, tab: str, button: str) -> None:
+    page.get_by_role("tab", name=tab).click()
+    page.get_by_role("button", name=button, exact=True).click()
+
+
+def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
+    start: Start, endpoint: str, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
+) -> None:
+    run = tmp_path / "run"
+    up = ["up", "--serve", "--view", "--port", str(port), "--listen", endpoint, "--out", str(run), "--json"]
+    command = start(*up)
+    browser_page.wait_for_timeout(3000)
+    wait_for_server(browser_page, port)
+    open_page(browser_page, port)
+
+    press(browser_page, "Walk", "Walk")
+    browser_page.wait_for_function("document.body.innerText.includes('SSL')")
+    before, curves, time = picture(browser_page), charts(browser_page), shown_time(browser_page)
+    browser_page.wait_for_timeout(3000)
+    assert (np.abs(picture(browser_page) - before).max(axis=2) > 40).sum() > 100  # it moves
+    assert charts(browser_page) != curves
+    assert shown_time(browser_page) > time
+
+    press(browser_page, "World", "Push")
+    browser_page.wait_for_function("document.body.innerText.includes('is pushed with')")
+    browser_page.wait_for_timeout(2000)
+    command.interrupt()
+    assert errors == []
+
+    recorded = list(read_recording(run / "frames.mcap"))
+    (pushed,) = [r.time for r in recorded if r.topic == "notices" and "is pushed" in r.message.text]
+    angles = [(r.time, r.message.angle[0]) for r in recorded if r.topic == "sensors"]
+    calm = max(abs(a) for t, a in angles if pushed - 1.0 < t < pushed)
+    moved = max(abs(a) for t, a in angles if pushed < t < pushed + 1.0)
+    assert moved > calm + math.radians(0.5)
+
+
+def wait_for_server(page: Page, port: int) -> None:
+    for _ in range(120):
+        try:
+            socket.create_connection(("127.0.0.1", port), 1.0).close()
+            return
+        except OSError:
+            page.wait_for_timeout(500)
+    pytest.fail("the page was never served")
+
+
+def test_a_recorded_fall_is_explained_on_the_page(
+    start: Start, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
+) -> None:
+    scenario = tmp_path / "push.toml"
+    scenario.write_text("[[pushes]]\ntime = 2.0\nimpulse = 5.0\ndirection = 90.0\n")
+    run = tmp_path / "run"
+    walk = ["up", "--mode", "lockstep", "--scenario", str(scenario), "--listen", free_endpoint()]
+    assert start(*walk, "--out", str(run), "--json").wait() == 1
+    start("view", "--replay", str(run / "frames.mcap"), "--port", str(port))
+    wait_for_server(browser_page, port)
+    open_page(browser_page, port)
+
+    press(browser_page, "Timeline", "To what went wrong first")
+    browser_page.wait_for_function("document.body.innerText.includes('What went wrong first')")
+    assert "is pushed with 5 N s" in browser_page.inner_text("body")
+    assert browser_page.locator("svg.charts line[stroke='#fa5252']").count() > 0  # the mark in the charts
+    browser_page.get_by_role("button", name="Play", exact=True).click()
+    time = shown_time(browser_page)
+    browser_page.wait_for_function(f"parseFloat(document.body.innerText.match(/· ([\\d.]+) s/)[1]) > {time}")
+    assert errors == []
+
+
+def free_endpoint() -> str:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
