@@ -58,7 +58,8 @@ class Linear(NamedTuple):
 def hip_x(p: HuangParameters, x_sd: float, x_ed: float) -> Cubic:
     """X less the even motion D_s / T_c t, periodic (8), (9)."""
     mean = p.D_s / p.T_c
-    return periodic((0.0, p.T_d, p.T_c), (x_ed, p.D_s - x_sd - mean * p.T_d, x_ed))
+    values = (x_ed, p.D_s - x_sd - mean * p.T_d, x_ed)
+    return periodic((0.0, p.T_d, p.T_c), [p.x_0 + value for value in values])
 
 
 def hip_y(p: HuangParameters, y_d: float, y_m: float) -> Cubic:

@@ -42,8 +42,11 @@ class HuangParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """From rest to the first cycle, and from the last one to rest, s; not in the source."""
     sole_give: _Positive
     """What of a sole is less than this above the ground bears load, m."""
+    x_0: float = 0.0
+    """The point of the stance foot from which x_sd and x_ed count, ahead of the ankle, m; 0 in the source, whose
+    robot has its ankles over the middles of its soles."""
     x_sd: float | None = None
-    """How far the hip is behind the stance ankle when single support begins, m; None: searched."""
+    """How far the hip is behind that point when single support begins, m; None: searched."""
     x_ed: float | None = None
     """How far it is ahead of it when single support ends, m; None: searched."""
     y_d: float | None = None

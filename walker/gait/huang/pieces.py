@@ -87,7 +87,7 @@ class Pieces:
         """
         p, (rear, stance, landing) = self._p, feet
         before, after = (stance.x - rear.x) / p.D_s, (landing.x - stance.x) / p.D_s
-        middle = stance.x + self._rest - before * (self._choice.x_sd + self._rest)
+        middle = stance.x + self._rest + before * (p.x_0 - self._choice.x_sd - self._rest)
         return Piece(
             p.T_c,
             joined((0.0, p.T_d, p.T_c), self._between(rear.x, before), middle, self._between(stance.x, after)),

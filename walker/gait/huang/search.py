@@ -193,10 +193,11 @@ def along(cycle: Cycle, choice: Choice, n: int | None = None, refine: bool = Tru
     p = cycle.p
     bound = 0.5 * p.D_s
     axis = np.arange(1, (n or p.grid) + 1) / ((n or p.grid) + 1) * bound
+    inside = float(axis[0]), float(axis[-1])  # the bound itself is not admissible
     first = axis if p.x_sd is None else np.array([p.x_sd])
     second = axis if p.x_ed is None else np.array([p.x_ed])
     best, surface = _search(
-        cycle, choice, "x", sample_x(p, cycle.times), (first, second), ((0.0, bound), (0.0, bound)), refine
+        cycle, choice, "x", sample_x(p, cycle.times), (first, second), (inside, inside), refine
     )
     return choice._replace(x_sd=best[0], x_ed=best[1]), surface
 
