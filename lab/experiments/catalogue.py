@@ -57,5 +57,8 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "spring": Entry("spring", "the spring of the leg admittance and its pole (4.7)", 20),
     "servo-table": Entry("servo_table", "speed, delay, play, torque and heat of every leg drive", 1, False),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
+    "watchdog": Entry(
+        "watchdog", "dynamic walks whose controller dies: does the guard bring them to rest", 50, False
+    ),
 }
 """In the order of the thesis."""

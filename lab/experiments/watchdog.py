@@ -8,7 +8,7 @@ against the guard is a robot that is not limp in the end, or that nobody can tak
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -18,6 +18,9 @@ from bridge.guard import Guard, GuardSettings
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
 from lab.campaign.proportion import wilson
+from lab.config import RunConfig
+from lab.experiments.context import Context
+from lab.experiments.page import Claim, Outcome, Page, Table
 from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
 from walker.parameters import controller_parameters
@@ -30,7 +33,6 @@ LONGEST: Final = 30.0
 """s of robot time for anything to end."""
 LIMP: Final = 0.2
 """A robot at rest has no joint with more stiffness."""
-DEFAULTS: Final = GuardSettings()
 
 
 class Cut(msgspec.Struct, frozen=True, kw_only=True):
@@ -148,35 +150,78 @@ def run_once(body: Body, wear: WearProfile, gait: str, seed: int, share: float, 
     )
 
 
-def run(
-    seeds: Sequence[int], body: str, wear: str, *, gait: str = "dynamic", settings: GuardSettings = DEFAULTS
-) -> WatchdogResult:
-    """One cut per seed, at moments spread evenly at random over the walk.
+class Task(NamedTuple):
+    """One cut to be made, for a worker."""
 
-    Raises:
-        ConfigurationError: unknown body or wear.
-    """
-    sheet, profile = load_body(body), load_wear(wear)
-    shares = [float(np.random.default_rng(seed).uniform()) for seed in seeds]
-    cuts = tuple(
-        run_once(sheet, profile, gait, seed, share, settings) for seed, share in zip(seeds, shares, strict=True)
-    )
-    at_rest = [cut for cut in cuts if cut.rest < LONGEST]
+    config: RunConfig
+    """Body, wear, gait, seed, guard."""
+    share: float
+    """Of the walk's length at which it is cut."""
+
+
+def make(task: Task) -> Cut:
+    """Walk, cut, wait, take over."""
+    c = task.config
+    return run_once(load_body(c.robot), load_wear(c.wear), c.gait, c.seed, task.share, c.guard)
+
+
+def judge(cuts: Sequence[Cut], gait: str) -> WatchdogResult:
+    """The verdict on some cuts; nothing passes without any."""
+    at_rest = sum(cut.rest < LONGEST for cut in cuts)
     stood = sum(not cut.fell for cut in cuts)
-    by_phase = {
-        phase: (sum(not c.fell for c in cuts if c.phase == phase), sum(c.phase == phase for c in cuts))
-        for phase in sorted({cut.phase for cut in cuts})
-    }
     taken_over = sum(cut.taken_over for cut in cuts)
     return WatchdogResult(
-        passed=len(at_rest) == taken_over == len(cuts),
+        passed=0 < len(cuts) == at_rest == taken_over,
         gait=gait,
         n=len(cuts),
-        at_rest=len(at_rest),
+        at_rest=at_rest,
         stood=stood,
         stood_interval=wilson(stood, len(cuts)),
-        stood_by_phase=by_phase,
+        stood_by_phase={
+            phase: (sum(not c.fell for c in cuts if c.phase == phase), sum(c.phase == phase for c in cuts))
+            for phase in sorted({cut.phase for cut in cuts})
+        },
         taken_over=taken_over,
-        rest_time=float(np.mean([cut.rest for cut in cuts])),
-        cuts=cuts,
+        rest_time=float(np.mean([cut.rest for cut in cuts])) if cuts else 0.0,
+        cuts=tuple(cuts),
     )
+
+
+def experiment(context: Context) -> Outcome:
+    """One cut per seed, at moments drawn evenly over the dynamic walk."""
+    tasks = [
+        Task(
+            msgspec.structs.replace(context.changes, gait="dynamic", seed=seed),
+            float(np.random.default_rng(seed).uniform()),
+        )
+        for seed in context.seeds
+    ]
+    result = judge(context.campaign.map("watchdog", make, tasks), "dynamic")
+    low, high = result.stood_interval
+    n = result.n
+    page = Page(
+        name="watchdog",
+        title="Walks whose controller dies",
+        source="Not in the thesis.",
+        setup=(
+            ("robot", f"{context.robot}, {context.wear}"),
+            ("walk", f"dynamic gait, {STEPS} steps, cut once at a moment drawn evenly over its length"),
+            ("then", f"the guard alone; a second controller walks {AGAIN} steps from where the robot rests"),
+        ),
+        claims=(
+            Claim("The guard brings every robot to rest.", f"{result.at_rest} of {n}", result.at_rest == n),
+            Claim("A second controller takes every one over.", f"{result.taken_over} of {n}", result.passed),
+        ),
+        tables=(
+            Table(
+                "By the phase that was cut",
+                ("phase", "stood", "cut"),
+                tuple((name, str(up), str(of)) for name, (up, of) in result.stood_by_phase.items()),
+            ),
+        ),
+        findings=(
+            f"{result.stood} of {n} came to rest without a fall (95 % interval {low:.0%} to {high:.0%}), "
+            f"{result.rest_time:.1f} s after the last command on average.",
+        ),
+    )
+    return Outcome(result, page)
