@@ -10,7 +10,7 @@ HAS_WHEEL := import sys, platform as p; \
 	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test browser-test check bench lock clean
+.PHONY: help setup demo test browser-test check bench images compose-test lock clean
 
 help:
 	@echo "make setup   .venv with everything needed to run and test"
@@ -19,6 +19,8 @@ help:
 	@echo "make browser-test  the page in a headless browser; needs Chromium"
 	@echo "make check   ruff, mypy, import-linter"
 	@echo "make bench   benchmarks, each beside its floor"
+	@echo "make images  the container images: emulator, walker, bridge, view"
+	@echo "make compose-test   builds images and walks ten steps between two containers, plain and encrypted"
 	@echo "make lock    requirements.lock anew (Python 3.10, so that it holds for all later ones)"
 	@echo "make clean   remove .venv and what tools left behind; recordings in runs/ stay"
 
@@ -59,6 +61,14 @@ check: setup
 
 bench: setup
 	$(BIN)/python -m lab.bench
+
+images:
+	cd docker && for target in emulator walker bridge view; do \
+		docker build -f Dockerfile --target $$target -t nao-hil-$$target \
+		--build-arg BASE=$${BASE:-python:3.11-slim-bookworm} --build-arg NO_INDEX=$$NO_INDEX .. || exit 1; done
+
+compose-test: setup
+	docker/compose-test
 
 lock: setup
 	$(BIN)/pip-compile --quiet --generate-hashes --all-extras --strip-extras --allow-unsafe \

@@ -56,7 +56,7 @@ class Keys:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         home = folder / AUTHORITY
-        self.made = not home.exists()
+        self.made = not (home / CERTIFICATE).exists() and not (home / PRIVATE_KEY).exists()
         try:
             if self.made:
                 self._key, self._certificate = _new_authority(home)
@@ -158,7 +158,7 @@ def _new_authority(home: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certifi
         .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
         .sign(key, hashes.SHA256())
     )
-    home.mkdir(parents=True, mode=0o700)
+    home.mkdir(parents=True, mode=0o700, exist_ok=True)
     (home / CERTIFICATE).write_bytes(_pem(certificate))
     _write_key(home / PRIVATE_KEY, key)
     return key, certificate

@@ -48,7 +48,7 @@ def _with_keys(run: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(run)
     def command(*args: Any, keys: Path | None = None, **kwargs: Any) -> Any:
         for name in endpoints:
-            if kwargs.get(name) is not None:
+            if kwargs.get(name) is not None and "://" not in kwargs[name]:  # those are not places of the link
                 kwargs[name] = with_keys(kwargs[name], keys)
         return run(*args, **kwargs)
 

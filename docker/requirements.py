@@ -1,0 +1,31 @@
+"""Requirements of nao-hil with the extras named, one a line, and the lock's versions as constraints.
+
+Usage: requirements.py [EXTRA ...] > requirements.txt; requirements.py --constraints > constraints.txt
+"""
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = (
+    Path(__file__).parent if Path(__file__).with_name("pyproject.toml").exists() else Path(__file__).parents[1]
+)
+
+
+def main(arguments: list[str]) -> None:
+    """Print what was asked for."""
+    if arguments == ["--constraints"]:
+        lock = (ROOT / "requirements.lock").read_text()
+        print("\n".join(match.rstrip(" \\") for match in re.findall(r"^[^\s#-].*==.*$", lock, re.MULTILINE)))
+        return
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for line in project["dependencies"]:
+        print(line)
+    for extra in arguments:
+        for line in project["optional-dependencies"][extra]:
+            print(line)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
