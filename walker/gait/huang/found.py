@@ -22,9 +22,7 @@ class Found(NamedTuple):
     """From an earlier search."""
 
 
-def find(
-    p: HuangParameters, body: Body, *, fresh: bool = False, progress: Progress = lambda _: None
-) -> Found:
+def find(p: HuangParameters, body: Body, *, fresh: bool = False, progress: Progress = lambda _: None) -> Found:
     """Where the hip is at the ends of single support; what the parameters leave open is searched.
 
     Args:

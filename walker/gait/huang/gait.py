@@ -21,10 +21,10 @@ from walker.arms import ARMS
 from walker.gait.huang.checks import check_swing, check_walk
 from walker.gait.huang.foot import FootPath, FootShape, Placement
 from walker.gait.huang.footholds import Footholds
+from walker.gait.huang.found import chosen
 from walker.gait.huang.multibody import STEP, Ankle, Bodies
 from walker.gait.huang.parameters import HuangParameters, check_bounds
 from walker.gait.huang.pieces import Piece, Pieces
-from walker.gait.huang.found import chosen
 from walker.gait.reference import Foot, Phase, Reference, Support
 
 _SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
@@ -75,7 +75,7 @@ class HuangGait:
 
     def stand(self) -> Reference:
         """The plan at rest where the gait is now."""
-        return self._evaluate()
+        return self.plan()
 
     def advance(self, dt: float, *, go_on: bool) -> Reference:
         """The plan `dt` seconds later; see `Gait.advance`."""
@@ -92,7 +92,7 @@ class HuangGait:
             self._carry = max(self._t - self._piece.duration, 0.0)
             self._t = self._piece.duration
             self._complete()
-        return self._evaluate()
+        return self.plan()
 
     def pose(self) -> Pose:
         """The last plan's hip and ankles."""
@@ -158,7 +158,8 @@ class HuangGait:
         """Height of the patch below a foot over the floor, m."""
         return foot.z + math.tan(self.parameters.ground.slope) * foot.x
 
-    def _evaluate(self) -> Reference:
+    def plan(self) -> Reference:
+        """The last plan."""
         hip, left, right = self._pose(self._t)
         before, now, after = (self._bodies.frames(*self._pose(self._t + shift)) for shift in (-STEP, 0.0, STEP))
         phase, support, progress = self._where()

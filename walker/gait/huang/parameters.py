@@ -43,8 +43,8 @@ class HuangParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     sole_give: _Positive
     """What of a sole is less than this above the ground bears load, m."""
     x_0: float = 0.0
-    """The point of the stance foot from which x_sd and x_ed count, ahead of the ankle, m; 0 in the source, whose
-    robot has its ankles over the middles of its soles."""
+    """The point of the stance foot from which x_sd and x_ed count, ahead of the ankle, m; 0 in the source.
+    The middle of a NAO's sole is 20 mm ahead of its ankle, and counted from there the best ones lie on (11)."""
     x_sd: float | None = None
     """How far the hip is behind that point when single support begins, m; None: searched."""
     x_ed: float | None = None

@@ -1,0 +1,88 @@
+"""What a planner may know of a scenario before the walk: its floor's slope and the boxes that lie on it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import msgspec
+
+from bridge.datasheet import Body
+from bridge.errors import ConfigurationError
+from bridge.ground import KnownGround, Patch
+from bridge.joints import LEG_SLOTS
+from emulator.scenarios import Scenario, load_scenario
+from emulator.start import start_posture
+from lab.config import RunConfig
+from walker.kinematics.leg import foot_in_torso
+
+STEP_UP: Final = 0.03
+"""m; a box higher than this is an obstacle, no ground."""
+
+
+def ground_parameters(settings: RunConfig, body: Body) -> dict[str, Any]:
+    """The gait's parameters of a run, with the ground of its scenario for a gait that plans for it.
+
+    A ground among the parameters goes before the scenario's: `parameters.ground = {}` walks as on a flat floor.
+
+    Raises:
+        ConfigurationError: no such scenario, or ground that no straight walk can be planned over.
+    """
+    if settings.gait != "huang" or "ground" in settings.parameters:
+        return settings.parameters
+    ground = known_ground(load_scenario(settings.scenario), body)
+    return settings.parameters if ground.flat else settings.parameters | {"ground": msgspec.to_builtins(ground)}
+
+
+def known_ground(scenario: Scenario, body: Body) -> KnownGround:
+    """The ground of a scenario, in the walk frame of a robot that starts where the scenario puts it.
+
+    Boxes that lie level and cannot be moved count as ground; random ground, and what happens later, is unknown.
+
+    Args:
+        scenario: the world.
+        body: data sheet.
+
+    Raises:
+        ConfigurationError: ground that no straight walk can be planned over: a floor that leans sideways, a
+            robot that starts turned, a box that is turned, or one too high to step on.
+    """
+    if scenario.floor.roll != 0.0 or scenario.start.yaw != 0.0:
+        raise ConfigurationError(
+            f"gait huang: on a floor that leans {scenario.floor.roll:g} deg sideways, by a robot that starts "
+            f"turned by {scenario.start.yaw:g} deg, no straight walk can be planned; both must be 0, or give "
+            "`parameters.ground = {}` to walk as on a flat floor."
+        )
+    ahead = scenario.start.x + _ankles(scenario.start.posture, body)
+    return KnownGround(
+        slope=math.radians(scenario.floor.pitch),
+        patches=tuple(
+            _patch(box.name, box.size, (box.at[0] - ahead, box.at[1] - scenario.start.y), box.yaw)
+            for box in scenario.boxes
+            if box.mass == 0.0
+        ),
+    )
+
+
+def _ankles(posture: str, body: Body) -> float:
+    """Place of the ankles ahead of the torso in a posture whose soles are level, m."""
+    angles = start_posture(posture)
+    pose = foot_in_torso(body, "L", [angles[slot] for slot in LEG_SLOTS["L"]])
+    # The torso's place seen from the sole: its axes are the level ones.
+    return float(pose[:3, 3] @ pose[:3, 0])
+
+
+def _patch(name: str, size: tuple[float, float, float], at: tuple[float, float], yaw: float) -> Patch:
+    if yaw % 90.0 != 0.0:
+        raise ConfigurationError(
+            f"gait huang: the box `{name}` is turned by {yaw:g} deg; edges across the walk can be planned for, "
+            "oblique ones cannot."
+        )
+    length, width, height = size if yaw % 180.0 == 0.0 else (size[1], size[0], size[2])
+    if height > STEP_UP:
+        raise ConfigurationError(
+            f"gait huang: the box `{name}` is {1e3 * height:.0f} mm high; steps of up to "
+            f"{1e3 * STEP_UP:.0f} mm can be planned for."
+        )
+    (x, y), half = at, (0.5 * length, 0.5 * width)
+    return Patch(x=(x - half[0], x + half[0]), y=(y - half[1], y + half[1]), height=height)
