@@ -66,6 +66,17 @@ def recorded_config(path: str | Path) -> Any:
     return None
 
 
+def is_complete(path: str | Path) -> bool:
+    """Whether the recording was closed, and not cut off by a killed process or a full disk.
+
+    Raises:
+        ConfigurationError: no such file, or not an MCAP file.
+    """
+    with _open(path) as file:
+        file.seek(-len(_MAGIC), os.SEEK_END)
+        return file.tell() > 0 and file.read() == _MAGIC
+
+
 def frames_sha256(path: str | Path) -> str:
     """`bridge.recording.FrameHash` over the sensor and actuator frames of a recording.
 

@@ -21,6 +21,7 @@ from lab.cli import (
     emulate,
     experiment,
     guard,
+    info,
     keys,
     lola,
     naoqi,
@@ -57,6 +58,7 @@ app.command()(catalogue.scenarios)
 app.command()(guard.stop)
 app.command()(guard.arm)
 app.command()(keys.keys)
+app.command()(info.info)
 app.command()(record.record)
 app.command()(plot.plot)
 app.command()(replay.replay)

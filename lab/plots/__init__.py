@@ -1,0 +1,1 @@
+"""The named plots of a recording."""
