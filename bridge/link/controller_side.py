@@ -93,13 +93,17 @@ class ControllerLink:
         ]
         self._actuators = session.declare_publisher(key(keys.ACTUATORS))
         self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
-        self._token = session.liveliness().declare_token(key(keys.alive_controller(self.name, self._ticket)))
+        self._declare_token(session)
         self._robot_token = session.liveliness().declare_subscriber(
             key(keys.ALIVE_ROBOT), self._on_robot, history=True
         )
         self._queryables = [
             serve_query(session, key(suffix), answer) for suffix, answer in self._served.items()
         ]
+
+    def _declare_token(self, session: zenoh.Session) -> None:
+        suffix = keys.alive_controller(self.name, self._ticket)
+        self._token = session.liveliness().declare_token(self._key(suffix))
 
     def _key(self, suffix: str) -> str:
         return keys.key(self.robot, suffix)
@@ -158,6 +162,14 @@ class ControllerLink:
         if self.lease:
             with contextlib.suppress(RobotSilent):
                 self._ask("release")
+        self.lease = 0
+
+    def desert(self) -> None:
+        """Give the robot up as a controller that died does: it is free, and its guard's watchdog counts."""
+        if self._session is not None and self.lease:
+            self._token.undeclare()
+            self._ticket = secrets.randbits(63)
+            self._declare_token(self._session)
         self.lease = 0
 
     def _ask(self, op: Literal["acquire", "release", "status"]) -> LeaseReply:

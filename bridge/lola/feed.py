@@ -47,6 +47,8 @@ class RobotFeed:
         self._receive = link.next if lockstep else link.latest
         self.wanted = False
         """Whether the lease is to be held."""
+        self.deserted = False
+        """The lease that is not wanted any more was not given back in good order: the robot is still stiff."""
         self.gone = False
         """The robot went away."""
         self.newest: Arrival | None = None
@@ -86,7 +88,13 @@ class RobotFeed:
                 return
             self._heed_notices()
             self._mind_lease()
-        self._link.release()
+        self._leave()
+
+    def _leave(self) -> None:
+        if self.deserted:
+            self._link.desert()
+        else:
+            self._link.release()
 
     def _heed_notices(self) -> None:
         for notice in self._link.notices():
@@ -96,8 +104,7 @@ class RobotFeed:
 
     def _mind_lease(self) -> None:
         if not self.wanted:
-            if self._link.lease:
-                self._link.release()
+            self._leave()
         elif not self._link.lease and time.monotonic() >= self._ask_at:
             try:
                 self._link.acquire()

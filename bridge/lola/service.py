@@ -204,8 +204,10 @@ class LolaService:
             logger.info("the client is gone")
 
     def _ignore(self, feed: RobotFeed) -> None:
-        self._demand = None
+        """What the client wants does not count any more; a robot it leaves stiff is left to the guard."""
+        feed.deserted = self._demand is not None and max(self._demand.stiffness) > 0.0
         feed.wanted = False
+        self._demand = None
 
     def _send(self, frame: SensorFrame, feed: RobotFeed) -> None:
         client = self._client
