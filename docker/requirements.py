@@ -5,10 +5,12 @@ Usage: requirements.py [EXTRA ...] > requirements.txt; requirements.py --constra
 
 import re
 import sys
-import tomllib
 from pathlib import Path
 
-ROOT = (
+import tomllib
+
+HERE = Path(__file__).parent
+ROOT = HERE if (HERE / "pyproject.toml").exists() else HERE.parent
     Path(__file__).parent if Path(__file__).with_name("pyproject.toml").exists() else Path(__file__).parents[1]
 )
 
