@@ -11,8 +11,6 @@ import tomllib
 
 HERE = Path(__file__).parent
 ROOT = HERE if (HERE / "pyproject.toml").exists() else HERE.parent
-    Path(__file__).parent if Path(__file__).with_name("pyproject.toml").exists() else Path(__file__).parents[1]
-)
 
 
 def main(arguments: list[str]) -> None:
