@@ -216,10 +216,9 @@ def _marks(symptoms: Sequence[Symptom], first: Symptom | None, begin: float, end
             f'strokeWidth="{width}"{dash}/>'
         )
         if is_first:
-            side = "end" if x > 0.7 * WIDTH else "start"
-            parts.append(
-                _text(x + (-5 if side == "end" else 5), 32, f"first: {symptom.text}", RED, side, "700")
-            )
+            middle = min(max(x, 0.5 * WIDTH - 30.0), 0.5 * WIDTH + 30.0)
+            words = f"first: {symptom.text}, {symptom.time:.2f} s"
+            parts.append(_text(middle, HEAD - 5.0, words, "#ff8787", "middle", "700"))
     return "".join(parts)
 
 

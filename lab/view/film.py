@@ -68,6 +68,9 @@ class Film:
                 self._balances.append(balance)
         self._times = [b.moment.sensors.time for b in self._balances]
         self._diagnosis = explain(self._symptoms)
+        if self._diagnosis is not None:  # what a fallen robot does is no sign of anything
+            fell = self._diagnosis.fell
+            self._symptoms = [s for s in self._symptoms if s.time <= fell]
 
     def _build(self) -> None:
         gui, last = self._page.gui, self._times[-1]

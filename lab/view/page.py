@@ -14,7 +14,7 @@ from lab.view.charts import strip_charts
 from lab.view.history import History
 from lab.view.scene import POINTS, Scene
 
-CAMERA: Final = ((0.62, -0.78, 0.50), (0.0, 0.0, 0.22))
+CAMERA: Final = ((0.50, -0.66, 0.42), (0.0, 0.0, 0.2))
 """Where the camera is and where it looks at first, m, the robot's place being the origin."""
 KEPT: Final = 12_000
 """Frames of history, two minutes."""
@@ -22,6 +22,8 @@ CHART_EVERY: Final = 6
 """Pictures from one drawing of the charts to the next."""
 TOLD: Final = 5
 """Symptoms that are listed."""
+MOST: Final = 200
+"""Symptoms that are kept."""
 
 
 class Page:
@@ -71,13 +73,19 @@ class Page:
         """Add what changes the picture only."""
         with self.tabs.add_tab("View"):
             follow = self.gui.add_checkbox("follow the robot", initial_value=True)
-            ghost = self.gui.add_checkbox("ghost: the ground truth", initial_value=True)
+            ghost = self.gui.add_checkbox("ghost (truth)", initial_value=True)
+            through = self.gui.add_checkbox("see through", initial_value=False)
             self.gui.add_markdown(legend())
 
         def choose(_: object) -> None:
             if self._scene is not None:
                 self._scene.follow, self._scene.ghost = follow.value, ghost.value
 
+        def see_through(_: object) -> None:
+            if self._scene is not None:
+                self._scene.see_through(through.value)
+
+        through.on_update(see_through)
         follow.on_update(choose)
         ghost.on_update(choose)
 
@@ -93,6 +101,7 @@ class Page:
             self.forget()
         found = self._watch.update(balance)
         self.symptoms += found
+        del self.symptoms[:-MOST]
         if any(s.kind == "fall" for s in found):
             last = self.diagnosis.fell if self.diagnosis else -1.0
             self.diagnosis = explain([s for s in self.symptoms if s.time > last]) or self.diagnosis
@@ -155,13 +164,13 @@ def headline(title: str, balance: Balance, symptoms: list[Symptom], diagnosis: D
         words.append(f"{frame.missed} cycles missed")
     lines = [" · ".join(words)]
     if diagnosis is not None:
-        what = diagnosis.first.text if diagnosis.first else "without a sign before"
-        when = f" at {diagnosis.first.time:.2f} s" if diagnosis.first else ""
-        lines.append(f"#### It fell. What went wrong first: {_plain(what)}{when}")
-        lines.append(_plain(diagnosis.sentence))
-    told = [s for s in symptoms if s.time <= frame.time][-TOLD:]
-    if told and diagnosis is None:
-        lines += [" ".join(f"`{s.time:.2f} s` {_plain(s.text)};" for s in told).rstrip(";")]
+        what = f"What went wrong first: {diagnosis.first.text}" if diagnosis.first else "There was no sign"
+        lines.append(f"#### It fell at {diagnosis.fell:.2f} s. {_plain(what)}")
+        told = diagnosis.chain[-TOLD:]
+    else:
+        told = tuple(s for s in symptoms if s.time <= frame.time)[-TOLD:]
+    if told:
+        lines.append(" ".join(f"`{s.time:.2f} s` {_plain(s.text)}" for s in told))
     return "\n\n".join(lines)
 
 

@@ -30,8 +30,14 @@ OBSTACLE: Final[Colour] = (212, 163, 92)
 
 GHOST_MARGIN: Final = 0.003
 """By which the ghost is larger than the robot, m: where both are at one place it is a skin over it."""
-NEWTON: Final = 0.004
-"""Height of a load's bar, m/N: 100 mm for a full cell."""
+GHOST_APART: Final = 0.006
+"""The ghost is shown where it is farther than this from the robot, m: in one place they hide each other."""
+THROUGH: Final = 0.5
+"""Opacity of what one must see through: the feet, or all of the robot."""
+NEWTON: Final = 0.006
+"""Height of a load's bar, m/N: 150 mm for a full cell."""
+BARS_OVER: Final = 0.02
+"""Height over the sole at which the bars begin, m."""
 OVER: Final = 0.002
 """Height of what is drawn on the floor over it, m."""
 ROOT: Final = "/world"
@@ -70,7 +76,7 @@ class Scene:
     """
 
     def __init__(self, server: Any, body: Body) -> None:
-        self._scene = server.scene
+        self._server, self._scene = server, server.scene
         self._figure = Figure(body)
         self._body = body
         self._floor = Floor()
@@ -78,13 +84,14 @@ class Scene:
         self._root = self._scene.add_frame(ROOT, show_axes=False)
         self._middle: Array = np.zeros(3)
         self._draw_floor()
+        self._shells: list[Any] = []
         self._robot = self._links(f"{ROOT}/robot", link_parts(body), None)
         self._ghost = self._links(f"{ROOT}/ghost", link_parts(body, GHOST_MARGIN), GHOST)
         self._points = {
             p.name: self._scene.add_icosphere(f"{ROOT}/points/{p.name}", p.radius, p.colour, subdivisions=2)
             for p in POINTS
         }
-        self._bars = self._lines(f"{ROOT}/loads", 8, MEASURED, 9.0)
+        self._bars = self._lines(f"{ROOT}/loads", 8, MEASURED, 10.0)
         self._plumb = self._lines(f"{ROOT}/plumb", 1, COM, 2.0)
         self._support = self._lines(f"{ROOT}/support/edge", 1, SAFE, 4.0)
         self._support_area = self._scene.add_mesh_simple(
@@ -131,18 +138,26 @@ class Scene:
                 continue
             frames[self._figure.links.index(name)] = self._scene.add_frame(f"{root}/{name}", show_axes=False)
             for i, part in enumerate(pieces):
-                self._scene.add_mesh_simple(
+                mesh = self._scene.add_mesh_simple(
                     f"{root}/{name}/{i}",
                     part.vertices,
                     part.faces,
                     color=colour or part.colour,
-                    opacity=0.22 if colour else None,
+                    opacity=0.3 if colour else THROUGH if name.endswith("AnkleRoll") else None,
                 )
+                if colour is None and not name.endswith("AnkleRoll"):
+                    self._shells.append(mesh)
         return frames
 
     def _lines(self, name: str, n: int, colour: Colour, width: float) -> Any:
         points = np.zeros((n, 2, 3), dtype=np.float32)
-        return self._scene.add_line_segments(name, points, colour, line_width=width)
+        return self._scene.add_line_segments(name, points, _of_line(colour), line_width=width)
+
+    def see_through(self, through: bool) -> None:
+        """Draw the robot so that one sees its centre of mass."""
+        with self._server.atomic():
+            for mesh in self._shells:
+                mesh.opacity = THROUGH if through else None
 
     def draw(self, balance: Balance) -> None:
         """Show one moment."""
@@ -152,7 +167,7 @@ class Scene:
             self._middle = self._middle + (FOLLOW if near else 1.0) * (aim - self._middle)
             self._root.position = -self._middle
         _pose(self._robot, balance.sensed.robot)
-        shown = balance.true is not None and self.ghost
+        shown = self.ghost and balance.true is not None and _apart(balance.true, balance.sensed)
         for frame in self._ghost.values():
             if frame.visible != shown:
                 frame.visible = shown
@@ -202,12 +217,12 @@ class Scene:
             foot = robot.feet["L" if side == "L" else "R"]
             places = self._body.fsr.L if side == "L" else self._body.fsr.R
             for place, force in zip(places, forces, strict=True):
-                start = foot[:3, :3] @ np.array(place) + foot[:3, 3]
+                start = foot[:3, :3] @ (np.array(place) + np.array([0.0, 0.0, BARS_OVER])) + foot[:3, 3]
                 points.append([start, start + np.array([0.0, 0.0, NEWTON * max(force, 0.0)])])
                 share = min(max(force / self._body.fsr.range, 0.0), 1.0)
-                colours.append([[_between(SAFE, LOST, share)] * 2])
+                colours.append([_of_line(_between(SAFE, LOST, share))] * 2)
         self._bars.points = np.array(points, dtype=np.float32)
-        self._bars.colors = np.array(colours, dtype=np.uint8).reshape(8, 2, 3)
+        self._bars.colors = np.array(colours, dtype=np.uint8)
 
     def _draw_support(self, balance: Balance) -> None:
         polygon = self._soles_that_touch(balance.best)
@@ -220,7 +235,7 @@ class Scene:
         outside = balance.best.zmp is None or polygon.margin(balance.best.capture) < -0.03
         colour = LOST if outside else SAFE
         self._support.points = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32)
-        self._support.colors = np.broadcast_to(np.array(colour, dtype=np.uint8), (len(corners), 2, 3))
+        self._support.colors = np.broadcast_to(np.array(_of_line(colour), dtype=np.uint8), (len(corners), 2, 3))
         n = len(corners)
         self._support_area.vertices = corners.astype(np.float32)
         self._support_area.faces = np.array([(0, i, i + 1) for i in range(1, n - 1)], dtype=np.uint32)
@@ -286,6 +301,18 @@ class Scene:
                     wxyz=_reorder(thing.orientation),
                 )
             self._objects[thing.name] = (thing, handle)
+
+
+def _apart(true: Stand, sensed: Stand) -> bool:
+    """Whether the two are seen to be at two places."""
+    way = true.robot.frames[:, :3, 3] - sensed.robot.frames[:, :3, 3]
+    return float(np.abs(way).max()) > GHOST_APART
+
+
+def _of_line(colour: Colour) -> Colour:
+    """The colour to give to a line that is to look like this: lines are drawn without the screen's gamma."""
+    r, g, b = (round(255.0 * (c / 255.0) ** 2.2) for c in colour)
+    return r, g, b
 
 
 def _pose(frames: dict[int, Any], robot: Placed) -> None:
