@@ -168,11 +168,12 @@ class RobotHost:
         return given
 
     def _on_stop(self, payload: bytes) -> bytes:
-        request = decode(payload, StopRequest)
+        request = decode(payload, StopRequest) if payload else StopRequest()
         return self._confirmed(self.guard.stop(request.how, request.who))
 
     def _on_arm(self, payload: bytes) -> bytes:
-        return self._confirmed(self.guard.arm(decode(payload, ArmRequest).who))
+        request = decode(payload, ArmRequest) if payload else ArmRequest()
+        return self._confirmed(self.guard.arm(request.who))
 
     def _confirmed(self, done: threading.Event) -> bytes:
         self.link.wake()

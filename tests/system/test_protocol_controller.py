@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 import pytest
 
-from bridge import messages, walk
+from bridge import guard, messages, walk
 from bridge.datasheet import load_body
 from emulator.robot import EmulatedRobot
 
@@ -27,6 +27,9 @@ MESSAGES = [
     "Info",
     "LeaseRequest",
     "LeaseReply",
+    "GuardStatus",
+    "StopRequest",
+    "ArmRequest",
     "Notice",
     "TruthFrame",
     "WalkTelemetry",
@@ -81,6 +84,8 @@ def in_words(hint: Any) -> str:
 def default_in_words(value: Any) -> str:
     if isinstance(value, tuple):
         return ", ".join(map(default_in_words, value))
+    if isinstance(value, str):
+        return value or "empty"
     if value is None or isinstance(value, bool):
         return {None: "nil", False: "false", True: "true"}[value]
     return f"{value:g}"
@@ -88,7 +93,7 @@ def default_in_words(value: Any) -> str:
 
 @pytest.mark.parametrize("kind", MESSAGES)
 def test_the_tables_give_each_field_its_type_and_default(kind: str) -> None:
-    struct = getattr(messages, kind, None) or getattr(walk, kind)
+    struct = next(getattr(module, kind) for module in (messages, walk, guard) if hasattr(module, kind))
     fields = {
         f.name: (in_words(f.type), "" if f.required else default_in_words(f.default))
         for f in msgspec.structs.fields(struct)
