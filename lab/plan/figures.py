@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import matplotlib
 import msgspec
@@ -21,9 +21,13 @@ from walker.kinematics.tree import BodyTree
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-DT = 0.005
+DT: Final = 0.005
 """s; sampling of the walk that is drawn."""
-STEPS = 6
+STEPS: Final = 6
+_STICKS: Final = 6
+"""Figures per cycle."""
+_SPREAD: Final = 0.17
+"""m, between them."""
 
 
 def draw(p: HuangParameters, body: Body, choice: Choice, folder: Path) -> list[Path]:
@@ -157,12 +161,11 @@ def _sticks(
     place = {name: i for i, name in enumerate(tree.links)}
     along_sole = [x for x, _ in body.foot.sole]
     figure, axes = plt.subplots(figsize=(12.0, 4.2), layout="constrained")
-    first = next(i for i, (r, _) in enumerate(walk) if r.step >= STEPS - 4)
-    shown = walk[first :: max(1, round(0.5 * p.T_c / 5 / DT))]
-    for reference, pose in shown:
+    first = next(i for i, (r, _) in enumerate(walk) if r.step >= STEPS - 3)
+    shown = walk[first :: round(p.T_c / _STICKS / DT)][: 2 * _STICKS + 1]
+    for i, (reference, pose) in enumerate(shown):
         frames = bodies.frames(*pose)
-        # The figures are drawn apart: four times as far as they walk.
-        shift = 3.0 * pose[0][0]
+        shift = _SPREAD * i - pose[0][0]
         for side, colour in (("R", "tab:red"), ("L", "tab:blue")):
             hip, knee, ankle = (
                 frames[place[f"{side}{joint}"], :3, 3] for joint in ("HipPitch", "KneePitch", "AnklePitch")
@@ -176,6 +179,10 @@ def _sticks(
         torso = np.array([pose[0], (pose[0][0], 0.0, pose[0][2] + 0.18)])
         axes.plot(1e3 * (torso[:, 0] + shift), 1e3 * torso[:, 2], "k", lw=1.0)
     axes.axhline(0.0, color="0.6", lw=0.8)
-    axes.set(aspect="equal", xlabel="mm, spread fourfold along the walk", ylabel="z, mm")
+    axes.set(
+        aspect="equal",
+        xlabel=f"mm; the figures stand {1e3 * _SPREAD:.0f} mm apart, {p.T_c / _STICKS:.2f} s",
+        ylabel="z, mm",
+    )
     axes.set_title("Two cycles from the side: left leg blue, right leg red; thick where the foot bears")
     return figure
