@@ -156,9 +156,9 @@ class LolaService:
             if newest is not seen:
                 if seen is None or frame.seq != seen.frame.seq:
                     now = math.floor(frame.time / CYCLE + _ROUNDING)
-                    answered = now == cycle and self._demand is not None
-                    cycle = now
+                    answered, cycle = now == cycle, now
                 seen, commanded = newest, False
+            answered = answered and self._demand is not None  # another client has answered nothing yet
             if not answered and self._client is not None and offered != (self._client, frame.seq):
                 self._send(frame, feed)
                 offered = (self._client, frame.seq)

@@ -1,0 +1,335 @@
+"""A served LoLA, its robot a thread of the test, its client a raw socket and a msgpack as teams write it."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import msgspec
+import pytest
+
+from bridge.link import ControllerLink, RobotLink
+from bridge.lola.address import listen, parse_address
+from bridge.lola.convert import Identity
+from bridge.lola.service import LolaService, Served
+from bridge.messages import ActuatorFrame, Info, SensorFrame
+
+PATIENCE = 20.0
+ZEROS = (0.0,) * 25
+STILL = SensorFrame(
+    seq=0,
+    time=0.0,
+    position=tuple(0.01 * slot for slot in range(25)),
+    stiffness=(0.5,) * 25,
+    current=ZEROS,
+    temperature=ZEROS,
+    fsr=ZEROS[:8],
+    accelerometer=(0.0, 0.0, 9.81),
+    gyroscope=(0.0, 0.0, 0.0),
+    angle=(0.0, 0.0),
+    touch=ZEROS[:14],
+    battery=(1.0, 0.0, 0.0, 30.0),
+    sonar=(2.0, 1.0),
+)
+
+
+def pack(**values: Any) -> bytes:
+    return bytes(msgpack.packb(values, use_single_float=True, use_bin_type=False))
+
+
+class Client:
+    """As team code does it: connect, read 896 bytes, write a reply."""
+
+    def __init__(self, path: str) -> None:
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.settimeout(PATIENCE)
+        self.socket.connect(path)
+
+    def read(self) -> dict[str, Any]:
+        data = b""
+        while len(data) < 896:
+            piece = self.socket.recv(896 - len(data))
+            if not piece:
+                raise EOFError
+            data += piece
+        values: dict[str, Any] = msgpack.unpackb(data)
+        return values
+
+    def send(self, data: bytes) -> None:
+        self.socket.sendall(data)
+
+
+class Robot:
+    """The robot's side of the link: a frame when told to, and the commands that came."""
+
+    def __init__(self, link: RobotLink, cycle: float) -> None:
+        self.link, self.cycle = link, cycle
+        self.seq = -1
+        self.ended = threading.Event()
+        self._thread = threading.Thread(target=self._repeat)
+        self._thread.start()
+
+    def publish(self) -> None:
+        """The next frame."""
+        self.seq += 1
+        self._send()
+
+    def _send(self) -> None:
+        frame = msgspec.structs.replace(STILL, seq=self.seq, time=self.seq * self.cycle)
+        self.link.publish_sensors(frame)
+
+    def _repeat(self) -> None:
+        """A robot in lockstep sends its frame again while no answer comes."""
+        while not self.ended.wait(0.1):
+            if self.seq >= 0:
+                self._send()
+
+    def end(self) -> None:
+        self.ended.set()
+        self._thread.join()
+
+    def command(self) -> ActuatorFrame:
+        """The next command that answers the present frame."""
+        deadline = time.monotonic() + PATIENCE
+        while (command := self.link.wait_command(0.1)) is None or command.reply_to != self.seq:
+            assert time.monotonic() < deadline, "no command came"
+        return command
+
+
+@pytest.fixture
+def served(
+    endpoint: str, tmp_path: Path
+) -> Iterator[Callable[..., tuple[Robot, Callable[[], Client], Callable[[], Served]]]]:
+    """Start a robot and a service over it; gives the robot, a maker of clients, and what ends the service."""
+    with contextlib.ExitStack() as stack:
+
+        def begin(
+            mode: str = "lockstep", cycle: float = 0.012
+        ) -> tuple[Robot, Callable[[], Client], Callable[[], Served]]:
+            path, stop, results = str(tmp_path / "robocup"), threading.Event(), []
+            info = Info(
+                robot="nao",
+                body="nao-v6",
+                side="emulator",
+                mode=mode,
+                cycle=cycle,
+                absent=(),
+                boot=1,
+                software="",
+            )
+            robot = stack.enter_context(RobotLink(info, endpoint))
+            link = stack.enter_context(ControllerLink("nao", endpoint, "lola"))
+            listener = stack.enter_context(listen(parse_address(path)))
+            service = LolaService(link, listener, Identity(), stop)
+            thread = threading.Thread(target=lambda: results.append(service.run()))
+            thread.start()
+
+            def connect() -> Client:
+                client = Client(path)
+                stack.callback(client.socket.close)
+                return client
+
+            def end() -> Served:
+                stop.set()
+                thread.join(PATIENCE)
+                return results[0]
+
+            stack.callback(end)
+            fake = Robot(robot, cycle)
+            stack.callback(fake.end)
+            return fake, connect, end
+
+        yield begin
+
+
+def test_a_packet_for_each_frame_and_an_answer_for_each_packet(served: Any) -> None:
+    robot, connect, end = served()
+    robot.publish()
+    client = connect()
+    for turn in range(5):
+        values = client.read()
+        assert values["Position"] == pytest.approx(STILL.position, abs=0.0008)
+        assert values["Accelerometer"][2] == pytest.approx(-9.81, abs=0.005)
+        client.send(pack(Position=[0.125 * turn] * 25, Stiffness=[0.5] * 25))
+        command = robot.command()
+        assert command.reply_to == robot.seq
+        assert command.position == (0.125 * turn,) * 25
+        assert command.stiffness == (0.5,) * 25
+        robot.publish()
+    assert end().maps == 5
+
+
+def test_what_a_map_leaves_out_stays(served: Any) -> None:
+    """Stiffness alone, an empty map, lights, positions alone, reordered and unknown keys; -1 is free."""
+    robot, connect, _ = served()
+    robot.publish()
+    client = connect()
+
+    def turn(*replies: bytes) -> ActuatorFrame:
+        client.read()
+        for reply in replies:
+            client.send(reply)
+        command: ActuatorFrame = robot.command()
+        robot.publish()
+        return command
+
+    first = turn(pack(Stiffness=[1.0, -1.0, *[0.25] * 23]))
+    assert first.position == STILL.position  # as measured: the client has not said where
+    assert first.stiffness == (1.0, -1.0, *(0.25,) * 23)
+    second = turn(pack(), pack(Chest=[1.0, 0.0, 0.0]), pack(Position=[0.5] * 25))
+    assert (second.position, second.stiffness) == ((0.5,) * 25, first.stiffness)
+    third = turn(pack(Unheard=[1, 2], Stiffness=[0.75] * 25, LEar=[0.0] * 10, Position=[-0.5] * 25))
+    assert (third.position, third.stiffness) == ((-0.5,) * 25, (0.75,) * 25)
+
+
+def test_wrong_values_move_no_other_joint(served: Any) -> None:
+    robot, connect, _ = served()
+    robot.publish()
+    client = connect()
+    client.read()
+    client.send(pack(Position=[float("nan"), 0.5, *[0.25] * 23], Stiffness=[7.0, -7.0, *[0.5] * 23]))
+    command = robot.command()
+    assert command.position == (STILL.position[0], 0.5, *(0.25,) * 23)
+    assert command.stiffness == (1.0, -1.0, *(0.5,) * 23)
+    robot.publish()
+    client.read()
+    client.send(pack(Position=[1.0] * 24, Stiffness=[0.0] * 25))
+    assert robot.command().position == command.position
+
+
+def test_a_reply_in_fragments_behind_garbage(served: Any) -> None:
+    robot, connect, end = served()
+    robot.publish()
+    client = connect()
+    client.read()
+    client.send(b"HTTP/1.1 400 Bad Request\r\n")
+    for byte in pack(Position=[0.5] * 25):
+        client.send(bytes([byte]))
+    assert robot.command().position == (0.5,) * 25
+    assert end().dropped_bytes == 26
+
+
+def test_a_thousand_damaged_replies_to_a_server(served: Any) -> None:
+    """Through the socket; `test_wire` has a hundred thousand for the stream alone."""
+    robot, connect, _ = served(mode="real-time")
+    robot.publish()
+    client, random_ = connect(), random.Random(7)
+    reply = pack(Stiffness=[0.5] * 25, Position=[0.5] * 25)
+    for _ in range(1000):
+        damaged = bytearray(reply)
+        for _ in range(random_.randint(1, 5)):
+            damaged[random_.randrange(len(damaged))] = random_.randrange(256)
+        client.send(bytes(damaged[: random_.randrange(len(damaged))]))
+    for _ in range(4):
+        client.send(pack(Stiffness=[1.0] * 25, Position=[0.25] * 25))
+    deadline = time.monotonic() + PATIENCE
+    while robot.command().position != (0.25,) * 25:
+        assert time.monotonic() < deadline
+        client.send(pack(Stiffness=[1.0] * 25, Position=[0.25] * 25))
+
+
+def test_a_robot_of_10_ms_gives_a_packet_per_12_ms_of_its_time(served: Any) -> None:
+    """Lockstep: six frames for five packets; the frame between two packets gets the last demand again."""
+    robot, connect, _ = served(cycle=0.01)
+    robot.publish()
+    client = connect()
+    packets = 0
+
+    def answer() -> None:
+        nonlocal packets
+        with contextlib.suppress(EOFError, OSError):
+            while client.read():
+                packets += 1
+                client.send(pack(Position=[0.5] * 25))
+
+    thread = threading.Thread(target=answer, daemon=True)
+    thread.start()
+    for _ in range(61):
+        assert robot.command().position == (0.5,) * 25
+        robot.publish()
+    # 0 ms to 600 ms: 0, 20, 30, 40, 50, 60, 80 ms, ...
+    assert packets in (51, 52)
+    client.socket.shutdown(socket.SHUT_RDWR)
+    thread.join(PATIENCE)
+
+
+def test_the_lease_is_the_client_s_from_its_first_command_to_its_end(served: Any, until: Any) -> None:
+    robot, connect, _ = served()
+    robot.publish()
+    client = connect()
+    client.read()
+    client.send(pack(Chest=[0.0] * 3))
+    assert robot.link.wait_command(0.3) is None
+    assert robot.link.holder is None  # lights are no reason to hold the robot
+    client.send(pack(Stiffness=[0.0] * 25))
+    robot.command()
+    assert robot.link.holder.name == "lola"
+    client.socket.close()
+    until(lambda: robot.link.holder is None, "the lease to be given back")
+    assert not robot.link.leases.deserted  # it left the robot limp: in good order
+    client = connect()
+    client.read()
+    client.send(pack(Stiffness=[1.0] * 25))
+    robot.command()
+    client.socket.close()
+    until(lambda: robot.link.holder is None, "the lease to be given up")
+    assert robot.link.leases.deserted  # it left the robot stiff: the watchdog is to bring it down
+
+
+def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: Any, until: Any) -> None:
+    robot, connect, _ = served(mode="real-time", cycle=0.01)
+    pacing = threading.Event()
+
+    def run() -> None:
+        while not pacing.wait(0.004):
+            robot.publish()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        client = connect()
+        client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        client.read()
+        client.send(pack(Stiffness=[0.0] * 25))
+        until(lambda: robot.link.holder is not None, "the lease")
+        until(lambda: robot.link.holder is None, "the server to lose patience")
+        again = connect()
+        for _ in range(3):
+            again.read()
+        again.send(pack(Position=[0.5] * 25))
+        until(lambda: robot.link.holder is not None, "the lease")
+    finally:
+        pacing.set()
+        thread.join()
+
+
+def test_the_client_s_connection_ends_with_the_robot(served: Any) -> None:
+    robot, connect, _ = served()
+    robot.publish()
+    client = connect()
+    client.read()
+    robot.end()
+    robot.link.close()
+    with pytest.raises(EOFError):
+        client.read()
+
+
+def test_a_robot_that_somebody_else_holds_is_only_watched(served: Any, endpoint: str) -> None:
+    robot, connect, _ = served()
+    robot.publish()
+    with ControllerLink("nao", endpoint, "other") as other:
+        other.wait_robot(timeout=PATIENCE)
+        other.acquire()
+        client = connect()
+        client.read()
+        client.send(pack(Stiffness=[1.0] * 25))
+        assert robot.link.wait_command(0.5) is None
+        other.release()
+        assert robot.command().stiffness == (1.0,) * 25
