@@ -4,7 +4,7 @@ qi calls Python under the interpreter's lock, so whatever computes here would ho
 cycle and all logic are in the process that started this one. Each call becomes a message, its answer a promise
 kept, so that a call that waits (an interpolation, a walk) holds up no other.
 
-Started by `bridge.naoqi.server` as `python -m bridge.naoqi.front URL DESCRIPTOR`.
+Started by `bridge.naoqi.server` as `python -m bridge.naoqi.front URL DESCRIPTOR PRIORITY`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from bridge.naoqi.pipe import Pipe
+from bridge.realtime import request_real_time
 
 
 class Front:
@@ -92,8 +93,8 @@ class Front:
                 promise.setError(third)
 
 
-def main(url: str, descriptor: int) -> None:
-    """Serve until the other end of the pipe is closed."""
+def main(url: str, descriptor: int, priority: int) -> None:
+    """Serve until the other end of the pipe is closed; with SCHED_FIFO unless the priority is 0."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the served robot ends this process
     pipe = Pipe(socket.socket(fileno=descriptor))
     table = pipe.receive()
@@ -111,9 +112,11 @@ def main(url: str, descriptor: int) -> None:
         pipe.send([0, False, f"qi cannot listen on {url}: {str(error).splitlines()[0]}"])
         # qi aborts when a session that failed to listen is taken apart.
         os._exit(1)
+    if priority:
+        request_real_time(priority)
     front.run()
     os._exit(0)  # taking qi apart can take seconds while clients are connected
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

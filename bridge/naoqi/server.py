@@ -137,9 +137,10 @@ class Server:
         frame = self._first_frame(receive)
         if frame is None:
             return
-        services = self._begin(load_body(info.body), frame)
+        priority = self._priority if info.mode == "real-time" else None
+        services = self._begin(load_body(info.body), frame, priority)
         if info.mode == "real-time":
-            quiet_process(self._priority)
+            quiet_process(priority)
         self._send(services)
         logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
         while not self._stop() and self._front_runs():
@@ -171,7 +172,7 @@ class Server:
                 return frame
         return None
 
-    def _begin(self, body: Body, frame: SensorFrame) -> Services:
+    def _begin(self, body: Body, frame: SensorFrame, priority: int | None) -> Services:
         """Services for a robot that is new here; the front, if it runs already, keeps its table."""
         if self._moving is not None:
             self._moving.close()
@@ -189,7 +190,7 @@ class Server:
             self._services, self._moving = services, moving
             self._commanding = True
         if self._front is None:
-            self._start_front(services)
+            self._start_front(services, priority or 0)
         return services
 
     def _send(self, services: Services) -> None:
@@ -233,11 +234,11 @@ class Server:
         if not self._commanding:
             self.take_back()
 
-    def _start_front(self, services: Services) -> None:
+    def _start_front(self, services: Services, priority: int) -> None:
         ours, theirs = socket.socketpair()
-        command = [sys.executable, "-m", "bridge.naoqi.front", self._url, str(theirs.fileno())]
+        arguments = [self._url, str(theirs.fileno()), str(priority)]
         self._front = subprocess.Popen(
-            command,
+            [sys.executable, "-m", "bridge.naoqi.front", *arguments],
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
