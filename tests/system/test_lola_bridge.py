@@ -1,0 +1,260 @@
+"""A bridged LoLA: the robot is a raw socket that sends packets as a V6 does, the controller the link's own."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+
+from bridge.errors import ConfigurationError
+from bridge.link import ControllerLink
+from bridge.link.guard_client import GuardClient
+from bridge.lola.address import Address, parse_address
+from bridge.lola.robot import Bridged, BridgeSettings, LolaBridge
+from bridge.messages import ActuatorFrame, SensorFrame
+
+PATIENCE = 20.0
+PACKET: dict[str, Any] = msgpack.unpackb(
+    (Path(__file__).parents[1] / "bridge" / "lola" / "data" / "sensors.msgpack").read_bytes()
+)
+RELAY = Path(__file__).parents[2] / "bridge" / "lola" / "relay.py"
+
+
+class FakeLola:
+    """LoLA's end of its socket: sends a packet every 12 ms, or when told to, and keeps what it is sent."""
+
+    def __init__(self, path: str) -> None:
+        self.listener = socket.socket(socket.AF_UNIX)
+        self.listener.bind(path)
+        self.listener.listen()
+        self.values = dict(PACKET)
+        self.maps: list[dict[str, Any]] = []
+        self._ended = threading.Event()
+        self._drop = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            if not select.select([self.listener], [], [], 0.05)[0]:
+                continue
+            peer = self.listener.accept()[0]
+            with peer, contextlib.suppress(OSError):
+                self._serve(peer)
+
+    def _serve(self, peer: socket.socket) -> None:
+        unpacker = msgpack.Unpacker()
+        while not self._ended.is_set() and not self._drop.is_set():
+            peer.sendall(msgpack.packb(self.values, use_single_float=True))
+            if select.select([peer], [], [], 0.012)[0]:
+                data = peer.recv(65536)
+                if not data:
+                    return
+                unpacker.feed(data)
+                self.maps += list(unpacker)
+        self._drop.clear()
+
+    def drop(self) -> None:
+        """End the connection, as a LoLA that starts anew does."""
+        self._drop.set()
+
+    def end(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self.listener.close()
+
+
+@pytest.fixture
+def lola(tmp_path: Path) -> Iterator[FakeLola]:
+    fake = FakeLola(str(tmp_path / "robocup"))
+    yield fake
+    fake.end()
+
+
+@pytest.fixture
+def bridged(
+    lola: FakeLola, tmp_path: Path, endpoint: str
+) -> Iterator[Callable[..., tuple[ControllerLink, Callable[[], Bridged]]]]:
+    """Start the bridge; gives a controller that has found the robot, and what ends the bridge."""
+    stop, results = threading.Event(), []
+    with contextlib.ExitStack() as stack:
+
+        def begin(
+            address: str = str(tmp_path / "robocup"), **settings: Any
+        ) -> tuple[ControllerLink, Callable[[], Bridged]]:
+            bridge = LolaBridge(
+                parse_address(address), BridgeSettings(robot="nao", listen=endpoint, **settings), "test", stop
+            )
+            thread = threading.Thread(target=lambda: results.append(bridge.run()))
+            thread.start()
+
+            def end() -> Bridged:
+                stop.set()
+                thread.join(PATIENCE)
+                return results[0]
+
+            stack.callback(end)
+            link = stack.enter_context(ControllerLink("nao", endpoint, "tester"))
+            link.wait_robot(timeout=PATIENCE)
+            return link, end
+
+        yield begin
+
+
+def newest(link: ControllerLink) -> SensorFrame:
+    deadline = time.monotonic() + PATIENCE
+    while (frame := link.latest(1.0)) is None:  # also when the robot has just gone
+        assert time.monotonic() < deadline
+    return frame
+
+
+def test_a_v6_is_a_robot_on_the_link(bridged: Any, lola: FakeLola) -> None:
+    link, _ = bridged()
+    info = link.wait_robot(timeout=PATIENCE)
+    assert (info.body, info.side, info.mode, info.cycle) == ("nao-v6", "lola", "real-time", 0.012)
+    first, second = newest(link), newest(link)
+    assert second.seq > first.seq
+    assert second.time == pytest.approx(0.012 * second.seq)
+    assert second.position == pytest.approx(PACKET["Position"])
+    assert second.accelerometer == pytest.approx([-a for a in PACKET["Accelerometer"]])
+    assert second.fsr == pytest.approx([9.81 * f for f in PACKET["FSR"]])
+    assert second.battery == pytest.approx((0.99, 0.016, -32552.0, 3.6), rel=1e-6)
+    assert lola.maps == []
+
+
+def answer(link: ControllerLink, until: Callable[[], bool], **fields: Any) -> None:
+    """Answer frames with where the robot is, except for `fields`, until something is true."""
+    deadline = time.monotonic() + PATIENCE
+    while not until():
+        assert time.monotonic() < deadline
+        frame = newest(link)
+        wanted = {"position": frame.position, "stiffness": (0.5,) * 25} | fields
+        link.send(ActuatorFrame(reply_to=frame.seq, **wanted))
+
+
+def test_it_takes_no_command_before_it_is_armed(bridged: Any, lola: FakeLola, endpoint: str) -> None:
+    link, end = bridged()
+    link.acquire()
+    refused: list[str] = []
+
+    def told() -> bool:
+        refused.extend(n.text for n in link.notices() if n.code == "frame-refused")
+        return bool(refused)
+
+    answer(link, told)
+    assert "not armed" in refused[0]
+    assert lola.maps == []
+    with GuardClient("nao", endpoint) as guard:
+        assert not guard.status().armed
+        guard.arm("test")
+    answer(link, lambda: len(lola.maps) > 3, stiffness=(0.0,) * 25)
+    assert set(lola.maps[0]) == {"Position", "Stiffness"}
+    assert lola.maps[-1]["Stiffness"] == [0.0] * 25
+    assert [len(v) for v in lola.maps[-1].values()] == [25, 25]
+    assert end().commands >= 4
+
+
+def test_a_far_command_is_approached_slowly_and_in_range(bridged: Any, lola: FakeLola, endpoint: str) -> None:
+    lola.values["Position"] = [0.0] * 25
+    lola.values["Angles"] = [0.0, 0.0]
+    link, _ = bridged()
+    with GuardClient("nao", endpoint) as guard:
+        guard.arm("test")
+    link.acquire()
+    answer(link, lambda: len(lola.maps) > 5, position=(0.9, *(0.0,) * 24), stiffness=(0.5,) * 25)
+    yaws = [m["Position"][0] for m in lola.maps[:6]]
+    assert yaws == sorted(yaws)
+    assert 0.0 < yaws[0] < 0.05 and yaws[5] < 0.3  # the joint could do 0.1 rad in one cycle
+    with GuardClient("nao", endpoint) as guard:
+        guard.stop("limp", "test")
+
+
+def test_its_end_brings_a_robot_down_that_it_held_up(bridged: Any, lola: FakeLola, endpoint: str) -> None:
+    lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.0]}
+    link, end = bridged()
+    with GuardClient("nao", endpoint) as guard:
+        guard.arm("test")
+    link.acquire()
+    answer(link, lambda: len(lola.maps) > 2, position=(0.0,) * 25, stiffness=(0.9,) * 25)
+    end()
+    last = lola.maps[-1]
+    assert last["Stiffness"] == [0.0] * 25
+    assert last["Position"][10] > 1.0  # the knee: it crouched first
+
+
+def test_a_dry_run_sends_nothing(bridged: Any, lola: FakeLola, endpoint: str) -> None:
+    link, end = bridged(dry_run=True)
+    with GuardClient("nao", endpoint) as guard:
+        assert guard.arm("test").dry_run
+    link.acquire()
+    frames = [newest(link).seq]
+    answer(link, lambda: frames.append(0) or len(frames) > 8)  # type: ignore[func-returns-value]
+    assert lola.maps == []
+    assert end().commands == 0
+
+
+def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endpoint: str, until: Any) -> None:
+    link, end = bridged()
+    boot = link.wait_robot(timeout=PATIENCE).boot
+    with GuardClient("nao", endpoint) as guard:
+        guard.arm("test")
+    link.acquire()
+    lola.drop()
+    until(lambda: link.lease == 0, "the robot to be gone")
+    info = link.wait_robot(timeout=PATIENCE)
+    assert info.boot != boot
+    with GuardClient("nao", endpoint) as guard:
+        assert not guard.status().armed  # who unplugs a robot does not expect it to move on its return
+    assert newest(link).seq < 1000
+    assert end().connections == 2
+
+
+def test_a_broken_packet_is_left_out(bridged: Any, lola: FakeLola) -> None:
+    link, _ = bridged()
+    newest(link)
+    lola.values = {k: v for k, v in PACKET.items() if k != "FSR"}
+    time.sleep(0.1)
+    while link.latest(0.2) is not None:
+        pass
+    lola.values = dict(PACKET)
+    assert newest(link).fsr == pytest.approx([9.81 * f for f in PACKET["FSR"]])
+
+
+def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, endpoint: str) -> None:
+    lola.values["RobotConfig"] = ["P0000073A03S83I00011", "7.0.0", "P0000074A03S84F00006", "7.0.0"]
+    settings = BridgeSettings(robot="nao", listen=endpoint)
+    bridge = LolaBridge(Address(path=str(tmp_path / "robocup")), settings, "test", threading.Event())
+    with pytest.raises(ConfigurationError, match=r"version 7\.0\.0.*--robot"):
+        bridge.run()
+
+
+def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path) -> None:
+    """As on a robot: a plain Python without any package runs the one file."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-I", "-S", str(RELAY)]
+    options = ["--listen", f"127.0.0.1:{port}", "--socket", str(tmp_path / "robocup")]
+    with subprocess.Popen(command + options, stderr=subprocess.PIPE, text=True) as relay:
+        try:
+            assert relay.stderr is not None and "relaying" in relay.stderr.readline()
+            link, _ = bridged(address=f"127.0.0.1:{port}")
+            assert newest(link).position == pytest.approx(PACKET["Position"])
+        finally:
+            relay.kill()
+
+
+@pytest.mark.parametrize("text", ["robocup", "10.0.0.1", "10.0.0.1:0", "host:", ":10000", "host:99999"])
+def test_a_socket_that_is_none_is_refused_in_one_sentence(text: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"must be a path with a `/`.*or HOST:PORT"):
+        parse_address(text)
