@@ -1,0 +1,131 @@
+"""A robot side of one's own: `RobotHost` between a robot and a real link on loopback."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.datasheet.postures import POSTURES
+from bridge.guard import Guard, GuardSettings
+from bridge.host import RobotHost
+from bridge.joints import N_JOINTS
+from bridge.link import ControllerLink, RobotLink
+from bridge.messages import ActuatorFrame, Info, SensorFrame
+
+BODY = load_body("nao-v6")
+STAND = POSTURES["StandInit"]
+PATIENT = 20.0
+"""s that an answer may take on a busy machine."""
+
+
+def sensors(seq: int) -> SensorFrame:
+    return SensorFrame(
+        seq=seq,
+        time=BODY.cycle * seq,
+        position=STAND,
+        stiffness=(1.0,) * N_JOINTS,
+        current=(0.0,) * N_JOINTS,
+        temperature=(30.0,) * N_JOINTS,
+        fsr=(6.0,) * 8,
+        accelerometer=(0.0, 0.0, 9.81),
+        gyroscope=(0.0, 0.0, 0.0),
+        angle=(0.0, 0.0),
+        touch=(0.0,) * 14,
+        battery=(1.0, 0.0, 0.0, 25.0),
+        sonar=(2.55, 2.55),
+    )
+
+
+@contextmanager
+def echo(endpoint: str, name: str) -> Iterator[ControllerLink]:
+    """A controller that answers every frame with a stand."""
+    ended = threading.Event()
+    with ControllerLink("nao", endpoint, name) as link:
+        link.wait_robot(timeout=PATIENT)
+        link.acquire()
+
+        def serve() -> None:
+            while not ended.is_set():
+                frame = link.next(0.05)
+                if frame is not None:
+                    link.send(ActuatorFrame(reply_to=frame.seq, position=STAND, stiffness=(1.0,) * N_JOINTS))
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        try:
+            yield link
+        finally:
+            ended.set()
+            thread.join()
+
+
+@contextmanager
+def hosted(endpoint: str, *, dry_run: bool = False) -> Iterator[RobotHost]:
+    info = Info(
+        robot="nao",
+        body=BODY.name,
+        side="lola",
+        mode="real-time",
+        cycle=BODY.cycle,
+        absent=(),
+        boot=1,
+        software="test",
+    )
+    with RobotLink(info, endpoint) as link:
+        yield RobotHost(link, Guard(BODY, dry_run=dry_run), dry_run=dry_run)
+
+
+def test_each_frame_gets_its_answer_until_the_controller_is_silent_and_another_takes_over(
+    endpoint: str,
+) -> None:
+    dog = GuardSettings().watchdog
+    with hosted(endpoint) as host:
+        assert host.exchange(sensors(0)) is None
+        with echo(endpoint, "first"):
+            for seq in range(1, 6):
+                given = host.exchange(sensors(seq), wait=PATIENT)
+                assert given is not None and given.reply_to == seq
+                assert given.position == STAND
+            assert (host.in_force, host.missed) == (5, 0)
+        # it has left without giving the robot back
+        for _ in range(round(PATIENT / 0.01)):
+            if host.link.leases.deserted:
+                break
+            threading.Event().wait(0.01)
+        assert host.held and host.alone and host.link.holder is None
+        given = None
+        for seq in range(6, 6 + dog.silence + dog.hold):
+            assert given is None
+            given = host.exchange(sensors(seq))
+        assert host.guard.state == "crouch"
+        assert given is not None and given.reply_to == 5
+        with echo(endpoint, "second"):
+            given = host.exchange(sensors(1000), wait=PATIENT)
+            assert given is not None and given.reply_to == 1000
+            assert host.guard.state in ("approach", "active") and not host.alone
+
+
+def test_a_dry_run_guards_and_gives_nothing_out(endpoint: str) -> None:
+    with hosted(endpoint, dry_run=True) as host, echo(endpoint, "program"):
+        for seq in range(5):
+            assert host.exchange(sensors(seq), wait=PATIENT) is None
+        assert host.guard.state == "active"
+        assert host.in_force == -1
+
+
+@pytest.mark.parametrize("payload", [b"", b"\x80"])
+def test_a_stop_of_no_words_is_a_stop(payload: bytes, endpoint: str) -> None:
+    with hosted(endpoint) as host, ControllerLink("nao", endpoint, "person") as person:
+        person.wait_robot(timeout=PATIENT)
+        asked = threading.Thread(target=lambda: person.query("stop", payload))
+        asked.start()
+        seq = 0
+        while host.guard.armed:
+            host.exchange(sensors(seq))
+            seq += 1
+        asked.join()
+        assert host.guard.status.reason == "stop"
