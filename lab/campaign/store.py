@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import zipfile
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -43,7 +44,8 @@ def key(walk: Walk) -> str:
         load_wear(walk.config.wear),
         sources(),
     )
-    return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()[:32]
+    # by repr, which names every field: the encoders leave some out that are at their default, by identity
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
 
 
 class Store:
@@ -69,10 +71,10 @@ class Store:
         """The walk, if it was walked before; None also for a file that cannot be read."""
         path = self._path(walk)
         try:
-            with np.load(path) as data:
+            with path.open("rb") as file, np.load(file) as data:
                 end = msgspec.json.decode(data["end"].tobytes(), type=WalkEnd)
                 return WalkResult(walk, end, Track(data["rows"]))
-        except (OSError, ValueError, KeyError, EOFError, msgspec.DecodeError):
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, msgspec.DecodeError):
             return None
 
     def put(self, result: WalkResult) -> None:

@@ -41,9 +41,14 @@ class Arm(msgspec.Struct, frozen=True, kw_only=True):
         return self.survived / self.n
 
     def words(self) -> str:
-        """For claims."""
+        """For claims that they walk on."""
         low, high = (100.0 * bound for bound in self.interval)
         return f"{self.survived} of {self.n} walk on ({low:.0f} to {high:.0f} %)"
+
+    def fall_words(self) -> str:
+        """For claims that they fall; Wilson's interval of the complement is the interval's."""
+        low, high = (100.0 * (1.0 - bound) for bound in reversed(self.interval))
+        return f"{self.n - self.survived} of {self.n} fall ({low:.0f} to {high:.0f} %)"
 
 
 def arm(results: Sequence[WalkResult], by: float = math.inf) -> Arm:

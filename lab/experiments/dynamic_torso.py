@@ -103,7 +103,7 @@ def _claims(setup: Setup, with_: Arm, without: Arm) -> tuple[Claim, ...]:
     return (
         Claim(
             f"Without torso control {100 * setup.falls:.0f} % or more fall within {setup.falls_by:g} s",
-            without.words(),
+            without.fall_words(),
             1.0 - without.share >= setup.falls - 1e-9,
         ),
         Claim(

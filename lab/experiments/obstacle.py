@@ -161,7 +161,7 @@ def experiment(context: Context, setup: Setup | None = None) -> Outcome:
             ],
         ),
         claims=claims,
-        pictures=_pictures(context, with_[0], without[0]),
+        pictures=_pictures(context, setup, with_[0], without[0]),
         tables=(arms_table({"with admittance": arms[0], "without": arms[1]}),),
         findings=tuple(text for text in findings if text),
     )
@@ -175,7 +175,7 @@ def _claims(
     return (
         Claim(
             f"Without admittance {100 * setup.falls:.0f} % or more fall",
-            without.words(),
+            without.fall_words(),
             1.0 - without.share >= setup.falls - 1e-9,
         ),
         Claim(
@@ -230,13 +230,13 @@ def _force_finding(context: Context, forces: tuple[Force, Force], ratio: float, 
     )
 
 
-def _pictures(context: Context, with_: WalkResult, without: WalkResult) -> tuple[Picture, ...]:
+def _pictures(context: Context, setup: Setup, with_: WalkResult, without: WalkResult) -> tuple[Picture, ...]:
     seed = with_.seed
     note = f"Seed {seed}; blue without, red with admittance."
     out, body = context.out, load_body(context.robot)
     return (
         Picture(
-            _plot_force(out / "obstacle-4.1.png", with_.track, without.track),
+            _plot_force(out / "obstacle-4.1.png", with_.track, without.track, setup.plate_time),
             "Figure 4.1: contact force on the right foot",
             f"{note} Sum of the right foot's four sensors; phases green: 0 DSL, 5 SSL, 10 DSR, 15 SSR.",
         ),
@@ -259,13 +259,16 @@ def _pictures(context: Context, with_: WalkResult, without: WalkResult) -> tuple
     )
 
 
-def _plot_force(path: Path, with_: Track, without: Track) -> Path:
-    figure = axes.new_figure()
-    panel = figure.subplots()
+def _plot_force(path: Path, with_: Track, without: Track, plate_time: float) -> Path:
+    figure = axes.new_figure(9.0, 7.0)
     longer = with_ if len(with_) >= len(without) else without
-    axes.phase_line(panel, longer, 5.0, axes.GREEN)
-    axes.two_arms(panel, with_, without, lambda track: track["fsr"][:, 4:].sum(axis=1))
-    axes.finish(panel, "t / s", "F_R,Foot,z / N")
+    whole, landing = figure.subplots(2, 1)
+    for panel in (whole, landing):
+        axes.phase_line(panel, longer, 5.0, axes.GREEN)
+        axes.two_arms(panel, with_, without, lambda track: track["fsr"][:, 4:].sum(axis=1))
+        axes.finish(panel, "t / s", "F_R,Foot,z / N")
+    landing.axvline(plate_time, color="k", linestyle=":", linewidth=0.9)
+    landing.set(xlim=(plate_time - 1.5, plate_time + 2.5), title="about the plate")
     return axes.save(figure, path)
 
 

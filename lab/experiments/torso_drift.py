@@ -151,7 +151,7 @@ def _claims(
         ),
         Claim(
             f"Without it {100 * setup.falls:.0f} % or more fall within {setup.falls_by:g} s",
-            without.words(),
+            without.fall_words(),
             1.0 - without.share >= setup.falls - 1e-9,
         ),
         Claim(
