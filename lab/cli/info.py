@@ -25,6 +25,8 @@ def info(file: options.Recording, as_json: options.Json = False) -> int:
         print(msgspec.json.encode(contents).decode(), flush=True)
         return 0
     table = Table(title=str(file), show_header=False)
+    table.add_column()
+    table.add_column(overflow="fold")
     for name, value in _rows(contents):
         table.add_row(name, value)
     Console().print(table)
@@ -49,5 +51,5 @@ def _rows(c: Any) -> list[tuple[str, str]]:
     return [*rows, ("sha256 of the frames", c.frames_sha256)]
 
 
-_NAMED = ("robot", "wear", "scenario", "gait", "mode", "seed", "steps", "name", "side", "software")
+_NAMED = ("robot", "wear", "scenario", "gait", "mode", "seed", "name", "side", "software")
 """Keys of a run's configuration that are shown."""

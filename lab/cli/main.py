@@ -18,6 +18,7 @@ from lab import __version__
 from lab.cli import (
     catalogue,
     doctor,
+    drive,
     emulate,
     experiment,
     guard,
@@ -58,6 +59,7 @@ app.command()(catalogue.scenarios)
 app.command()(guard.stop)
 app.command()(guard.arm)
 app.command()(keys.keys)
+app.command()(drive.drive)
 app.command()(info.info)
 app.command()(record.record)
 app.command()(plot.plot)

@@ -1,0 +1,119 @@
+"""`nao-hil drive` in a terminal of its own, against a walker that writes down what it is told."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+import termios
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from bridge.commands import decode_command
+from bridge.errors import WalkRefused
+from bridge.link import keys
+from bridge.link.query import serve_query
+from bridge.link.session import open_robot
+from bridge.messages import encode
+from bridge.walk import COMMAND, WalkCommand, WalkStatus
+
+REST = WalkStatus(
+    text="The robot is in state `stand`.",
+    seq=1,
+    state="stand",
+    gait="static",
+    torso="robust",
+    admittance=True,
+    velocity=(0.0, 0.0, 0.0),
+    steps=0,
+    distance=0.0,
+    position=(0.0, 0.0, 0.0),
+)
+
+
+class Walker:
+    """Refuses to turn, and does whatever else it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[WalkCommand] = []
+        self.looks = 0
+
+    def answer(self, payload: bytes) -> bytes:
+        command: WalkCommand = decode_command(payload, WalkCommand, "Walk command")
+        if command.op == "status":
+            self.looks += 1
+            return encode(REST)
+        self.told.append(command)
+        if command.velocity is not None and command.velocity[2]:
+            raise WalkRefused("The static gait walks straight ahead.")
+        return encode(msgspec.structs.replace(REST, text="Done.", velocity=command.velocity or (0.0, 0.0, 0.0)))
+
+    @property
+    def ops(self) -> list[tuple[str, float | None]]:
+        """Op and velocity forwards of each command, signs of life left out."""
+        found: list[tuple[str, float | None]] = []
+        for command in self.told:
+            word = command.op, round(command.velocity[0], 6) if command.velocity else None
+            if not found or found[-1] != word:
+                found.append(word)
+        return found
+
+
+@pytest.fixture
+def walker(endpoint: str) -> Iterator[Walker]:
+    walker = Walker()
+    session = open_robot(endpoint)
+    queryable = serve_query(session, keys.key("driven", COMMAND), walker.answer)
+    yield walker
+    queryable.undeclare()
+    session.close()
+
+
+def test_keys_in_a_terminal_walk_the_robot(
+    walker: Walker, endpoint: str, tmp_path: Path, until: Callable[..., Any]
+) -> None:
+    terminal, inside = pty.openpty()
+    before = termios.tcgetattr(inside)
+    arguments = ["drive", "--name", "driven", "--connect", endpoint, "--json"]
+    with (tmp_path / "out").open("w") as out, (tmp_path / "err").open("w") as err:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "lab.cli", *arguments], stdin=inside, stdout=out, stderr=err
+        )
+    try:
+        until(lambda: walker.looks > 1 or process.poll() is not None, "the driver")
+        os.write(terminal, b"w\x1b[A")
+        until(lambda: len(walker.ops) == 2, "two steps of the velocity")
+        os.write(terminal, b"a")
+        until(lambda: any(c.velocity and c.velocity[2] for c in walker.told), "a turn")
+        os.write(terminal, b"w")
+        until(lambda: walker.told[-1].velocity and walker.told[-1].velocity[2] == 0.0, "another velocity")
+        os.write(terminal, b"m")
+        until(lambda: walker.told[-1].admittance is False, "a switch")
+        os.write(terminal, b"Q")
+        assert process.wait(30.0) == 0
+    finally:
+        process.kill()
+        process.wait()
+    notch = 0.06 / 3.5 / 5  # a fifth of the static gait's own velocity
+    walks = [velocity for op, velocity in walker.ops if op == "walk"]
+    # faster, faster, the turn that is refused, faster again without it; then the switch at that velocity
+    assert walks == pytest.approx([notch, 2 * notch, 3 * notch], abs=1e-6)
+    assert walker.ops[-1] == ("stop", None)
+    assert all(command.hold == 3.0 for command in walker.told if command.op == "walk")
+    result = json.loads((tmp_path / "out").read_text().splitlines()[-1])
+    assert result["refused"] == 1
+    assert termios.tcgetattr(inside) == before
+    os.close(terminal)
+    os.close(inside)
+
+
+def test_without_a_terminal_or_a_gamepad_one_sentence_says_so(start: Callable[..., Any], endpoint: str) -> None:
+    command = start("drive", "--connect", endpoint)
+    assert command.wait() == 2
+    assert command.said.splitlines()[-1].startswith("error: Driving takes a terminal")
