@@ -75,8 +75,8 @@ def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     config = RunConfig(gait="static", controller=BARE)
     track = walk(Walk(name="plate", config=config, duration=3.6, plates=((2.5, plate),))).track
     left, right = (soles_in_world(load_body("nao-v3"), side, track)[:, 2, 3] for side in ("L", "R"))
-    # on the flat at 2 s, when the first single support begins, and a plate higher when it has ended
-    before, after = track["time"] < 2.0, track["time"] > 3.5
+    # level at the start, and a plate apart when the first single support has ended
+    before, after = track["time"] < 0.5, track["time"] > 3.5
     np.testing.assert_allclose((right - left)[before], 0.0, atol=2e-3)
     np.testing.assert_allclose((right - left)[after], 0.01, atol=4e-3)
 
