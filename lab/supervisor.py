@@ -43,15 +43,16 @@ class Child:
         name: for people, and for its files.
         arguments: of the command.
         folder: where `<name>.out` (its stdout) and `<name>.log` (its stderr) go.
+        place: command that runs it, for one in another network namespace.
     """
 
-    def __init__(self, name: str, arguments: list[str], folder: Path) -> None:
+    def __init__(self, name: str, arguments: list[str], folder: Path, place: tuple[str, ...] = ()) -> None:
         self.name = name
         self._asked = False
         self._out, self._log = folder / f"{name}.out", folder / f"{name}.log"
         with self._out.open("w") as out, self._log.open("w") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "lab.cli", *arguments],
+                [*place, sys.executable, "-m", "lab.cli", *arguments],
                 stdin=subprocess.PIPE,
                 env=os.environ | {SUPERVISED: "1"},
                 stdout=out,
@@ -63,6 +64,11 @@ class Child:
     def running(self) -> bool:
         """Whether it has not ended yet."""
         return self._process.poll() is None
+
+    def kill(self) -> None:
+        """End it without a warning, as a power cut does."""
+        self._process.kill()
+        self._process.wait()
 
     @property
     def said(self) -> str:

@@ -1,0 +1,179 @@
+"""How bad may the network be? Walks in real time over lines with delay, jitter and loss.
+
+Robot and walker run in two network namespaces; between them packets are delayed and dropped (`lab.weather`).
+The link is TCP: a lost packet is late, not missing, and holds up those behind it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from lab.campaign.campaign import Interrupted
+from lab.campaign.proportion import wilson
+from lab.experiments.context import Context
+from lab.experiments.page import Claim, Outcome, Page, Picture, Table
+from lab.weather import Site, Weather
+from lab.weather.walks import Pair, WalkedInWeather, options
+
+GAITS: Final = ("static", "dynamic")
+STEPS: Final = 6
+DELAYS: Final = (0.0, 0.005, 0.010, 0.020, 0.040)
+"""s, one way."""
+JITTERS: Final = (0.0, 0.005)
+"""s, each way."""
+LOSSES: Final = (0.0, 0.01)
+"""Share of packets, each way."""
+PATIENCE: Final = 60.0
+"""s for a walk of a few steps, which takes under 30 in good weather."""
+
+
+class Cell(msgspec.Struct, frozen=True, kw_only=True):
+    """One kind of weather and what became of the walks in it."""
+
+    gait: str
+    delay: float
+    jitter: float
+    loss: float
+    n: int
+    success: int
+    interval: tuple[float, float]
+    """Of the share of successes, 95 %."""
+    fell: int
+    missed: float
+    """Share of cycles without a timely answer, mean."""
+    torso_max: float
+    """rad, mean."""
+
+
+class WeatherMap(msgspec.Struct, frozen=True, kw_only=True):
+    """The JSON of `nao-hil experiment weather`."""
+
+    name: str = "weather"
+    passed: bool
+    n: int
+    cells: list[Cell]
+
+
+def experiment(context: Context) -> Outcome:
+    """The map; each cell with one walk per seed.
+
+    Raises:
+        LinkError: no root, no namespaces, or a process failed.
+        Interrupted: stopped before every cell had its walks.
+    """
+    cells = []
+    for gait, loss, jitter, delay in itertools.product(GAITS, LOSSES, JITTERS, DELAYS):
+        if jitter <= delay:
+            weather = Weather(delay=delay, jitter=jitter, loss=loss)
+            walks = [_walk(context, gait, weather, seed) for seed in context.seeds]
+            cells.append(_cell(gait, weather, walks))
+    calm = all(c.success == c.n for c in cells if c.delay == c.jitter == c.loss == 0.0)
+    result = WeatherMap(passed=calm, n=len(context.seeds), cells=cells)
+    picture = context.out / "weather.png"
+    draw(cells, picture)
+    return Outcome(result, _page(context, result, picture))
+
+
+def _walk(context: Context, gait: str, weather: Weather, seed: int) -> WalkedInWeather:
+    if context.campaign.interrupted:
+        raise Interrupted
+    name = f"{gait}-{1e3 * weather.delay:g}-{1e3 * weather.jitter:g}-{100 * weather.loss:g}-{seed}"
+    with (
+        Site(seed) as site,
+        Pair(site, context.out / "walks" / name, *options(context.changes, gait, seed, STEPS)) as pair,
+    ):
+        site.line.set(weather)
+        pair.wait(PATIENCE, lambda: context.campaign.interrupted)
+        return pair.end()
+
+
+def _cell(gait: str, weather: Weather, walks: list[WalkedInWeather]) -> Cell:
+    success = sum(walk.success for walk in walks)
+    return Cell(
+        gait=gait,
+        delay=weather.delay,
+        jitter=weather.jitter,
+        loss=weather.loss,
+        n=len(walks),
+        success=success,
+        interval=wilson(success, len(walks)),
+        fell=sum(walk.fell for walk in walks),
+        missed=sum(walk.missed / max(1, walk.cycles) for walk in walks) / len(walks),
+        torso_max=sum(walk.torso_max for walk in walks) / len(walks),
+    )
+
+
+def _page(context: Context, result: WeatherMap, picture: Path) -> Page:
+    head = ("gait", "delay, ms", "jitter, ms", "loss, %", "upright", "95 %", "missed cycles, %")
+    rows = tuple(
+        (
+            c.gait,
+            f"{1e3 * c.delay:g}",
+            f"{1e3 * c.jitter:g}",
+            f"{1e2 * c.loss:g}",
+            f"{c.success} of {c.n}",
+            f"{c.interval[0]:.2f} to {c.interval[1]:.2f}",
+            f"{1e2 * c.missed:.1f}",
+        )
+        for c in result.cells
+    )
+    calm = [c for c in result.cells if c.delay == c.jitter == c.loss == 0.0]
+    return Page(
+        name="weather",
+        title="Walks over a bad network",
+        source="No part of the thesis, whose controller ran on the robot.",
+        setup=(
+            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+            ("walk", f"{STEPS} steps in real time, two processes in two network namespaces, TCP"),
+        ),
+        claims=tuple(
+            Claim(
+                f"The {c.gait} gait walks over a line that does nothing",
+                f"{c.success} of {c.n}",
+                c.success == c.n,
+            )
+            for c in calm
+        ),
+        pictures=(Picture(picture, "Share of walks that ended upright", "Delay and jitter are one way."),),
+        tables=(Table("Weather and success", head, rows),),
+    )
+
+
+def draw(cells: list[Cell], file: Path) -> None:
+    """One map per gait and loss: delay to the right, jitter upwards."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    gaits, losses = list(dict.fromkeys(c.gait for c in cells)), sorted({c.loss for c in cells})
+    delays, jitters = sorted({c.delay for c in cells}), sorted({c.jitter for c in cells})
+    figure, axes = plt.subplots(
+        len(gaits),
+        len(losses),
+        figsize=(4.2 * len(losses), 2.3 * len(gaits)),
+        squeeze=False,
+        layout="constrained",
+    )
+    for (i, gait), (j, loss) in itertools.product(enumerate(gaits), enumerate(losses)):
+        axis = axes[i][j]
+        grid = [[float("nan")] * len(delays) for _ in jitters]
+        for c in cells:
+            if (c.gait, c.loss) == (gait, loss):
+                y, x = jitters.index(c.jitter), delays.index(c.delay)
+                grid[y][x] = c.success / c.n
+                axis.text(
+                    x, y, f"{c.success}/{c.n}\n{100 * c.missed:.0f} % missed", ha="center", va="center", size=7
+                )
+        axis.imshow(grid, origin="lower", vmin=0.0, vmax=1.0, cmap="RdYlGn", aspect="auto", alpha=0.8)
+        axis.set_xticks(range(len(delays)), [f"{1e3 * d:g}" for d in delays])
+        axis.set_yticks(range(len(jitters)), [f"{1e3 * d:g}" for d in jitters])
+        axis.set_title(f"{gait} gait, {100 * loss:g} % loss", size=9)
+        axis.set_xlabel("delay one way, ms")
+        axis.set_ylabel("jitter, ms")
+    figure.savefig(file, dpi=130)
+    plt.close(figure)

@@ -1,0 +1,80 @@
+"""Two network namespaces that see nothing but each other, over a line with weather; needs root and iproute2."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from types import TracebackType
+from typing import Final
+
+from bridge.errors import LinkError
+from lab.weather.line import Line
+
+ROBOT_ADDRESS: Final = "10.199.0.1"
+WALKER_ADDRESS: Final = "10.199.0.2"
+"""In namespaces of their own: they are in nobody's way."""
+
+
+class Site:
+    """The robot's place and the walker's; close it, or use it as a context manager.
+
+    Args:
+        seed: of the weather.
+
+    Raises:
+        LinkError: no root, no iproute2, or the system has no namespaces or tunnels.
+    """
+
+    def __init__(self, seed: int = 0) -> None:
+        if shutil.which("ip") is None:
+            raise LinkError("Network weather needs the command `ip`; install iproute2.")
+        mark = f"{os.getpid():x}"
+        self.spaces = f"nao-hil-r{mark}", f"nao-hil-w{mark}"
+        self._devices = f"nhr{mark}", f"nhw{mark}"
+        self.line = Line(self._devices, seed)
+        try:
+            for space, device, addresses in zip(
+                self.spaces,
+                self._devices,
+                ((ROBOT_ADDRESS, WALKER_ADDRESS), (WALKER_ADDRESS, ROBOT_ADDRESS)),
+                strict=True,
+            ):
+                _ip("netns", "add", space)
+                _ip("link", "set", device, "netns", space)
+                _ip("-n", space, "addr", "add", addresses[0], "peer", addresses[1], "dev", device)
+                _ip("-n", space, "link", "set", device, "up")
+                _ip("-n", space, "link", "set", "lo", "up")
+        except LinkError:
+            self.close()
+            raise
+
+    @property
+    def robot(self) -> tuple[str, ...]:
+        """What a command line begins with to run at the robot's place."""
+        return "ip", "netns", "exec", self.spaces[0]
+
+    @property
+    def walker(self) -> tuple[str, ...]:
+        """As `robot`, at the walker's."""
+        return "ip", "netns", "exec", self.spaces[1]
+
+    def close(self) -> None:
+        """Take it all down; processes in there lose their network."""
+        self.line.close()
+        for space in self.spaces:
+            subprocess.run(("ip", "netns", "del", space), capture_output=True, check=False)
+
+    def __enter__(self) -> Site:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _ip(*arguments: str) -> None:
+    done = subprocess.run(("ip", *arguments), capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise LinkError(f"`ip {' '.join(arguments)}` failed: {done.stderr.strip()}; run this as root on Linux.")

@@ -1,0 +1,125 @@
+"""Walks over a line with weather: robot and walker as two processes in two network namespaces, in real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final
+
+import msgspec
+
+from bridge.errors import ConfigurationError, LinkError, NaoHilError
+from lab.supervisor import Child
+from lab.weather.channel import Weather
+from lab.weather.site import ROBOT_ADDRESS, Site
+
+ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447"
+GRACE: Final = 10.0
+"""s for a side to end by itself."""
+
+
+class WalkedInWeather(msgspec.Struct, frozen=True, kw_only=True):
+    """How a walk over a bad network went."""
+
+    done: bool
+    """The walker made all its steps and stands."""
+    fell: bool
+    steps: int
+    distance: float
+    """m"""
+    torso_max: float
+    """rad"""
+    cycles: int
+    missed: int
+    """Cycles whose answer came late or not at all."""
+
+    @property
+    def success(self) -> bool:
+        """Walked as told, and upright."""
+        return self.done and not self.fell
+
+
+class Pair:
+    """A robot and a walker at their places; both end with it.
+
+    Args:
+        site: where.
+        folder: for logs and the recording.
+        robot: further options of `nao-hil emulate`.
+        walker: further options of `nao-hil walk`.
+    """
+
+    def __init__(self, site: Site, folder: Path, robot: Sequence[str], walker: Sequence[str]) -> None:
+        self._site, self._folder = site, folder
+        self._options = list(robot), list(walker)
+        self._starts = 0
+        self.robot = self.start_robot()
+        self.walker = self.start_walker()
+
+    def start_robot(self) -> Child:
+        """Start the robot, again if it is gone; each start has its own folder."""
+        self._starts += 1
+        self.recordings = [self._folder / f"robot-{n + 1}" / "frames.mcap" for n in range(self._starts)]
+        out = self.recordings[-1].parent
+        out.mkdir(parents=True, exist_ok=True)
+        common = ["--listen", ENDPOINT, "--out", str(out), "--json"]
+        self.robot = Child("robot", ["emulate", *common, *self._options[0]], out, self._site.robot)
+        return self.robot
+
+    def start_walker(self) -> Child:
+        """Start the walker, again if it is gone."""
+        out = self._folder / "walker"
+        out.mkdir(parents=True, exist_ok=True)
+        common = ["--connect", ENDPOINT, "--json"]
+        self.walker = Child("walker", ["walk", *common, *self._options[1]], out, self._site.walker)
+        return self.walker
+
+    def wait(self, patience: float, stop: Callable[[], bool] = lambda: False) -> bool:
+        """Until the walker ended (True), the robot ended, `stop()`, or `patience` s are over."""
+        deadline = time.monotonic() + patience
+        while self.walker.running and self.robot.running and time.monotonic() < deadline and not stop():
+            time.sleep(0.05)
+        return not self.walker.running
+
+    def end(self) -> WalkedInWeather:
+        """End both on a good line, and say how it went.
+
+        Raises:
+            LinkError: a side failed; its own last words.
+            ConfigurationError: it was told something wrong.
+        """
+        self._site.line.set(Weather())
+        self.walker.ask_to_end()
+        walker = self.walker.end(GRACE)
+        robot = self.robot.end(GRACE)
+        if robot.result is None or walker.result is None:
+            who, side = ("robot", robot) if robot.result is None else ("walker", walker)
+            error: type[NaoHilError] = ConfigurationError if side.code == 2 else LinkError
+            raise error(f"the {who}'s process failed: {side.error}")
+        return WalkedInWeather(
+            done=bool(walker.result["done"]),
+            fell=bool(robot.result["fell"]),
+            steps=int(robot.result["steps"]),
+            distance=float(robot.result["distance"]),
+            torso_max=float(robot.result["torso_max"]),
+            cycles=int(robot.result["cycles"]),
+            missed=int(robot.result["cycles_missed"]),
+        )
+
+    def __enter__(self) -> Pair:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for child in (self.walker, self.robot):
+            if child.running:
+                child.kill()
+
+
+def options(configuration: Any, gait: str, seed: int, steps: int) -> tuple[list[str], list[str]]:
+    """Options of both commands: robot and wear as configured."""
+    robot = ["--robot", configuration.robot, "--wear", configuration.wear, "--seed", str(seed)]
+    return robot, ["--gait", gait, "--steps", str(steps)]
