@@ -43,8 +43,10 @@ class Setup:
     """Share that walks on with, at least."""
     force_ratio: float = 0.5
     """Largest force with over that without, at most."""
-    probe: tuple[float, ...] = (0.002, 0.004, 0.006, 0.008)
-    """Heights of the plate that are tried when the robot falls with the admittances, m."""
+    lower: tuple[float, ...] = (0.002, 0.004, 0.006, 0.008)
+    """Heights of the plate that are tried when the robot falls with the admittances, ascending, m."""
+    higher: tuple[float, ...] = (0.015, 0.020, 0.025)
+    """Heights that are tried when it does not fall without them, ascending, m."""
     probe_seeds: int = 4
 
 
@@ -68,7 +70,9 @@ class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
     force_ratio: float
     """Of the medians."""
     survived_plate: float | None = None
-    """Highest of the tried plates on which every run walks on, m; None: not tried, 0: none."""
+    """Highest of the lower plates on which every run walks on with admittance, m; None: not tried, 0: none."""
+    felling_plate: float | None = None
+    """Lowest of the higher plates on which enough fall without it, m; None: not tried, or none of them."""
 
 
 def plate(setup: Setup) -> tuple[tuple[float, PlateUnderFoot], ...]:
@@ -115,15 +119,16 @@ def experiment(context: Context, setup: Setup | None = None) -> Outcome:
     ratio = forces[0].median / forces[1].median if forces[1].median else math.nan
     pair = pairs(with_, without)
     claims = _claims(setup, arms, forces, ratio)
-    survived, findings = None, [pair_words(pair)]
+    findings = [pair_words(pair)]
     body = load_body(context.robot)
-    if not claims[1].holds and not context.campaign.interrupted:
-        survived = _highest(context, setup)
-        tried = ", ".join(f"{1e3 * h:g}" for h in setup.probe)
-        findings.append(
-            f"Plates of {tried} mm were tried with {setup.probe_seeds} seeds each: the admittances take "
-            f"every run over {f'{1e3 * survived:g} mm' if survived else 'none of them'}."
-        )
+    survived = felling = None
+    if not context.campaign.interrupted:
+        if not claims[1].holds:
+            survived = _highest(context, setup)
+            findings.append(_tried(setup.lower, setup, "with admittance every run walks over", survived))
+        if not claims[0].holds:
+            felling = _lowest(context, setup)
+            findings.append(_tried(setup.higher, setup, "without admittance enough fall from", felling))
     findings += [
         falls_finding("With", with_, body),
         falls_finding("Without", without, body),
@@ -138,6 +143,7 @@ def experiment(context: Context, setup: Setup | None = None) -> Outcome:
         force_without=forces[1],
         force_ratio=ratio,
         survived_plate=survived,
+        felling_plate=felling,
     )
     page = Page(
         name="obstacle",
@@ -192,26 +198,47 @@ def _claims(
     )
 
 
-def _highest(context: Context, setup: Setup) -> float:
-    """Highest of the probe's plates on which every run walks on, all lower ones included, m; 0: none."""
+def _share(context: Context, setup: Setup, height: float, *, admittance: bool) -> float:
+    """Share of a few runs that walks over a plate of some height, m."""
     few = context.first(setup.probe_seeds)
-    highest = 0.0
-    for height in setup.probe:
-        lower = replace(setup, height=height)
-        (results,) = few.run(
-            few.walks(
-                f"obstacle, with, {1e3 * height:g} mm",
-                "static",
-                setup.duration,
-                {"admittance": True},
-                plates=plate(lower),
-                keep_track=False,
-            )
+    arm_name = "with" if admittance else "without"
+    (results,) = few.run(
+        few.walks(
+            f"obstacle, {arm_name}, {1e3 * height:g} mm",
+            "static",
+            setup.duration,
+            {"admittance": admittance},
+            plates=plate(replace(setup, height=height)),
+            keep_track=False,
         )
-        if not all(result.end.survived for result in results):
+    )
+    return arm(results).share
+
+
+def _highest(context: Context, setup: Setup) -> float:
+    """Highest lower plate on which every run walks on with admittance, those below it included, m; 0: none."""
+    highest = 0.0
+    for height in setup.lower:
+        if _share(context, setup, height, admittance=True) < 1.0:
             break
         highest = height
     return highest
+
+
+def _lowest(context: Context, setup: Setup) -> float | None:
+    """Lowest higher plate on which enough fall without admittance, m; None: on none of them."""
+    for height in setup.higher:
+        if _share(context, setup, height, admittance=False) <= 1.0 - setup.falls + 1e-9:
+            return height
+    return None
+
+
+def _tried(heights: Sequence[float], setup: Setup, what: str, found: float | None) -> str:
+    tried = ", ".join(f"{1e3 * height:g}" for height in heights)
+    return (
+        f"Other plates, {tried} mm with {setup.probe_seeds} seeds each: {what} "
+        f"{f'{1e3 * found:g} mm' if found else 'none of them'}."
+    )
 
 
 def _force_finding(context: Context, forces: tuple[Force, Force], ratio: float, setup: Setup) -> str:

@@ -3,6 +3,10 @@
 import base64
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -105,3 +109,17 @@ def test_all_of_the_thesis_are_there(capsys: pytest.CaptureFixture[str]) -> None
         "torso-step",
     ]
     assert all(callable(entry.load()) for entry in EXPERIMENTS.values())
+
+
+def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "lab.cli", "experiment", "obstacle", "--seeds", "2", "--out", str(out)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        while process.poll() is None and not (out / "walks").exists():
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        error = process.communicate(timeout=120.0)[1]
+    assert process.returncode == 130, error
+    assert "Interrupted" in error and "Traceback" not in error
+    assert "not done" in (out / "report.html").read_text()
+    assert json.loads((out / "summary.json").read_text())["passed"] is False

@@ -3,7 +3,9 @@
 import json
 import math
 import threading
+from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import msgspec
 import numpy as np
@@ -120,7 +122,7 @@ def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -
 
 
 def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
-    setup = obstacle.Setup(duration=3.6, plate_time=3.0, probe=())
+    setup = obstacle.Setup(duration=3.6, plate_time=3.0, lower=(), higher=())
     changes = RunConfig(wear="nominal", controller={"torso": "none"})
     with Campaign(workers=2) as campaign:
         outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
@@ -139,3 +141,33 @@ def test_a_stop_before_each_arm_has_a_run_leaves_nothing_to_judge(tmp_path: Path
     stop.set()
     with Campaign(workers=1, stop=stop) as campaign, pytest.raises(Interrupted):
         obstacle.experiment(Context(campaign, tmp_path, (0,), NOMINAL))
+
+
+class Stopped:
+    """A campaign that was stopped after three walks."""
+
+    def walk(self, walks: Sequence[Walk]) -> list[WalkResult]:
+        return [
+            WalkResult(task, ended(0, 60.0, fell=False).end, Track(np.zeros((0, WIDTH)))) for task in walks[:3]
+        ]
+
+
+def test_a_stop_leaves_about_as_many_runs_of_each_arm(tmp_path: Path) -> None:
+    context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
+    one, two = context.run(*(context.walks(name, "static", 60.0) for name in ("one", "two")))
+    assert ([result.seed for result in one], [result.seed for result in two]) == ([5, 6], [5])
+
+
+def test_arms_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
+    changes = RunConfig(
+        gait="dynamic", controller={"torso": "thesis", "leg": {"D": 99.0}}, parameters={"z": 0.24}
+    )
+    context = Context(cast(Campaign, Stopped()), tmp_path, (0,), changes)
+    static, dynamic = (
+        context.config("static", 3, {"torso": "none"}),
+        context.config("dynamic", 3, {"torso": "none"}),
+    )
+    assert (static.controller, static.parameters) == ({"torso": "none"}, {})
+    assert dynamic.controller == {"torso": "none", "leg": {"D": 99.0}}
+    assert dynamic.parameters == {"z": 0.24}
+    assert context.on("ideal").wear == "ideal"
