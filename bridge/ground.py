@@ -5,6 +5,7 @@ Nothing here says where the knowledge is from: a scenario's file, a measurement,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -39,6 +40,15 @@ class KnownGround(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     def edges(self) -> tuple[float, ...]:
         """Places along the walk at which the height jumps, m."""
         return tuple(sorted({x for patch in self.patches for x in patch.x}))
+
+    def at(self, x: float, sides: Sequence[float]) -> float:
+        """Height of the ground at a place along the walk above that at x = 0 of the floor, slope included, m.
+
+        Args:
+            x: m.
+            sides: places to the left to look at, m.
+        """
+        return self.height(x, sides) - math.tan(self.slope) * x
 
     def height(self, x: float, sides: Sequence[float]) -> float:
         """Height of the highest patch at a place along the walk, above the floor, m.

@@ -26,6 +26,8 @@ CLIPPED: Final = math.radians(0.5)
 _TOLERANCE: Final = 1e-9
 """m; rounding of a sole that rolls on the ground."""
 _DT: Final = 0.02
+_STEPS: Final = 4
+"""A first step, two periodic ones, and the beginning of another."""
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
@@ -66,24 +68,27 @@ def check_walk(body: Body, bodies: Bodies, gait: HuangGait, ground_ahead: float)
     Raises:
         ConfigurationError: names the foot or joint, the step, and by how much.
     """
-    steps = 4
-    for walk in gait.trial(_DT):
-        beyond = walk.stance_x > ground_ahead
-        steps = steps if beyond else walk.steps + 3
-        where = f"step {walk.steps + 1}"
-        try:
+    walk = gait
+    try:
+        for walk in gait.trial(_DT):
             angles = bodies.joint_angles(*walk.pose())
-        except UnreachableError as error:
-            refuse(f"{where}: {error}; lower H_max = {walk.parameters.H_max} m, or shorten D_s or D_max")
-            raise
-        for side in _SIDES:
-            for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
-                if joint.endswith("AnkleRoll") or abs(excess) < CLIPPED:
-                    continue  # AnkleRoll of a swing foot may be cut: `walker.walkable` tells when it may
-                bound = "above" if excess > 0.0 else "below"
-                refuse(
-                    f"{where}: {joint} would stand {math.degrees(abs(excess)):.1f} deg {bound} its range; "
-                    "change q_b, q_f, H_min or D_s"
-                )
-        if walk.steps >= steps:
-            return
+            _check_ranges(body, angles, walk.steps + 1)
+            if walk.steps >= _STEPS and walk.stance_x > ground_ahead:
+                return
+    except UnreachableError as error:
+        refuse(
+            f"step {walk.steps + 1}: {error}; lower H_max = {walk.parameters.H_max} m, or shorten D_s or D_max"
+        )
+
+
+def _check_ranges(body: Body, angles: list[float], step: int) -> None:
+    """Joint ranges of a pose; AnkleRoll, which may be cut in the air, is left to `walker.walkable`."""
+    for side in _SIDES:
+        for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
+            if joint.endswith("AnkleRoll") or abs(excess) < CLIPPED:
+                continue
+            bound = "above" if excess > 0.0 else "below"
+            refuse(
+                f"step {step}: {joint} would stand {math.degrees(abs(excess)):.1f} deg {bound} its range on a "
+                f"{body.name}; change q_b, q_f, H_min or D_s"
+            )

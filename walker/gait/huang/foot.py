@@ -91,6 +91,17 @@ class Rolling(NamedTuple):
         return self.pivot[0] + c * a + s * b, self.pivot[1] + c * b - s * a
 
 
+class Apex(NamedTuple):
+    """The highest point of a swing."""
+
+    time: float
+    """From the beginning of the foot's cycle, s."""
+    way: float
+    """Share of the way from stand to stand."""
+    height: float
+    """Of the ankle above the higher of both stands, m."""
+
+
 class FootPath:
     """From one stand of a foot to its next one; time counts from the beginning of its cycle.
 
@@ -99,8 +110,8 @@ class FootPath:
         shape: of the foot.
         start: stand before.
         end: stand after.
-        share: of a whole step's way and roll that this one has; the first and the last step have half.
-        clearance: added to H_ao, m.
+        share: of a whole step's roll that this one has; the first and the last step have half.
+        apex: highest point, where it is not as the parameters have it.
     """
 
     def __init__(
@@ -110,7 +121,7 @@ class FootPath:
         start: Placement,
         end: Placement,
         share: float = 1.0,
-        clearance: float = 0.0,
+        apex: Apex | None = None,
     ) -> None:
         self.start, self.end, self._shape = start, end, shape
         self.lift, self.land, self.settled = p.T_d, p.T_c, p.T_c + p.T_d
@@ -122,13 +133,10 @@ class FootPath:
         self._toe = Rolling.over(shape, start, toe=True)
         self._heel = Rolling.over(shape, end, toe=False)
         off, on = self._toe.ankle(self.pitch.at(self.lift)), self._heel.ankle(self.pitch.at(self.land))
-        apex = (
-            start.x + (p.L_ao or p.D_s) / (2.0 * p.D_s) * (end.x - start.x),
-            max(start.z, end.z) + p.H_ao + clearance,
-        )
-        times = (self.lift, p.T_m, self.land)
-        self.x = joined(times, off[0], apex[0], on[0])
-        self.z = joined(times, off[1], apex[1], on[1])
+        apex = apex or Apex(p.T_m, (p.L_ao or p.D_s) / (2.0 * p.D_s), p.H_ao)
+        times = (self.lift, apex.time, self.land)
+        self.x = joined(times, off[0], start.x + apex.way * (end.x - start.x), on[0])
+        self.z = joined(times, off[1], max(start.z, end.z) + apex.height, on[1])
         self._check_roll(p)
 
     def sample(self, times: Array) -> FootPose:

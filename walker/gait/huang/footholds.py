@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 import numpy as np
@@ -13,8 +12,8 @@ from walker.kinematics.transforms import Array
 
 _RASTER: Final = 0.005
 """m; of the places that are tried."""
-_CLEAR: Final = 0.005
-"""Kept free between a sole and an edge, m."""
+_CLEAR: Final = 0.015
+"""Kept free between a sole and an edge, m: the way in which a toe rises by the step's height."""
 _NEAR: Final = 0.2
 """m; further behind an edge nothing of a foot is left."""
 _HORIZON: Final = 6
@@ -41,7 +40,7 @@ class Footholds:
             y: of the ankle, m.
         """
         ground = self._p.ground
-        return Placement(x, ground.height(x, self._sides(y)) - math.tan(ground.slope) * x, ground.slope)
+        return Placement(x, ground.at(x, self._sides(y)), ground.slope)
 
     def next(self, stance: float, y: float) -> Placement:
         """Where to land ahead of a stance foot.

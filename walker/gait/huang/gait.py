@@ -19,6 +19,7 @@ from bridge.datasheet import Body
 from bridge.datasheet.model import Side
 from walker.arms import ARMS
 from walker.gait.huang.checks import check_swing, check_walk
+from walker.gait.huang.clear import ClearPaths
 from walker.gait.huang.foot import FootPath, FootShape, Placement
 from walker.gait.huang.footholds import Footholds
 from walker.gait.huang.found import chosen
@@ -58,6 +59,7 @@ class HuangGait:
         self._shape, self._bodies = FootShape.of(body), Bodies(body, ARMS)
         half_width = max(abs(y) for _, y in body.foot.sole)
         self._footholds = Footholds(parameters, self._shape, half_width)
+        self._swings = ClearPaths(parameters, body)
         half = 0.5 * parameters.l_FA
         self._feet: dict[Side, Placement] = {
             side: self._footholds.place(0.0, sign * half) for side, sign in _SIGN.items()
@@ -149,9 +151,7 @@ class HuangGait:
             return
         y = _SIGN[self._swing] * 0.5 * self.parameters.l_FA
         landing = self._footholds.next(stance.x, y) if go_on else self._footholds.place(stance.x, y)
-        share = min((landing.x - rear.x) / (2.0 * self.parameters.D_s), 1.0)
-        path = FootPath(self.parameters, self._shape, rear, landing, share)
-        self._paths[self._swing] = path, self._began
+        self._paths[self._swing] = self._swings.path(rear, landing, y), self._began
         self._begin("cycle", self._pieces.cycle((rear, stance, landing), levels, self._side))
 
     def _level(self, foot: Placement) -> float:

@@ -58,7 +58,7 @@ class HuangParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """Points of the search along each of its two dimensions."""
     D_max: _Positive = 0.13
     """Longest step over an edge of the known ground, m."""
-    overhang: _NotNegative = 0.035
+    overhang: _NotNegative = 0.04
     """How much of a sole's length may hang over an edge of the known ground, at heel or toe, m."""
     ground: KnownGround = KnownGround()
     """The ground that the feet are planned for."""
