@@ -1,0 +1,165 @@
+"""The hand-over between the joints' side and the walker, with a walker that only says what it would do."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from bridge.errors import NaoqiRefused, WalkRefused
+from bridge.naoqi.moving import Moving
+from bridge.walk import WalkStatus
+
+PATIENT = 20.0
+
+
+class Stage:
+    """Robot, walker's process and walker's client in one: notes what is done, in order."""
+
+    def __init__(self) -> None:
+        self.did: list[str] = []
+        self.state = "stand"
+        self.running = True
+        self.bound = 0.2
+        self.seq = 0
+        self.place = 0.0
+
+    def give_away(self) -> None:
+        self.did.append("give away")
+
+    def take_back(self) -> None:
+        self.did.append("take back")
+
+    def start(self) -> Stage:
+        self.did.append("start")
+        self.running = True
+        return self
+
+    def end(self) -> str:
+        self.did.append("end")
+        self.running = False
+        return ""
+
+    def status(self) -> WalkStatus:
+        self.seq += 1
+        return WalkStatus(
+            text="",
+            seq=self.seq,
+            state=self.state,
+            gait="dynamic",
+            torso="none",
+            admittance=False,
+            velocity=(0.15 if self.state == "walk" else 0.0, 0.0, 0.0),
+            steps=0,
+            distance=0.0,
+            position=(self.place, 0.0, 0.0),
+        )
+
+    def walk(self, velocity: Any, *, distance: float | None, gait: str) -> WalkStatus:
+        if abs(velocity[0]) > self.bound:
+            raise WalkRefused("0.5 m/s is beyond 0.2 m/s.")
+        self.did.append(f"walk {velocity[0]:g} {distance}")
+        self.state = "walk"
+        return self.status()
+
+    def stop(self) -> WalkStatus:
+        self.did.append("stop")
+        self.state = "stand"
+        return self.status()
+
+    def close(self) -> None:
+        self.did.append("close")
+
+
+@pytest.fixture
+def stage() -> Stage:
+    return Stage()
+
+
+@pytest.fixture
+def moving(stage: Stage) -> Iterator[Moving]:
+    moving = Moving(stage, stage.start, lambda: stage, "dynamic", 0.15)  # type: ignore[arg-type,return-value]
+    yield moving
+    moving.close()
+
+
+def call(moving: Moving, method: str, *arguments: Any) -> Any:
+    result = moving.methods()[method](*arguments)
+    return result.result(PATIENT) if hasattr(result, "result") else result
+
+
+def until(condition: Callable[[], Any]) -> None:
+    deadline = time.monotonic() + PATIENT
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def test_a_move_gives_the_joints_away_before_the_walker_starts(moving: Moving, stage: Stage) -> None:
+    call(moving, "moveToward", 1.0, 0.0, 0.0)
+    assert stage.did == ["give away", "start", "walk 0.15 None"]
+    assert call(moving, "moveIsActive")
+    assert call(moving, "getRobotVelocity") == [0.15, 0.0, 0.0]
+
+
+def test_joints_come_back_after_the_walker_has_ended(moving: Moving, stage: Stage) -> None:
+    call(moving, "moveInit")
+    assert moving.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
+    assert stage.did == ["give away", "start", "close", "end", "take back"]
+    assert not moving.has_robot
+
+
+def test_while_it_walks_joints_are_refused_and_postures_stop_it(moving: Moving, stage: Stage) -> None:
+    call(moving, "moveToward", 0.5, 0.0, 0.0)
+    with pytest.raises(NaoqiRefused, match="call ALMotion.stopMove first"):
+        moving.with_joints(lambda: None, stop=False).result(PATIENT)
+    moving.with_joints(lambda: stage.did.append("crouch"), stop=True).result(PATIENT)
+    assert stage.did[-5:] == ["stop", "close", "end", "take back", "crouch"]
+
+
+def test_move_to_waits_for_the_end_of_the_walk(moving: Moving, stage: Stage) -> None:
+    ended = moving.methods()["moveTo"](0.3, 0.0, 0.0)
+    until(lambda: stage.state == "walk")
+    time.sleep(0.3)
+    assert not ended.done()
+    stage.place, stage.state = 0.3, "stand"
+    assert ended.result(PATIENT) is None
+    assert call(moving, "getRobotPosition", True) == [0.3, 0.0, 0.0]
+    assert stage.did[-1] == "walk 0.15 0.3"
+
+
+def test_the_way_of_earlier_walkers_counts(moving: Moving, stage: Stage) -> None:
+    call(moving, "moveInit")
+    stage.place = 0.4
+    until(lambda: call(moving, "getRobotPosition", True)[0] == 0.4)
+    moving.with_joints(lambda: None, stop=False).result(PATIENT)
+    stage.place = 0.1
+    call(moving, "moveInit")
+    assert call(moving, "getRobotPosition", True) == pytest.approx([0.5, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments"),
+    [("moveTo", [0.1, 0.1, 0.0]), ("moveToward", [0.0, 0.0, 0.5]), ("moveTo", [[0, 0, 1]])],
+)
+def test_turning_and_sideways_are_refused_before_anything_moves(
+    moving: Moving, stage: Stage, method: str, arguments: list[Any]
+) -> None:
+    with pytest.raises(NaoqiRefused, match="the gaits walk straight only"):
+        call(moving, method, *arguments)
+    assert stage.did == []
+
+
+def test_what_the_walker_refuses_comes_back_in_its_own_words(moving: Moving) -> None:
+    with pytest.raises(WalkRefused, match=r"0\.5 m/s is beyond"):
+        call(moving, "move", 0.5, 0.0, 0.0)
+
+
+def test_a_fall_fails_the_call_that_waits(moving: Moving, stage: Stage) -> None:
+    ended = moving.methods()["moveTo"](0.3, 0.0, 0.0)
+    until(lambda: stage.state == "walk")
+    stage.state = "fallen"
+    with pytest.raises(NaoqiRefused, match="The robot fell"):
+        ended.result(PATIENT)
