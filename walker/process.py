@@ -15,6 +15,7 @@ from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import quiet_process
 from walker.controller import Controller
+from walker.delay import BUDGET, DelayWatch
 from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
@@ -34,6 +35,8 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     steps: int
     fell: bool
     """By the fused torso angle."""
+    late: bool
+    """Stopped because answers came later than `walker.delay.BUDGET`."""
     ticks: int
     skipped: int
     """Sensor frames that came too fast to be answered, real time only."""
@@ -71,6 +74,8 @@ class WalkerProcess:
         self._ticks: list[float] = []
         self._skipped = 0
         self._seq = -1
+        self._delay = DelayWatch(math.inf)
+        self._late = False
         self._boot: int | None = None
         self._last: ActuatorFrame | None = None
         self._complained = -math.inf
@@ -92,6 +97,7 @@ class WalkerProcess:
                 self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
+            self._delay = DelayWatch(info.cycle)
             logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
             if info.mode == "real-time":
                 quiet_process(
@@ -146,6 +152,8 @@ class WalkerProcess:
         if self._seq >= 0:
             self._skipped += frame.seq - self._seq - 1
         self._seq = frame.seq
+        if not lockstep:
+            self._heed_delay(controller, frame)
         if self._service is not None:
             self._service.before(controller, frame.seq)
         began = time.perf_counter()
@@ -161,6 +169,17 @@ class WalkerProcess:
         else:
             self._link.send(self._last)
             self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=self._ticks[-1]))
+
+    def _heed_delay(self, controller: Controller, frame: SensorFrame) -> None:
+        """Close the feet on a link that is worse than a walk bears."""
+        self._delay.take(frame)
+        if self._delay.worse and controller.state in ("approach", "walk"):
+            self._late = True
+            controller.stop()
+            self._complain(
+                f"answers reach the robot {1e3 * self._delay.mean:.0f} ms late, a walk bears "
+                f"{1e3 * BUDGET:.0f} ms: the feet are closed"
+            )
 
     def _complain(self, sentence: str) -> None:
         now = time.monotonic()
@@ -194,8 +213,9 @@ class WalkerProcess:
         return WalkResult(
             state=controller.state if controller else "waiting",
             steps=controller.telemetry.step if controller else 0,
+            late=self._late,
             fell=controller is not None and controller.state == "fallen",
-            done=controller is not None and controller.done,
+            done=controller is not None and controller.done and not self._late,
             ticks=len(ticks),
             skipped=self._skipped,
             tick_p50=ticks[len(ticks) // 2] if ticks else 0.0,

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import json
-import logging
 import sys
 import threading
 from typing import Annotated, Final
 
 import msgspec
 import typer
-from rich.console import Console
-from rich.logging import RichHandler
 
 from bridge.datasheet import Body
+from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.realtime import CONTROLLER_PRIORITY
 from bridge.walk import COMMAND
 from lab.cli import options
+from lab.cli.logs import log_to_stderr
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
 from walker.controller import Controller, WalkOrder
@@ -57,11 +56,7 @@ def walk(
     settings = run_config(
         config, robot=robot, gait=gait, torso=torso, admittance=admittance, steps=steps, duration=duration
     )
-    logging.basicConfig(
-        level=logging.INFO,
-        format="%(message)s",
-        handlers=[RichHandler(console=Console(stderr=True), show_path=False)],
-    )
+    log_to_stderr()
     stop = threading.Event()
     # made first, so that a wrong parameter is told before anyone waits
     service = WalkService(settings.gait, settings.parameters, settings.controller) if serve else None
@@ -83,6 +78,8 @@ def walk(
         print(json.dumps(msgspec.to_builtins(result)), flush=True)
     if result.fell:
         return 1
+    if result.late and not serve:
+        raise LinkError("The link is worse than a walk bears; the robot stands. See docs/weather.md.")
     return 0 if result.done or serve else 130
 
 

@@ -1,0 +1,77 @@
+"""The delay that the walker sees in the frames, against answers whose delay is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from bridge.messages import SensorFrame
+from walker.delay import BUDGET, SPAN, DelayWatch
+
+CYCLE = 0.01
+ZEROS = (0.0,) * 25
+
+
+def frame(seq: int, command: int) -> SensorFrame:
+    return SensorFrame(
+        seq=seq,
+        time=CYCLE * seq,
+        position=ZEROS,
+        stiffness=ZEROS,
+        current=ZEROS,
+        temperature=ZEROS,
+        fsr=ZEROS[:8],
+        accelerometer=(0.0, 0.0, 9.81),
+        gyroscope=(0.0, 0.0, 0.0),
+        angle=(0.0, 0.0),
+        touch=ZEROS[:14],
+        battery=ZEROS[:4],
+        sonar=(0.0, 0.0),
+        command=command,
+    )
+
+
+def watched(in_force: Callable[[int], int], first: int = 0, last: int = 500) -> DelayWatch:
+    watch = DelayWatch(CYCLE)
+    for seq in range(first, last):
+        watch.take(frame(seq, in_force(seq)))
+    return watch
+
+
+def test_a_link_that_answers_in_time_has_no_delay() -> None:
+    assert watched(lambda seq: seq - 1).mean == 0.0
+
+
+@pytest.mark.parametrize("cycles", [1, 3, 6])
+def test_answers_that_are_late_by_some_cycles_are_seen_as_that(cycles: int) -> None:
+    watch = watched(lambda seq: seq - 1 - cycles)
+    assert watch.mean == pytest.approx(cycles * CYCLE, rel=1e-3)
+    assert watch.worse == (cycles * CYCLE > BUDGET)
+
+
+def test_the_mean_forgets_with_its_time_constant() -> None:
+    # From no delay to 0.1 s: after one time constant 1 - 1/e of it.
+    n = round(SPAN / CYCLE)
+    watch = watched(lambda seq: seq - 1 if seq < 100 else seq - 11, last=100 + n)
+    assert watch.mean == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=0.02)
+
+
+def test_a_cut_that_the_guard_sees_to_does_not_count_for_long() -> None:
+    # 0.2 s without an answer, then as before: never over the budget for lack of answers alone.
+    watch = DelayWatch(CYCLE)
+    for seq in range(300):
+        watch.take(frame(seq, 99 if 100 <= seq < 120 else seq - 1))
+        assert not watch.worse
+    assert watch.mean < 1e-3
+
+
+def test_what_was_in_force_before_the_first_answer_is_not_the_walkers() -> None:
+    # A robot that has run for a minute with another's last command in force.
+    watch = watched(lambda seq: max(17, seq - 1) if seq > 6001 else 17, first=6000, last=6100)
+    assert watch.mean < 0.002
+
+
+def test_a_robot_that_never_answers_is_over_the_budget_soon() -> None:
+    assert watched(lambda seq: -1, last=60).worse

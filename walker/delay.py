@@ -1,0 +1,50 @@
+"""How late the walker's answers are at the robot, by the frames alone, and whether a walk bears it.
+
+Sensor frame k names the frame whose answer was in force in the cycle before it (`command`); on a good link that
+is k - 1. What is missing to that is the delay of the whole loop in cycles: way to the walker, tick, way back,
+wait for the boundary. No clocks are compared.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from bridge.messages import SensorFrame
+
+BUDGET: Final = 0.040
+"""s by which answers may be late, in the mean of about `SPAN`, and a walk still begins or goes on. Measured on
+emulated robots, see docs/weather.md: the static and the dynamic gait walk at this delay."""
+SPAN: Final = 0.5
+"""s; time constant of the mean: a single late answer is none of its business, nor is what the guard sees to."""
+
+
+class DelayWatch:
+    """Mean delay of the answers; for one boot of a robot and one controller.
+
+    Args:
+        cycle: of the robot, s.
+    """
+
+    def __init__(self, cycle: float) -> None:
+        self._cycle = cycle
+        self._first: int | None = None
+        self._seq = 0
+        self.mean = 0.0
+        """s; weighted with exp(-age / `SPAN`)."""
+
+    def take(self, frame: SensorFrame) -> None:
+        """The next frame that is answered."""
+        if self._first is None:
+            self._first = self._seq = frame.seq
+            return
+        cycles = frame.seq - self._seq
+        self._seq = frame.seq
+        # What was in force before this controller's first answer is not its own.
+        late = frame.seq - 1 - max(frame.command, self._first - 1)
+        weight = min(1.0, cycles * self._cycle / SPAN)
+        self.mean += weight * (late * self._cycle - self.mean)
+
+    @property
+    def worse(self) -> bool:
+        """Over the budget."""
+        return self.mean > BUDGET
