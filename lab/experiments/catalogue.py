@@ -55,6 +55,9 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     ),
     "slope": Entry("slope", "R6: the steepest slope in four directions", 20),
     "spring": Entry("spring", "the spring of the leg admittance and its pole (4.7)", 20),
+    "huang-margin": Entry(
+        "huang_margin", "Huang's gait: searched against badly chosen hip motion, a known step", 20, False
+    ),
     "servo-table": Entry("servo_table", "speed, delay, play, torque and heat of every leg drive", 1, False),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
     "watchdog": Entry(
