@@ -19,6 +19,7 @@ from lab.cli import options
 from lab.cli.logs import log_to_stderr
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
+from lab.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
 from walker.parameters import controller_parameters
@@ -89,11 +90,13 @@ def controller_maker(settings: RunConfig) -> MakeController:
     Raises:
         ConfigurationError: a wrong parameter of the gait or the controller.
     """
-    parameters = gait_parameters(settings.gait, settings.parameters)
     stabilisers = controller_parameters(settings.gait, settings.controller)
     order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))
 
+    gait_parameters(settings.gait, settings.parameters)
+
     def make(body: Body, cycle: float) -> Controller:
+        parameters = gait_parameters(settings.gait, ground_parameters(settings, body))
         check_walkable(body, make_gait(settings.gait, parameters, body))
         return Controller(body, make_gait(settings.gait, parameters, body), order, cycle, stabilisers)
 
