@@ -26,6 +26,7 @@ from lab.cli import (
     keys,
     lola,
     naoqi,
+    plan,
     plot,
     record,
     replay,
@@ -51,6 +52,7 @@ app.command()(emulate.emulate)
 app.command()(walk.walk)
 app.command()(view.view)
 app.command()(doctor.doctor)
+app.command()(plan.plan)
 app.command()(experiment.experiment)
 app.command()(catalogue.robots)
 app.command()(catalogue.gaits)
