@@ -287,11 +287,15 @@ def test_a_lease_ends_with_its_closed_link(robot: RobotLink, endpoint: str) -> N
 
 
 def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) -> None:
-    with child(HOLDER, endpoint) as holder:
+    with ControllerLink(connect=endpoint, name="witness") as witness, child(HOLDER, endpoint) as holder:
+        witness.wait_robot(timeout=PATIENCE)
         assert robot.holder is not None
         assert robot.holder.name == "victim"
         holder.kill()
         until(lambda: robot.holder is None)
+        assert robot.leases.deserted
+        gone = ("controller-gone", "Controller `victim` is gone; the robot is free.")
+        until(lambda: gone in [(notice.code, notice.text) for notice in witness.notices()])
     with ControllerLink(connect=endpoint, name="heir") as heir:
         heir.wait_robot(timeout=PATIENCE)
         heir.acquire()
