@@ -14,7 +14,8 @@ import msgspec
 import numpy as np
 
 from bridge.datasheet import Body, load_body
-from lab.campaign.track import Track
+from bridge.datasheet.model import Side
+from lab.campaign.track import Array, Track
 from lab.campaign.walk import WalkResult
 from lab.experiments import axes
 from lab.experiments.arms import Arm, arm, arms_table, falls_finding
@@ -54,7 +55,7 @@ class StaticWalkResult(msgspec.Struct, frozen=True, kw_only=True):
     l_GH: float
     walked: Arm
     feet_rms: float
-    """Root mean square distance of the ankles, in the frames of their hips, from where they are planned, m."""
+    """Root mean square distance of the ankles, in their hips' frames, from where they are requested, m."""
     lift_measured: float
     """Median largest lift of a swing, m."""
 
@@ -124,7 +125,7 @@ def experiment(context: Context, setup: Setup | None = None) -> Outcome:
         claims=claims,
         pictures=(
             Picture(
-                _plot(context.out / "static-walk-3.4.png", results[0], body),
+                _plot(context.out / "static-walk-3.4.png", results[0], body, values["l_GH"]),
                 "Figure 3.4: trajectories of the feet, planned and walked",
                 f"Seed {results[0].seed}; ankles in the frames of their hips, left solid, right dash-dotted; "
                 "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
@@ -166,14 +167,29 @@ def _lifts(track: Track, body: Body) -> list[float]:
     return lifts
 
 
-def _plot(path: Path, result: WalkResult, body: Body) -> Path:
+def _plot(path: Path, result: WalkResult, body: Body, height: float) -> Path:
     figure = axes.new_figure(9.0, 7.0)
     track = result.track
-    for panel, channel, title in zip(
-        figure.subplots(2, 1, sharex=True), ("request", "joints"), ("planned", "walked"), strict=True
-    ):
-        left, right = (ankle_in_hip(body, side, track[channel]) for side in SIDES)
+    planned = [_planned(track, body, side, height) for side in SIDES]
+    walked = [ankle_in_hip(body, side, track["joints"]) for side in SIDES]
+    panels = figure.subplots(2, 1, sharex=True)
+    for panel, (left, right), title in zip(panels, (planned, walked), ("planned", "walked"), strict=True):
         axes.feet(panel, track["time"], left, right)
         axes.phase_line(panel, track, 30.0)
         axes.finish(panel, "t / s", "p_i,0^i,8 / mm", title)
     return axes.save(figure, path)
+
+
+def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
+    """Ankle in its hip's frame as the thesis plans it, the centre of mass fixed in an upright torso, m.
+
+    Args:
+        track: Of the walk.
+        body: Data sheet.
+        side: Foot.
+        height: l_GH, m.
+    """
+    foot, com = track["plan_left" if side == "L" else "plan_right"], track["plan_com"]
+    hip = body.lengths.HipOffsetY if side == "L" else -body.lengths.HipOffsetY
+    ahead = foot[:, 0] - com[:, 0]
+    return np.column_stack([ahead - ahead[0], foot[:, 1] - com[:, 1] - hip, foot[:, 2] - height])
