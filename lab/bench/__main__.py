@@ -7,13 +7,15 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from lab.bench import cycles, lateness, round_trip, tick
+from lab.bench import cycles, lateness, lola, page, round_trip, tick
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "round-trip": round_trip.measure,
     "lateness": lateness.measure,
     "tick": tick.measure,
     "cycles": cycles.measure,
+    "page": page.measure,
+    "lola": lola.measure,
 }
 
 

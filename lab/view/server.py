@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import socket
 import tempfile
@@ -62,7 +63,7 @@ def _check_free(host: str, port: int) -> None:
         with socket.create_server((host, port)):
             pass
     except (OSError, OverflowError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "no port has that number"
+        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
         raise LinkError(
             f"The page cannot be served at {host}:{port} ({reason}); give another --port."
         ) from None
@@ -94,6 +95,7 @@ def _own_page(title: str) -> Iterator[None]:
 
 def _index(text: str, title: str) -> Path:
     """The page without the scripts that are not its own, in a file of this process."""
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r"<script(?![^>]*type=\"module\").*?</script>", "", text, flags=re.DOTALL)
     text = re.sub(r"<title>.*?</title>", f"<title>{title}</title>", text)
     folder = Path(tempfile.mkdtemp(prefix="nao-hil-page-"))
