@@ -1,0 +1,72 @@
+"""Any to any: emulator - serve lola - bridge lola - walker, processes that know each other by address only."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.link import ControllerLink
+from bridge.link.guard_client import GuardClient
+
+PATIENCE = 20.0
+
+
+@pytest.fixture
+def far() -> str:
+    """Another endpoint, of the bridged robot."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+
+
+@pytest.fixture
+def loop(start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path, until: Any) -> dict[str, Any]:
+    """The loop in lockstep up to the bridge, armed: the processes by name."""
+    path = str(tmp_path / "robocup")
+    robot = start(
+        *("emulate", "--robot", "nao-v6", "--mode", "lockstep", "--listen", endpoint, "--json"),
+        *("--out", str(tmp_path / "run")),
+    )
+    server = start("serve", "lola", "--socket", path, "--connect", endpoint, "--json")
+    bridge = start("bridge", "lola", "--socket", path, "--listen", far, "--mode", "lockstep", "--json")
+    until(lambda: "not armed" in " ".join(bridge.said.split()), "the bridge to find its robot")
+    arm = start("arm", "--yes", "--connect", far)
+    assert arm.wait() == 0
+    return {"robot": robot, "server": server, "bridge": bridge}
+
+
+def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable[..., Any], far: str) -> None:
+    walker = start("walk", "--gait", "static", "--steps", "2", "--connect", far, "--json")
+    assert walker.wait() == 0
+    assert walker.result["done"] and walker.result["steps"] == 2
+    loop["bridge"].interrupt()
+    bridged = loop["bridge"].result
+    assert bridged["packets"] == bridged["commands"] > walker.result["ticks"]  # it crouched in the end
+    loop["server"].interrupt()
+    assert loop["server"].result["dropped_bytes"] == 0
+    loop["robot"].interrupt()
+    result = loop["robot"].result
+    assert result["distance"] > 0.02
+    assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
+
+
+def test_a_walker_that_is_killed_leaves_the_robot_to_the_bridge_s_guard(
+    loop: dict[str, Any], start: Callable[..., Any], far: str, until: Any
+) -> None:
+    walker = start("walk", "--gait", "dynamic", "--steps", "0", "--connect", far)
+    until(lambda: "Commands are in force" in " ".join(loop["server"].said.split()), "the walk")
+    os.kill(walker.process.pid, signal.SIGKILL)
+    with GuardClient("nao", far) as guard:
+        until(lambda: guard.status().state == "crouch", "the guard to crouch by itself, in lockstep too")
+        assert guard.status().reason == "silence"
+    with ControllerLink("nao", far, "next") as link:
+        link.wait_robot(timeout=PATIENCE)
+        link.acquire()
+        frame = link.next(PATIENCE)
+        assert frame is not None
