@@ -37,6 +37,15 @@ def load_toml(path: str | Path, kind: type[T]) -> T:
     Raises:
         ConfigurationError: unreadable, not TOML, or not a `kind`; names the file and the key.
     """
+    return from_dict(read_toml(path), str(path), kind)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Read one TOML file of whatever kind.
+
+    Raises:
+        ConfigurationError: unreadable, or not TOML.
+    """
     try:
         text = Path(path).read_bytes().decode("utf-8-sig")
     except OSError as error:
@@ -45,7 +54,7 @@ def load_toml(path: str | Path, kind: type[T]) -> T:
         ) from error
     except ValueError as error:
         raise ConfigurationError(f"{path}: is not a UTF-8 text file ({error}); TOML is UTF-8") from error
-    return parse_toml(text, str(path), kind)
+    return _parsed(text, str(path))
 
 
 def parse_toml(text: str, where: str, kind: type[T]) -> T:
@@ -54,13 +63,17 @@ def parse_toml(text: str, where: str, kind: type[T]) -> T:
     Raises:
         ConfigurationError: not TOML, or not a `kind`.
     """
+    return from_dict(_parsed(text, where), where, kind)
+
+
+def _parsed(text: str, where: str) -> dict[str, Any]:
     try:
-        data = tomllib.loads(text)
+        data: dict[str, Any] = tomllib.loads(text)
     except RecursionError as error:
         raise ConfigurationError(f"{where}: is nested too deeply to be read") from error
     except ValueError as error:  # TOMLDecodeError, and numbers Python refuses to read
         raise ConfigurationError(f"{where}: is not valid TOML: {error}") from error
-    return from_dict(data, where, kind)
+    return data
 
 
 def from_dict(data: dict[str, Any], where: str, kind: type[T]) -> T:

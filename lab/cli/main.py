@@ -17,6 +17,7 @@ from bridge.errors import NaoHilError
 from lab import __version__
 from lab.cli import (
     catalogue,
+    config,
     doctor,
     drive,
     emulate,
@@ -76,6 +77,10 @@ bridge = typer.Typer(help="Put a real NAO on the link.", no_args_is_help=True)
 bridge.command("lola")(lola.bridge)
 bridge.command("naoqi")(naoqi.bridge)
 app.add_typer(bridge, name="bridge")
+configuration = typer.Typer(help="Show or check the configuration of a run.", no_args_is_help=True)
+configuration.command("show")(config.show)
+configuration.command("check")(config.check)
+app.add_typer(configuration, name="config")
 add_keys(app)  # after all commands
 
 

@@ -2,14 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+
+def _among(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """What completes a name; the names are asked for when somebody presses the tab key, not before."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names() if name.startswith(incomplete)]
+
+    return complete
+
+
+def _bodies() -> Iterable[str]:
+    from bridge.datasheet import BODIES
+
+    return BODIES
+
+
+def _wear() -> Iterable[str]:
+    from emulator.wear import WEAR
+
+    return WEAR
+
+
+def _scenarios() -> Iterable[str]:
+    from emulator.scenarios import SCENARIOS
+
+    return SCENARIOS
+
+
+def _gaits() -> Iterable[str]:
+    from walker.gait import GAITS
+
+    return GAITS
+
+
 Body = Annotated[
     str | None,
-    typer.Option("--robot", help="Body: a name of `nao-hil robots`, or a data sheet's path.", metavar="BODY"),
+    typer.Option(
+        "--robot",
+        help="Body: a name of `nao-hil robots`, or a data sheet's path.",
+        metavar="BODY",
+        autocompletion=_among(_bodies),
+    ),
 ]
 Wear = Annotated[
     str | None,
@@ -17,17 +57,34 @@ Wear = Annotated[
         "--wear",
         help="Drives and sensors: ideal, nominal, worn, or a profile's path.",
         metavar="WEAR",
+        autocompletion=_among(_wear),
     ),
 ]
 Scenario = Annotated[
     str | None,
-    typer.Option("--scenario", help="World: a name of `nao-hil scenarios`, or a path.", metavar="NAME|FILE"),
+    typer.Option(
+        "--scenario",
+        help="World: a name of `nao-hil scenarios`, or a path.",
+        metavar="NAME|FILE",
+        autocompletion=_among(_scenarios),
+    ),
 ]
-Gait = Annotated[str | None, typer.Option("--gait", help="Gait: a name of `nao-hil gaits`.", metavar="GAIT")]
+Gait = Annotated[
+    str | None,
+    typer.Option(
+        "--gait",
+        help="Gait: a name of `nao-hil gaits`.",
+        metavar="GAIT",
+        autocompletion=_among(_gaits),
+    ),
+]
 Torso = Annotated[
     str | None,
     typer.Option(
-        "--torso", help="Torso control; default: the gait's own choice.", metavar="none|thesis|robust"
+        "--torso",
+        help="Torso control; default: the gait's own choice.",
+        metavar="none|thesis|robust",
+        autocompletion=_among(lambda: ("none", "thesis", "robust")),
     ),
 ]
 Admittance = Annotated[
@@ -49,6 +106,7 @@ Mode = Annotated[
         "--mode",
         help="`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer.",
         metavar="real-time|lockstep",
+        autocompletion=_among(lambda: ("real-time", "lockstep")),
     ),
 ]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed of everything random.", metavar="N")]
