@@ -1,0 +1,129 @@
+"""`nao-hil view` as a process, without a browser: what it serves, what it refuses, how it ends."""
+
+from __future__ import annotations
+
+import http.client
+import re
+import socket
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.recording import Recorder
+from emulator.robot import EmulatedRobot
+from lab.config import RunConfig
+
+Start = Callable[..., Any]
+Until = Callable[[Callable[[], Any], str], Any]
+
+WITHOUT_VISER = """
+import sys
+
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == "viser":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Absent())
+from lab.cli.main import main
+main()
+"""
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        number: int = probe.getsockname()[1]
+        return number
+
+
+@pytest.fixture
+def taken() -> Iterator[int]:
+    """A port that somebody has."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield server.getsockname()[1]
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    """A fifth of a second of a robot that stands."""
+    file = tmp_path / "frames.mcap"
+    with (
+        EmulatedRobot(load_body("nao-v3"), seed=0) as robot,
+        Recorder(file, RunConfig()) as recorder,
+    ):
+        for _ in range(20):
+            recorder.sensors(robot.frame, robot.truth())
+            robot.advance(None)
+    return file
+
+
+def get(port: int, path: str) -> tuple[int, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)
+    connection.request("GET", path)
+    response = connection.getresponse()
+    return response.status, response.read()
+
+
+def one_sentence(said: str) -> str:
+    assert "Traceback" not in said, said
+    (error,) = [line for line in said.splitlines() if line.startswith("error: ")]
+    return error
+
+
+def test_a_page_asks_nobody_gives_nothing_else_away_and_ends_with_ctrl_c(
+    start: Start, until: Until, port: int, recording: Path, tmp_path: Path
+) -> None:
+    view = start("view", "--replay", str(recording), "--port", str(port))
+    until(lambda: f"the page is at http://127.0.0.1:{port}/" in view.said, "the page")
+    status, page = get(port, "/")
+    assert status == 200 and b"<title>nao-hil</title>" in page
+    assert not re.search(rb"https?://", page)
+    (script,) = re.findall(rb'src="\./(assets/[^"]+)"', page)
+    assert get(port, f"/{script.decode()}")[0] == 200
+    secret = tmp_path / "secret"
+    secret.write_text("secret")
+    for path in (f"/{'../' * 30}{str(secret)[1:]}", "/../__init__.py"):
+        assert get(port, path)[0] == 404, path
+    view.interrupt()
+    assert view.process.returncode == 0
+    assert "Traceback" not in view.said
+
+
+def test_a_port_in_use_is_one_sentence(start: Start, taken: int, recording: Path) -> None:
+    view = start("view", "--replay", str(recording), "--port", str(taken))
+    assert view.wait() == 3
+    assert f"cannot be served at 127.0.0.1:{taken} (Address already in use)" in one_sentence(view.said)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--replay", "no-such-file.mcap"], "no-such-file.mcap: cannot be read"),
+        (["--connect", "7447"], "must look like tcp/127.0.0.1:7447"),
+        (["--name", "a/b"], "1 to 64 letters"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence(start: Start, port: int, arguments: list[str], sentence: str) -> None:
+    view = start("view", "--port", str(port), *arguments)
+    assert view.wait() == 2
+    assert sentence in one_sentence(view.said)
+
+
+def test_without_viser_it_says_so(start: Start) -> None:
+    view = start("view", script=WITHOUT_VISER)
+    assert view.wait() == 2
+    assert "pip install 'nao-hil[view]'" in one_sentence(view.said)
+
+
+def test_a_run_goes_on_without_its_page(start: Start, endpoint: str, taken: int, tmp_path: Path) -> None:
+    up = ["up", "--mode", "lockstep", "--steps", "2", "--view", "--port", str(taken), "--json"]
+    command = start(*up, "--listen", endpoint, "--out", str(tmp_path / "run"))
+    assert command.wait() == 0, command.said
+    assert command.result["steps"] == 2
+    assert command.said.count("no page: The page cannot be served") <= 1
+    assert "Traceback" not in command.said
