@@ -99,7 +99,7 @@ class Pair:
             error: type[NaoHilError] = ConfigurationError if side.code == 2 else LinkError
             raise error(f"the {who}'s process failed: {side.error}")
         return WalkedInWeather(
-            done=bool(walker.result["done"]),
+            done=bool(walker.result["done"] and not walker.result["fell"]),
             fell=bool(robot.result["fell"]),
             steps=int(robot.result["steps"]),
             distance=float(robot.result["distance"]),

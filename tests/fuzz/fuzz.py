@@ -1,0 +1,29 @@
+"""Feeds a target what a coverage-guided fuzzer thinks of; needs atheris, which pytest does not.
+
+Usage, from the repository's root: python -m tests.fuzz.fuzz TARGET [libFuzzer's options] [FOLDER ...], for
+example `python -m tests.fuzz.fuzz frames -max_total_time=600 new tests/fuzz/corpus/frames`. A finding becomes a file in
+tests/fuzz/corpus/TARGET/, and with it a test.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import atheris
+
+
+def main() -> None:
+    """Fuzz until told otherwise."""
+    name = sys.argv.pop(1) if len(sys.argv) > 1 else ""
+    with atheris.instrument_imports(
+        include=["bridge", "mcap", "lab.config", "emulator.scenarios", "emulator.wear"]
+    ):
+        from tests.fuzz.targets import TARGETS
+    if name not in TARGETS:
+        sys.exit(f"error: {name!r} must be one of {', '.join(TARGETS)}.")
+    atheris.Setup(sys.argv, TARGETS[name])
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

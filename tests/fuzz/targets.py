@@ -1,0 +1,142 @@
+"""Everything that reads what others wrote, as functions of bytes: only errors meant for people may come out.
+
+`fuzz.py` feeds them what a coverage-guided fuzzer thinks of, `test_corpus.py` what was found before.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from bridge.commands import decode_command
+from bridge.config import load_toml, parse_toml
+from bridge.datasheet import Body
+from bridge.dcm import requests
+from bridge.dcm.wire import DcmCall, DcmCommand, DcmRead, DcmTime
+from bridge.errors import ConfigurationError, DcmRefused, FrameError, NaoHilError
+from bridge.guard import ArmRequest, GuardSettings, StopRequest
+from bridge.joints import N_JOINTS
+from bridge.link.certificates import CA, CERTIFICATE, PRIVATE_KEY, load_certificates
+from bridge.link.session import check_endpoint
+from bridge.lola.convert import identity_of, sensor_frame
+from bridge.lola.demand import Demand
+from bridge.lola.wire import MapStream
+from bridge.messages import (
+    ActuatorFrame,
+    Info,
+    LeaseReply,
+    LeaseRequest,
+    Notice,
+    SensorFrame,
+    TruthFrame,
+    WalkTelemetry,
+    decode,
+    encode,
+)
+from bridge.playback import is_complete, read_recording
+from bridge.walk import WalkCommand
+from bridge.world import decode_command as decode_world_command
+from emulator.scenarios import Scenario
+from emulator.wear import WearProfile
+from lab.config import RunConfig
+
+FRAMES: Final = (
+    SensorFrame,
+    ActuatorFrame,
+    Info,
+    LeaseRequest,
+    LeaseReply,
+    Notice,
+    TruthFrame,
+    WalkTelemetry,
+    DcmRead,
+    DcmTime,
+    DcmCall,
+)
+COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest)
+DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_request)
+TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
+
+
+def frames(data: bytes) -> None:
+    """Every message of the contract; what is accepted encodes and decodes to itself."""
+    for kind in FRAMES:
+        try:
+            message: Any = decode(data, kind)
+        except FrameError:
+            continue
+        assert decode(encode(message), kind) == message
+
+
+def queries(data: bytes) -> None:
+    """Commands to walker, DCM and world."""
+    for kind in COMMANDS:
+        _only(FrameError, decode_command, data, kind, "Command")
+    _only(FrameError, decode_world_command, data)
+    try:
+        command = decode(data, DcmCommand).command
+    except FrameError:
+        return
+    for read in DCM:
+        _only(DcmRefused, read, command)
+
+
+def lola(data: bytes) -> None:
+    """LoLA's stream in pieces of some bytes, and what is made of its maps on both sides."""
+    size = 1 + (data[0] if data else 0)
+    stream, whole = MapStream(("Position", "Stiffness")), MapStream(("Position", "Stiffness"))
+    found = [value for at in range(0, len(data), size) for value in stream.feed(data[at : at + size])]
+    demand = Demand((0.0,) * N_JOINTS, (0.0,) * N_JOINTS)
+    for value in (*found, *whole.feed(data)):
+        demand.take(value)
+        _only(NaoHilError, sensor_frame, value, seq=0)
+        _only(NaoHilError, identity_of, value)
+    assert whole.dropped <= len(data)
+
+
+def tables(data: bytes) -> None:
+    """Every kind of TOML file, as text and as a file."""
+    for kind in TABLES:
+        _only(ConfigurationError, parse_toml, data.decode(errors="replace"), "file", kind)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "file.toml"
+        path.write_bytes(data)
+        _only(ConfigurationError, load_toml, path, RunConfig)
+
+
+def endpoints(data: bytes) -> None:
+    """Endpoints as given on a command line."""
+    _only(ConfigurationError, check_endpoint, data.decode(errors="replace"))
+
+
+def certificates(data: bytes) -> None:
+    """A folder of certificates whose files hold anything: the three of them, cut at zero bytes."""
+    parts = [*data.split(b"\0", 2), b"", b""]
+    with tempfile.TemporaryDirectory() as folder:
+        for name, part in zip((CA, CERTIFICATE, PRIVATE_KEY), parts, strict=False):
+            (Path(folder) / name).write_bytes(part)
+        _only(ConfigurationError, load_certificates, Path(folder), "controller")
+
+
+def recordings(data: bytes) -> None:
+    """A recording that holds anything."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "frames.mcap"
+        path.write_bytes(data)
+        _only(ConfigurationError, lambda: list(read_recording(path)))
+        _only(ConfigurationError, is_complete, path)
+
+
+TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
+    target.__name__: target for target in (frames, queries, lola, tables, endpoints, certificates, recordings)
+}
+
+
+def _only(allowed: type[NaoHilError], call: Callable[..., object], *args: Any, **kwargs: Any) -> None:
+    """Call, and let nothing pass but errors of one kind with one sentence for a person."""
+    try:
+        call(*args, **kwargs)
+    except allowed as error:
+        assert str(error).strip()
