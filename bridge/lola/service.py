@@ -106,7 +106,7 @@ class LolaService:
                     self._in_lockstep(feed)
                 else:
                     self._in_real_time(feed, info)
-            self._part(feed)
+                self._part(feed)
         return Served(
             clients=self._clients,
             packets=self._packets,

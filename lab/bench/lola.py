@@ -127,6 +127,7 @@ def _read(peer: socket.socket, size: int = SENSOR_BYTES) -> bytes:
 
 def hops() -> dict[str, Any]:
     """Each hop's time, ms: `sensors` towards the controller, `commands` towards the robot."""
+    quiet_process(ROBOT_PRIORITY)  # which the children inherit, as they would ask for it in real time
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         return {"serve": _serve_hop(folder), "bridge": _bridge_hop(folder), "echo": _echo(folder)}

@@ -283,6 +283,18 @@ def test_the_lease_is_the_client_s_from_its_first_command_to_its_end(served: Any
     assert robot.link.leases.deserted  # it left the robot stiff: the watchdog is to bring it down
 
 
+def test_a_server_that_ends_leaves_a_stiff_robot_to_its_guard(served: Any, until: Any) -> None:
+    robot, connect, end = served()
+    robot.publish()
+    client = connect()
+    client.read()
+    client.send(pack(Stiffness=[1.0] * 25))
+    robot.command()
+    end()
+    until(lambda: robot.link.holder is None, "the lease to be given up")
+    assert robot.link.leases.deserted
+
+
 def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: Any, until: Any) -> None:
     robot, connect, _ = served(mode="real-time", cycle=0.01)
     pacing = threading.Event()
