@@ -9,7 +9,7 @@ from typing import Final
 
 import msgspec
 
-from emulator.histogram import DurationHistogram, Percentiles
+from bridge.histogram import DurationHistogram, Percentiles
 
 NANOSECONDS: Final = 1_000_000_000
 

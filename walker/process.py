@@ -11,6 +11,7 @@ import msgspec
 
 from bridge.datasheet import Body, load_body
 from bridge.errors import ConfigurationError, FrameError, RobotSilent
+from bridge.histogram import DurationHistogram
 from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import quiet_process
@@ -71,7 +72,7 @@ class WalkerProcess:
         self._service = service
         self._link, self._make, self._body, self._stop = link, make_controller, body, stop
         self._controller: Controller | None = None
-        self._ticks: list[float] = []
+        self._ticks = DurationHistogram()
         self._skipped = 0
         self._seq = -1
         self._delay = DelayWatch(math.inf)
@@ -158,7 +159,8 @@ class WalkerProcess:
             self._service.before(controller, frame.seq)
         began = time.perf_counter()
         self._last = controller.tick(frame)
-        self._ticks.append(time.perf_counter() - began)
+        tick = time.perf_counter() - began
+        self._ticks.add(tick)
         if self._service is not None:
             self._service.after(controller, frame.seq)
         telemetry = controller.telemetry
@@ -168,7 +170,7 @@ class WalkerProcess:
             self._link.send(self._last)
         else:
             self._link.send(self._last)
-            self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=self._ticks[-1]))
+            self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=tick))
 
     def _heed_delay(self, controller: Controller, frame: SensorFrame) -> None:
         """Close the feet on a link that is worse than a walk bears."""
@@ -208,7 +210,7 @@ class WalkerProcess:
         return body
 
     def _result(self) -> WalkResult:
-        ticks = sorted(self._ticks)
+        ticks = self._ticks.percentiles()
         controller = self._controller
         return WalkResult(
             state=controller.state if controller else "waiting",
@@ -216,8 +218,8 @@ class WalkerProcess:
             late=self._late,
             fell=controller is not None and controller.state == "fallen",
             done=controller is not None and controller.done and not self._late,
-            ticks=len(ticks),
+            ticks=ticks.count,
             skipped=self._skipped,
-            tick_p50=ticks[len(ticks) // 2] if ticks else 0.0,
-            tick_p99=ticks[int(0.99 * (len(ticks) - 1))] if ticks else 0.0,
+            tick_p50=ticks.p50,
+            tick_p99=ticks.p99,
         )

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bridge.histogram import BINS_PER_DECADE, LARGEST, SMALLEST, DurationHistogram
 from bridge.realtime import quiet_process
-from emulator.histogram import BINS_PER_DECADE, LARGEST, SMALLEST, DurationHistogram
 from emulator.timing import CycleTimer
 
 MS = 1_000_000

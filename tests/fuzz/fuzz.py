@@ -1,8 +1,8 @@
 """Feeds a target what a coverage-guided fuzzer thinks of; needs atheris, which pytest does not.
 
 Usage, from the repository's root: python -m tests.fuzz.fuzz TARGET [libFuzzer's options] [FOLDER ...], for
-example `python -m tests.fuzz.fuzz frames -max_total_time=600 new tests/fuzz/corpus/frames`. A finding becomes a file in
-tests/fuzz/corpus/TARGET/, and with it a test.
+example `python -m tests.fuzz.fuzz frames -max_total_time=600 new tests/fuzz/corpus/frames`. A finding becomes a
+file in tests/fuzz/corpus/TARGET/, and with it a test.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from importlib.metadata import version
 
 import pytest
 
-from emulator.histogram import Percentiles
+from bridge.histogram import Percentiles
 from emulator.timing import CycleTimes
 from lab.cli import doctor
 
