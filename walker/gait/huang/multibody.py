@@ -48,7 +48,9 @@ class Bodies:
     def __init__(self, body: Body, arms: dict[str, float]) -> None:
         self._body = body
         self._tree = BodyTree(body)
-        links = [body.links[name] for name in self._tree.links]
+        self.links = self._tree.links
+        """Their names, in the order of all frames."""
+        links = [body.links[name] for name in self.links]
         self.mass = np.array([link.mass for link in links])
         self._centre = np.array([link.com for link in links])
         self._inertia = np.array([_tensor(link.inertia) for link in links])

@@ -1,0 +1,118 @@
+"""The ZMP of all bodies (13), (14) against the ground reaction that PyBullet finds for the same motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.joints import INDEX_WITH_MIRROR
+from walker.arms import ARMS
+from walker.gait.huang.multibody import Ankle, Bodies
+from walker.kinematics.transforms import homogeneous
+
+pytest.importorskip("pybullet")
+
+from scipy.spatial.transform import Rotation
+
+from emulator.engine import bullet, connect, disconnect
+from emulator.model import build_model
+
+STEP, SETTLE, END = 1e-3, 0.8, 2.2
+"""s"""
+REACH = 25
+"""Steps before and after: a second difference is the mean of the acceleration over this reach either way, with
+weights that fall off evenly; the reaction is averaged alike."""
+WEIGHTS = np.bartlett(2 * REACH + 1) / REACH
+
+
+@pytest.fixture
+def client():
+    number = connect()
+    yield number
+    disconnect(number)
+
+
+def hip(time: float) -> tuple[float, float, float]:
+    """A sway along all axes at once, begun gently."""
+    share = min(time / SETTLE, 1.0) ** 3
+    return (
+        0.02 + share * 0.012 * math.sin(2.0 * math.pi * 1.1 * time),
+        share * 0.02 * math.sin(2.0 * math.pi * 0.9 * time),
+        0.2 + share * 0.006 * math.sin(2.0 * math.pi * 1.6 * time),
+    )
+
+
+def test_against_the_ground_reaction(client) -> None:
+    body = load_body("nao-v3")
+    bodies, an = Bodies(body, ARMS), body.lengths.FootHeight
+    left, right = Ankle(0.0, 0.05, an, 0.0), Ankle(0.0, -0.05, an, 0.0)
+    floor = bullet.createMultiBody(
+        baseCollisionShapeIndex=bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client),
+        physicsClientId=client,
+    )
+    bullet.changeDynamics(floor, -1, lateralFriction=1.0, physicsClientId=client)
+    bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    bullet.setTimeStep(STEP, physicsClientId=client)
+    model = build_model(client, body, rotor_inertia=[0.0] * 22)
+    start = bodies.joint_angles(hip(0.0), left, right)
+    for i, name in enumerate(model.joints):
+        bullet.resetJointState(model.robot, i, start[INDEX_WITH_MIRROR[name]], physicsClientId=client)
+    place, turn = bullet.multiplyTransforms(
+        (hip(0.0)[0], 0.0, hip(0.0)[2] + body.lengths.HipOffsetZ),
+        (0.0, 0.0, 0.0, 1.0),
+        model.torso_com,
+        model.torso_principal,
+    )
+    bullet.resetBasePositionAndOrientation(model.robot, place, turn, physicsClientId=client)
+    order = [bodies.links.index(name) for name in model.joints]
+    frames, moments = [], []
+    for k in range(round(END / STEP)):
+        angles = bodies.joint_angles(hip((k + 1) * STEP), left, right)
+        targets = [angles[INDEX_WITH_MIRROR[name]] for name in model.joints]
+        bullet.setJointMotorControlArray(
+            model.robot,
+            range(len(targets)),
+            bullet.POSITION_CONTROL,
+            targetPositions=targets,
+            positionGains=[0.3] * len(targets),
+            velocityGains=[1.0] * len(targets),
+            forces=[200.0] * len(targets),
+            physicsClientId=client,
+        )
+        bullet.stepSimulation(physicsClientId=client)
+        loads = [(p[9], *p[5][:2]) for p in bullet.getContactPoints(model.robot, floor, physicsClientId=client)]
+        moments.append(
+            [sum(f for f, _, _ in loads), sum(f * x for f, x, _ in loads), sum(f * y for f, _, y in loads)]
+        )
+        frames.append(_frames(model, order, len(bodies.links)))
+    reaction, placed = np.array(moments), np.array(frames)
+    found, expected, still = [], [], []
+    for k in range(round(SETTLE / STEP), len(placed) - REACH, 7):
+        around = placed[k - REACH], placed[k], placed[k + REACH]
+        found.append(bodies.zmp(*around, step=REACH * STEP))
+        force, along, across = WEIGHTS @ reaction[k - REACH : k + REACH + 1]
+        expected.append((along / force, across / force))
+        still.append(bodies.centre_of_mass(placed[k])[:2])
+    apart = np.sqrt(np.mean((np.array(found) - np.array(expected)) ** 2, axis=0))
+    moving = np.sqrt(np.mean((np.array(still) - np.array(expected)) ** 2, axis=0))
+    assert moving.min() > 0.01  # the mass' place alone is no answer
+    assert apart.max() < 0.0015  # what is left is the soles' chatter on the floor
+    assert apart.max() < 0.1 * moving.min()
+
+
+def _frames(model, order, count) -> np.ndarray:
+    """All link frames in the world frame, in the order of the walker's tree."""
+    placed = np.zeros((count, 4, 4))
+    where, turn = bullet.getBasePositionAndOrientation(model.robot, physicsClientId=model.client)
+    inertial = bullet.invertTransform(model.torso_com, model.torso_principal)
+    place, turn = bullet.multiplyTransforms(where, turn, *inertial)
+    placed[0] = homogeneous(Rotation.from_quat(turn).as_matrix(), place)
+    states = bullet.getLinkStates(
+        model.robot, range(len(order)), computeForwardKinematics=1, physicsClientId=model.client
+    )
+    for row, state in zip(order, states, strict=True):
+        placed[row] = homogeneous(Rotation.from_quat(state[5]).as_matrix(), state[4])
+    return placed
