@@ -35,6 +35,10 @@ Workers = Annotated[
     int | None,
     typer.Option("--workers", help="Runs at a time; default: one per core.", min=1, metavar="N"),
 ]
+Duration = Annotated[
+    float | None,
+    typer.Option("--duration", help="Seconds of one run, for `soak`; default: its own.", min=10.0, metavar="S"),
+]
 Wear = Annotated[
     str | None,
     typer.Option(
@@ -61,6 +65,7 @@ def experiment(
     wear: Wear = None,
     config: Config = None,
     workers: Workers = None,
+    duration: Duration = None,
     out: options.Out = None,
     as_json: options.Json = False,
 ) -> int:
@@ -87,7 +92,7 @@ def experiment(
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", workers=workers, stop=stop, progress=progress) as campaign,
     ):
-        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed)
+        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration)
         for each in [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]:
             progress.begin(each)
             runner.run(each, directory.path / each if name == ALL else directory.path)

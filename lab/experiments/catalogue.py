@@ -64,6 +64,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
         "watchdog", "dynamic walks whose controller dies: does the guard bring them to rest", 50, False
     ),
     "weather": Entry("weather", "walks in real time over delay, jitter and loss (root, Linux)", 20, False),
+    "soak": Entry("soak", "a long walk in real time: memory, files, punctuality, drift (Linux)", 1, False),
     "cuts": Entry("cuts", "the line cut, and either side killed, in mid-walk (root, Linux)", 1, False),
 }
 """In the order of the thesis."""

@@ -29,6 +29,8 @@ class Context:
     seeds: tuple[int, ...]
     changes: RunConfig
     """Robot, wear, and the changed parameters of one gait and its controllers; nothing else of it is read."""
+    duration: float | None = None
+    """s of one run, where an experiment takes one; None: its own."""
 
     @property
     def robot(self) -> str:

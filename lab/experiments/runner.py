@@ -33,6 +33,7 @@ class Runner:
         changes: Robot, wear and changed parameters.
         seeds: Number of them; None: each experiment's own.
         first_seed: The first of them.
+        duration: Of one run, s; None: each experiment's own.
     """
 
     def __init__(
@@ -43,10 +44,12 @@ class Runner:
         changes: RunConfig,
         seeds: int | None = None,
         first_seed: int = 0,
+        duration: float | None = None,
     ) -> None:
         self._campaign, self._console = campaign, console
         self._path, self._changes = path, changes
         self._seeds, self._first = seeds, first_seed
+        self._duration = duration
         self._pages: list[Page] = []
         self.results: dict[str, dict[str, Any]] = {}
         """By name, what goes into the JSON."""
@@ -78,7 +81,9 @@ class Runner:
             return
         out.mkdir(parents=True, exist_ok=True)
         try:
-            outcome = EXPERIMENTS[name].load()(Context(self._campaign, out, self.seeds(name), self._changes))
+            outcome = EXPERIMENTS[name].load()(
+                Context(self._campaign, out, self.seeds(name), self._changes, self._duration)
+            )
         except Interrupted:
             self.missing.append((name, "interrupted; what was walked is kept and need not be walked again"))
             return

@@ -1,0 +1,293 @@
+"""A long walk in real time, watched: memory, file descriptors, punctuality and drift of both processes.
+
+Robot and walker run as two processes over loopback, as `nao-hil up` does; this process listens to the frames
+and looks into /proc every few seconds (Linux).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from bridge.errors import FrameError, LinkError
+from bridge.link import keys
+from bridge.link.session import open_client, subscribe
+from bridge.messages import SensorFrame, decode
+from lab.campaign.campaign import Interrupted
+from lab.experiments.context import Context
+from lab.experiments.page import Claim, Outcome, Page, Picture
+from lab.supervisor import Child
+
+NAME: Final = "soak"
+"""Robot id: beside a robot of the ordinary name this one is left alone."""
+ENDPOINT: Final = "tcp/127.0.0.1:7449"
+GAIT: Final = "static"
+DURATION: Final = 300.0
+"""s, unless told otherwise."""
+SAMPLING: Final = 5.0
+"""s between two looks at the processes."""
+SETTLED: Final = 60.0
+"""s after which memory counts: libraries are loaded and buffers full."""
+LARGEST_GROWTH: Final = 5.0
+"""MB of resident memory of each process."""
+LARGEST_DRIFT: Final = 0.002
+"""s that the robot's cycle may leave the wall clock's grid, skipped cycles apart."""
+LATER: Final = 0.001
+"""s by which the 99th percentile of lateness at the end may exceed the one at the beginning."""
+GRACE: Final = 10.0
+
+
+class Use(msgspec.Struct, frozen=True, kw_only=True):
+    """What one process used."""
+
+    memory_mb: float
+    """Resident, in the end."""
+    growth_mb: float
+    """Of it since `SETTLED`."""
+    descriptors: int
+    """Open in the end."""
+    descriptor_growth: int
+    """Since `SETTLED`."""
+
+
+class Soak(msgspec.Struct, frozen=True, kw_only=True):
+    """The JSON of `nao-hil experiment soak`."""
+
+    name: str = "soak"
+    passed: bool
+    seconds: float
+    """Walked, robot time."""
+    fell: bool
+    steps: int
+    cycles: int
+    missed: int
+    skipped: int
+    """Cycles that the robot's process came too late for."""
+    robot: Use
+    walker: Use
+    lateness_p99_first: float
+    """s, of frames in the first tenth of the walk, beyond the earliest frame of each ten seconds."""
+    lateness_p99_last: float
+    """s, in the last tenth."""
+    drift: float
+    """s between the robot's time and the wall clock's over the whole walk, skipped cycles apart."""
+
+
+def experiment(context: Context) -> Outcome:
+    """Walk for the duration, once.
+
+    Raises:
+        LinkError: a process failed.
+        Interrupted: stopped before the end.
+    """
+    duration = context.duration or DURATION
+    config = context.changes
+    robot_folder, walker_folder = context.out / "robot", context.out / "walker"
+    for folder in (robot_folder, walker_folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    robot = Child(
+        "robot",
+        [
+            *("emulate", "--name", NAME, "--listen", ENDPOINT, "--robot", config.robot, "--wear", config.wear),
+            *("--seed", str(context.seeds[0]), "--out", str(robot_folder), "--json"),
+        ],
+        robot_folder,
+    )
+    walker = Child(
+        "walker",
+        [
+            *("walk", "--name", NAME, "--connect", ENDPOINT, "--gait", GAIT, "--steps", "0"),
+            *("--duration", str(duration), "--json"),
+        ],
+        walker_folder,
+    )
+    try:
+        frames, samples = _watch(context, robot, walker)
+    finally:
+        walker.ask_to_end()
+        walked = walker.end(GRACE)
+        lived = robot.end(GRACE)
+    if walked.result is None or lived.result is None:
+        raise LinkError(f"a process failed: {walked.error if walked.result is None else lived.error}")
+    result = _result(duration, frames, samples, lived.result)
+    picture = context.out / "soak.png"
+    draw(frames, samples, picture)
+    return Outcome(result, _page(context, result, picture))
+
+
+def _watch(
+    context: Context, robot: Child, walker: Child
+) -> tuple[list[tuple[int, int]], list[tuple[float, list[float], list[int]]]]:
+    """(seq, wall clock in ns) of the frames, and (time, MB, descriptors) of both processes."""
+    frames: list[tuple[int, int]] = []
+
+    def on_sensors(payload: bytes) -> None:
+        with contextlib.suppress(FrameError):
+            frame = decode(payload, SensorFrame)
+            frames.append((frame.seq, frame.wall))
+
+    samples: list[tuple[float, list[float], list[int]]] = []
+    with contextlib.closing(open_client(ENDPOINT, 60.0)) as session:
+        subscriber = subscribe(session, keys.key(NAME, keys.SENSORS), on_sensors)
+        began = time.monotonic()
+        while walker.running and robot.running:
+            if context.campaign.interrupted:
+                raise Interrupted
+            with contextlib.suppress(OSError):  # one ended just now
+                both = (robot.pid, walker.pid)
+                samples.append(
+                    (
+                        time.monotonic() - began,
+                        [_memory(pid) for pid in both],
+                        [_descriptors(pid) for pid in both],
+                    )
+                )
+            time.sleep(SAMPLING)
+        subscriber.undeclare()
+    if not frames or not samples:
+        raise LinkError("No frame was heard; see robot.log and walker.log in the run's folder.")
+    return frames, samples
+
+
+def _memory(pid: int) -> float:
+    """Resident memory, MB."""
+    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _descriptors(pid: int) -> int:
+    return len(os.listdir(f"/proc/{pid}/fd"))
+
+
+def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[npt.NDArray[np.float64], float]:
+    """How late each frame was sent, and how far robot time left the wall clock.
+
+    Args:
+        frames: cycle number and wall clock in ns, in order.
+        cycle: s.
+
+    Returns:
+        s beyond the earliest frame of each ten seconds, shape (n,); and the drift between the first and the
+        last ten seconds, s, whole cycles that were skipped taken out.
+    """
+    seq, wall = np.array(frames, dtype=np.int64).T
+    over = (wall - wall[0]) * 1e-9 - (seq - seq[0]) * cycle
+    window = ((seq - seq[0]) * cycle // 10.0).astype(int)
+    least = np.array([over[window == w].min() for w in range(window[-1] + 1)])
+    leap = least[-1] - least[0]
+    return over - least[window], float(leap - cycle * round(leap / cycle))
+
+
+def _result(
+    duration: float,
+    frames: list[tuple[int, int]],
+    samples: list[tuple[float, list[float], list[int]]],
+    summary: dict[str, object],
+) -> Soak:
+    late, drift = lateness(frames, 0.01)
+    tenth = max(1, len(late) // 10)
+    settled = next((s for s in samples if s[0] >= min(SETTLED, 0.2 * duration)), samples[-1])
+    first, last = settled, samples[-1]
+    uses = [
+        Use(
+            memory_mb=last[1][i],
+            growth_mb=last[1][i] - first[1][i],
+            descriptors=last[2][i],
+            descriptor_growth=last[2][i] - first[2][i],
+        )
+        for i in range(2)
+    ]
+    p99 = [float(np.percentile(part, 99)) for part in (late[:tenth], late[-tenth:])]
+    fell = bool(summary["fell"])
+    good = (
+        not fell
+        and all(use.growth_mb < LARGEST_GROWTH and use.descriptor_growth <= 0 for use in uses)
+        and p99[1] <= p99[0] + LATER
+        and abs(drift) <= LARGEST_DRIFT
+    )
+    timing = summary["timing"]
+    assert isinstance(timing, dict)
+    return Soak(
+        passed=good,
+        seconds=(frames[-1][0] - frames[0][0]) * 0.01,
+        fell=fell,
+        steps=int(str(summary["steps"])),
+        cycles=int(str(summary["cycles"])),
+        missed=int(str(summary["cycles_missed"])),
+        skipped=int(timing["skipped"]),
+        robot=uses[0],
+        walker=uses[1],
+        lateness_p99_first=p99[0],
+        lateness_p99_last=p99[1],
+        drift=drift,
+    )
+
+
+def _page(context: Context, result: Soak, picture: Path) -> Page:
+    claims = [Claim("No fall", "fell" if result.fell else f"{result.steps} steps, upright", not result.fell)]
+    for who, use in (("robot", result.robot), ("walker", result.walker)):
+        claims += [
+            Claim(
+                f"The {who}'s memory grows by less than {LARGEST_GROWTH:g} MB",
+                f"{use.growth_mb:+.2f} MB to {use.memory_mb:.0f} MB",
+                use.growth_mb < LARGEST_GROWTH,
+            ),
+            Claim(
+                f"The {who} opens no more files",
+                f"{use.descriptor_growth:+d} to {use.descriptors}",
+                use.descriptor_growth <= 0,
+            ),
+        ]
+    p99 = result.lateness_p99_first, result.lateness_p99_last
+    claims += [
+        Claim(
+            "Frames are as punctual in the end as in the beginning",
+            f"99 % within {1e3 * p99[0]:.2f} ms at first, {1e3 * p99[1]:.2f} ms at last",
+            p99[1] <= p99[0] + LATER,
+        ),
+        Claim("Robot time does not drift", f"{1e6 * result.drift:+.0f} us", abs(result.drift) <= LARGEST_DRIFT),
+    ]
+    return Page(
+        name="soak",
+        title="A long walk",
+        source="No part of the thesis.",
+        setup=(
+            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+            ("walk", f"{result.seconds:.0f} s of the {GAIT} gait in real time, two processes over loopback"),
+            ("cycles", f"{result.cycles}, {result.missed} missed, {result.skipped} skipped"),
+        ),
+        claims=tuple(claims),
+        pictures=(
+            Picture(picture, "Memory and lateness", "Lateness beyond the earliest frame of each ten seconds."),
+        ),
+    )
+
+
+def draw(
+    frames: list[tuple[int, int]], samples: list[tuple[float, list[float], list[int]]], file: Path
+) -> None:
+    """Memory of both processes above, lateness of the frames below, over time."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, (above, below) = plt.subplots(2, 1, figsize=(7, 5), layout="constrained")
+    for i, who in enumerate(("robot", "walker")):
+        above.plot([s[0] for s in samples], [s[1][i] for s in samples], label=who)
+    above.set_ylabel("resident memory, MB")
+    above.legend()
+    late, _ = lateness(frames, 0.01)
+    below.plot([0.01 * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
+    below.set_ylabel("lateness, ms")
+    below.set_xlabel("time, s")
+    figure.savefig(file, dpi=120)
+    plt.close(figure)
