@@ -219,7 +219,12 @@ class Services:
             "ALAutonomousLife": _methods(
                 "read", {"getState": lambda: "disabled", "setState": _require_disabled, "stopAll": lambda: None}
             ),
-            "ALTextToSpeech": _methods("read", {"say": _say, "setLanguage": _accept, "setVolume": _accept}),
+            "ALTextToSpeech": _methods(
+                "read",
+                {"say": _say, "setLanguage": _accept, "setVolume": _accept, "setParameter": _accept},
+            ),
+            "ALAnimatedSpeech": _methods("read", {"say": _say}),
+            "ALAnimationPlayer": {name: _refusal("ALAnimationPlayer", name) for name in ("run", "runTag")},
         }
 
     def _common(self, service: str, methods: Mapping[str, Method]) -> dict[str, Callable[..., Any]]:

@@ -7,15 +7,17 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from lab.bench import cycles, lateness, lola, page, round_trip, tick
+from lab.bench import cycles, huang_search, lateness, lola, naoqi, page, round_trip, tick
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "round-trip": round_trip.measure,
     "lateness": lateness.measure,
     "tick": tick.measure,
     "cycles": cycles.measure,
+    "huang-search": huang_search.measure,
     "page": page.measure,
     "lola": lola.measure,
+    "naoqi": naoqi.measure,
 }
 
 

@@ -1,0 +1,163 @@
+"""`nao-hil serve naoqi` in its own process, with programs that know only qi; and what it does without them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.system.naoqi_robot import ObedientRobot, obedient_robot
+
+pytest.importorskip("qi")
+
+HERE = Path(__file__).parent
+PATIENCE = 60.0
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+class Served:
+    """A robot without physics, and the process that serves it."""
+
+    def __init__(self, robot: ObedientRobot, process: subprocess.Popen[bytes], url: str, log: Path) -> None:
+        self.robot, self.process, self.url, self.log = robot, process, url, log
+
+    def client(self, name: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [sys.executable, str(HERE / "naoqi_clients.py"), name, self.url],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def result(self, client: subprocess.Popen[str]) -> dict[str, Any]:
+        out, said = client.communicate(timeout=PATIENCE)
+        assert client.returncode == 0, said
+        result: dict[str, Any] = json.loads(out.splitlines()[-1])
+        return result
+
+
+def serve(url: str, endpoint: str, log: Path) -> subprocess.Popen[bytes]:
+    command = ["serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority"]
+    with log.open("w") as file:
+        return subprocess.Popen(
+            [sys.executable, "-m", "lab.cli", *command],
+            cwd=HERE.parents[1],
+            stdout=file,
+            stderr=file,
+            stdin=subprocess.DEVNULL,
+            env=os.environ | {"COLUMNS": "200"},
+        )
+
+
+def wait_for(text: str, log: Path) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while text not in log.read_text():
+        assert time.monotonic() < deadline, log.read_text()
+        time.sleep(0.02)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    endpoint, url = f"tcp/127.0.0.1:{free_port()}", f"tcp://127.0.0.1:{free_port()}"
+    log = tmp_path_factory.mktemp("served") / "log"
+    with obedient_robot("nao-v5", endpoint) as robot:
+        process = serve(url, endpoint, log)
+        try:
+            wait_for("is served at", log)
+            yield Served(robot, process, url, log)
+        finally:
+            process.kill()
+            process.wait()
+
+
+def test_a_dcm_program_runs_both_forms_with_all_four_update_types(served: Served) -> None:
+    """Waiting: 0.25 at 40 ms, 0.5 at 80 ms; new: 1.0 at 60 ms. What is left: vendor's page on `set`."""
+    result = served.result(served.client("dcm"))
+    assert result["alias"][1][2] == ""
+    assert result["prefix"] == ["Device/SubDeviceList/"]
+    for form in ("time-separate", "time-mixed"):
+        merge, clear_all, after, before = (
+            result[f"{form} {update}"] for update in ("Merge", "ClearAll", "ClearAfter", "ClearBefore")
+        )
+        assert merge[1] == before[1] == 0.5  # the later one of the old commands is still carried out
+        assert clear_all[1] == after[1] > 0.99  # it is not
+    assert result["overload"] == [0.5, 0.25]
+    assert result["refused"].startswith("setAlias item 1 is 'Sometimes'")
+    assert "Traceback" not in result["refused"]
+
+
+def test_the_requests_of_the_social_interaction_cloud_are_served(served: Served) -> None:
+    client = served.client("social")
+    assert client.stdout is not None
+    assert any(line == "subscribed\n" for line in client.stdout)  # qi itself writes there, too
+    served.robot.touch = (1.0, *[0.0] * 13)
+    result = served.result(client)
+    served.robot.touch = (0.0,) * 14
+    assert result["type"] == "Nao"
+    assert result["stiffness"] == pytest.approx([0.6] * 6, abs=1e-3)
+    assert result["angles"][0] == pytest.approx(1.21, abs=0.01)
+    assert result["smart"] is True
+    assert result["velocity"] == [0.0, 0.0, 0.0]
+    assert result["posture"] is True
+    assert "the gaits walk straight only" in result["sideways"]
+    assert result["life"] == "disabled"
+    assert result["intensity"] == pytest.approx(0.5, abs=0.01)
+    assert result["touched"] == [[["ChestBoard/Button", True]]]
+    assert result["rested"] == ["Crouch", False]
+    assert result["woke"] == ["StandInit", True]
+
+
+def test_the_vendors_motion_samples_run_through_an_alproxy(served: Served) -> None:
+    result = served.result(served.client("samples"))
+    assert result["stiff"] == pytest.approx(1.0, abs=1e-3)
+    assert result["reached"] is True
+    assert result["set"] == pytest.approx([0.3, -0.3], abs=2e-3)
+    assert result["changed"] == pytest.approx([0.05], abs=2e-3)
+    assert result["took"] > 0.55
+    assert result["with speed"] == pytest.approx([0.1, 0.1], abs=2e-3)
+    assert abs(result["killed"][0]) < 0.5
+    assert result["config"]["Model Type"] == "naoH25"
+    assert result["limits"][0][:2] == pytest.approx([-0.3142, 1.3265], abs=1e-3)
+    assert result["summary"] == "Model: naoH25"
+    assert "the gaits walk straight only" in result["turn"]
+    assert result["unknown"] == "ALMotion.setFootSteps is not offered by nao-hil; docs/naoqi.md lists what is."
+    assert result["version"] == "2.1.4.13"
+    assert result["body type"] == "Nao"
+
+
+def test_a_port_in_use_is_told_in_a_sentence_before_qi_can_abort(served: Served, tmp_path: Path) -> None:
+    process = serve(served.url, "tcp/127.0.0.1:9", tmp_path / "log")
+    assert process.wait(PATIENCE) == 3
+    said = (tmp_path / "log").read_text()
+    assert f"error: Cannot listen on {served.url}: address already in use; " in said
+
+
+def test_a_wrong_address_is_a_usage_error(tmp_path: Path) -> None:
+    process = serve("127.0.0.1:9559", "tcp/127.0.0.1:9", tmp_path / "log")
+    assert process.wait(PATIENCE) == 2
+    assert "must look like tcp://127.0.0.1:9559" in (tmp_path / "log").read_text()
+
+
+def test_a_termination_ends_it_in_good_order(served: Served) -> None:
+    """The last one here: the lease is given back and nothing listens any more."""
+    served.process.send_signal(signal.SIGTERM)
+    assert served.process.wait(PATIENCE) == 0
+    host, port = served.url.removeprefix("tcp://").split(":")
+    with socket.socket() as probe:
+        assert probe.connect_ex((host, int(port))) != 0
+    assert "Traceback" not in served.log.read_text()
