@@ -15,6 +15,7 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "tick": tick.measure,
     "cycles": cycles.measure,
     "huang-search": huang_search.measure,
+    "huang-search": huang_search.measure,
     "page": page.measure,
     "lola": lola.measure,
     "naoqi": naoqi.measure,
