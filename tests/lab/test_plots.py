@@ -110,6 +110,12 @@ def test_every_name_has_a_figure() -> None:
     assert list(PLOTS) == list(FIGURES)
 
 
+def test_the_page_names_every_plot() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "using.md").read_text()
+    for name, shows in PLOTS.items():
+        assert f"| `{name}` | {shows} |" in page
+
+
 def test_the_truth_is_drawn_in_the_walk_frame(tables: Tables) -> None:
     """Forwards at 0.1 m/s from where the plan has the centre of mass, whatever the heading in the world."""
     along, across = (lines(tables, "com", axis)["ground truth"] for axis in (0, 1))
