@@ -252,9 +252,3 @@ def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path
             assert newest(link).position == pytest.approx(PACKET["Position"])
         finally:
             relay.kill()
-
-
-@pytest.mark.parametrize("text", ["robocup", "10.0.0.1", "10.0.0.1:0", "host:", ":10000", "host:99999"])
-def test_a_socket_that_is_none_is_refused_in_one_sentence(text: str) -> None:
-    with pytest.raises(ConfigurationError, match=r"must be a path with a `/`.*or HOST:PORT"):
-        parse_address(text)
