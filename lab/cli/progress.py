@@ -37,7 +37,7 @@ class WalkProgress:
         monitor.connect()
         values = self._values(monitor)
         notice = monitor.notice
-        if notice is not None and notice.text != self._notice:
+        if notice is not None and notice.text != self._notice and notice.code != "guard-active":
             self._notice = notice.text
             self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
