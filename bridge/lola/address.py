@@ -62,8 +62,12 @@ def _listen_unix(address: Address) -> socket.socket:
             raise LinkError(f"Cannot listen on {address}: another server does; stop it, or name another path.")
         os.unlink(address.path)
     listener = socket.socket(socket.AF_UNIX)
-    listener.bind(address.path)
-    listener.listen()
+    try:
+        listener.bind(address.path)
+        listener.listen()
+    except OSError:
+        listener.close()
+        raise
     return listener
 
 
