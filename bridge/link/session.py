@@ -61,7 +61,7 @@ def check_endpoint(endpoint: str) -> str:
         )
     if protocol in ("tcp", "udp", "tls", "ws"):
         host, _, port = address.rpartition(":")
-        if not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        if not host or not port.isdecimal() or len(port) > 5 or not 0 < int(port) < 65536:
             raise ConfigurationError(
                 f"Endpoint {endpoint!r} needs a host and a port, as in tcp/127.0.0.1:7447."
             )
