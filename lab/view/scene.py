@@ -44,6 +44,8 @@ ROOT: Final = "/world"
 """Frame that all is drawn in: to follow the robot it moves the other way, so that the camera is free."""
 FOLLOW: Final = 0.1
 """Share of the way to the robot that the picture goes in a frame: its sway is not followed."""
+LEAP: Final = 0.25
+"""Distance from which the picture goes there at once, m."""
 FOOTPRINTS: Final = 40
 """Last ones that are kept."""
 
@@ -163,8 +165,8 @@ class Scene:
         """Show one moment."""
         if self.follow:
             aim = np.array([*balance.best.robot.frames[0, :2, 3], 0.0])
-            near = np.linalg.norm(aim - self._middle) < 1.0
-            self._middle = self._middle + (FOLLOW if near else 1.0) * (aim - self._middle)
+            share = FOLLOW if np.linalg.norm(aim - self._middle) < LEAP else 1.0
+            self._middle = self._middle + share * (aim - self._middle)
             self._root.position = -self._middle
         _pose(self._robot, balance.sensed.robot)
         shown = self.ghost and balance.true is not None and _apart(balance.true, balance.sensed)

@@ -115,7 +115,7 @@ def test_the_measured_and_the_true_zmp_of_a_standing_robot_agree(quiet: list[Mom
 
 @pytest.mark.parametrize(("roll", "pitch"), [(0.0, 0.1), (0.1, 0.0), (-0.08, 0.12)])
 def test_a_robot_on_a_slope_stands_on_it(quiet: list[Moment], roll: float, pitch: float) -> None:
-    """With the fused angle of a robot whose left sole lies in the slope, odometry puts that sole on the floor."""
+    """With the fused angle of a robot whose left sole lies in a slope, odometry puts that sole on it."""
     figure = Figure(BODY)
     frame = quiet[0].sensors
     floor = Floor(roll, pitch, 0.02)
