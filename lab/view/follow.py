@@ -19,6 +19,8 @@ RATE: Final = 30.0
 """Pictures per second."""
 WORLD_EVERY: Final = 0.5
 """s between questions for what the world is like."""
+ENDING: Final = 1.0
+"""s that the last question may take when the page ends."""
 
 
 class Follower:
@@ -37,6 +39,7 @@ class Follower:
         self._stop = stop
         self._info: Info | None = None
         self._seq = -1
+        self._watcher: threading.Thread | None = None
 
     def run(self) -> None:
         """Until `stop` is set.
@@ -58,6 +61,8 @@ class Follower:
                 self._stop.wait(due - time.monotonic())
         finally:
             self._ears.close()
+            if self._watcher is not None:
+                self._watcher.join(ENDING)
             self._commands.close()
 
     def _known(self, frame: SensorFrame) -> bool:
@@ -80,7 +85,8 @@ class Follower:
         Controls(self._page.gui, self._commands, self._page.say).build(self._page.tabs, world=emulated)
         self._page.add_view_tab()
         if emulated:
-            threading.Thread(target=self._watch_world, name="world", daemon=True).start()
+            self._watcher = threading.Thread(target=self._watch_world, name="world", daemon=True)
+            self._watcher.start()
 
     def _watch_world(self) -> None:
         while not self._stop.wait(WORLD_EVERY):
