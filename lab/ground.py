@@ -12,7 +12,6 @@ from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround, Patch
 from bridge.joints import LEG_SLOTS
 from emulator.scenarios import Scenario, load_scenario
-from emulator.start import start_posture
 from lab.config import RunConfig
 from walker.kinematics.leg import foot_in_torso
 
@@ -66,6 +65,9 @@ def known_ground(scenario: Scenario, body: Body) -> KnownGround:
 
 def _ankles(posture: str, body: Body) -> float:
     """Place of the ankles ahead of the torso in a posture whose soles are level, m."""
+    # Imported late: the walker's machine has no PyBullet, and a walk on unknown ground needs none.
+    from emulator.start import start_posture
+
     angles = start_posture(posture)
     pose = foot_in_torso(body, "L", [angles[slot] for slot in LEG_SLOTS["L"]])
     # The torso's place seen from the sole: its axes are the level ones.

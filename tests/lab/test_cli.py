@@ -123,3 +123,13 @@ def test_the_shell_completes_names(typed: str, offers: set[str]) -> None:
         check=False,
     )
     assert set(done.stdout.split()) == offers
+
+
+def test_help_and_completion_load_no_library_of_one_command() -> None:
+    """Nor PyBullet, which the walker's machine does not have."""
+    heavy = ["pybullet", "matplotlib", "viser", "qi", "optuna", "control", "cryptography"]
+    script = f"import sys, lab.cli.main; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
