@@ -16,6 +16,7 @@ from typing import Final
 import msgspec
 
 from bridge.datasheet import Body, load_body
+from bridge.datasheet.quantities import absent_joints
 from bridge.errors import ConfigurationError, FrameError, LinkError
 from bridge.guard import Guard, GuardSettings
 from bridge.host import RobotHost
@@ -170,7 +171,7 @@ class LolaBridge:
             side="lola",
             mode=self._s.mode,
             cycle=CYCLE,
-            absent=(),
+            absent=absent_joints(body),
             boot=secrets.randbits(47),
             software=self._software,
         )
