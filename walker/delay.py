@@ -11,11 +11,13 @@ from typing import Final
 
 from bridge.messages import SensorFrame
 
-BUDGET: Final = 0.040
-"""s by which answers may be late, in the mean of about `SPAN`, and a walk still begins or goes on. Measured on
-emulated robots, see docs/weather.md: the static and the dynamic gait walk at this delay."""
+BUDGET: Final = 0.015
+"""s by which answers may be late, in the mean of about `SPAN`, and a walk still begins or goes on: one cycle,
+and not two. Measured on emulated robots, see docs/weather.md: at two the static gait falls."""
 SPAN: Final = 0.5
 """s; time constant of the mean: a single late answer is none of its business, nor is what the guard sees to."""
+LONGEST: Final = 0.040
+"""s; a delay counts as no more, so that one gap that the guard bridges does not end a walk."""
 
 
 class DelayWatch:
@@ -30,7 +32,7 @@ class DelayWatch:
         self._first: int | None = None
         self._seq = 0
         self.mean = 0.0
-        """s; weighted with exp(-age / `SPAN`)."""
+        """s; weighted with exp(-age / `SPAN`), each delay at most `LONGEST`."""
 
     def take(self, frame: SensorFrame) -> None:
         """The next frame that is answered."""
@@ -42,7 +44,7 @@ class DelayWatch:
         # What was in force before this controller's first answer is not its own.
         late = frame.seq - 1 - max(frame.command, self._first - 1)
         weight = min(1.0, cycles * self._cycle / SPAN)
-        self.mean += weight * (late * self._cycle - self.mean)
+        self.mean += weight * (min(late * self._cycle, LONGEST) - self.mean)
 
     @property
     def worse(self) -> bool:

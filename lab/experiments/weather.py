@@ -42,6 +42,8 @@ class Cell(msgspec.Struct, frozen=True, kw_only=True):
     success: int
     interval: tuple[float, float]
     """Of the share of successes, 95 %."""
+    stopped: int
+    """Walks that the walker ended because the link was worse than it bears."""
     fell: int
     missed: float
     """Share of cycles without a timely answer, mean."""
@@ -101,6 +103,7 @@ def _cell(gait: str, weather: Weather, walks: list[WalkedInWeather]) -> Cell:
         n=len(walks),
         success=success,
         interval=wilson(success, len(walks)),
+        stopped=sum(walk.stopped for walk in walks),
         fell=sum(walk.fell for walk in walks),
         missed=sum(walk.missed / max(1, walk.cycles) for walk in walks) / len(walks),
         torso_max=sum(walk.torso_max for walk in walks) / len(walks),
@@ -108,7 +111,17 @@ def _cell(gait: str, weather: Weather, walks: list[WalkedInWeather]) -> Cell:
 
 
 def _page(context: Context, result: WeatherMap, picture: Path) -> Page:
-    head = ("gait", "delay, ms", "jitter, ms", "loss, %", "upright", "95 %", "missed cycles, %")
+    head = (
+        "gait",
+        "delay, ms",
+        "jitter, ms",
+        "loss, %",
+        "walked",
+        "95 %",
+        "stopped",
+        "fell",
+        "missed cycles, %",
+    )
     rows = tuple(
         (
             c.gait,
@@ -117,6 +130,8 @@ def _page(context: Context, result: WeatherMap, picture: Path) -> Page:
             f"{1e2 * c.loss:g}",
             f"{c.success} of {c.n}",
             f"{c.interval[0]:.2f} to {c.interval[1]:.2f}",
+            str(c.stopped),
+            str(c.fell),
             f"{1e2 * c.missed:.1f}",
         )
         for c in result.cells
@@ -138,7 +153,9 @@ def _page(context: Context, result: WeatherMap, picture: Path) -> Page:
             )
             for c in calm
         ),
-        pictures=(Picture(picture, "Share of walks that ended upright", "Delay and jitter are one way."),),
+        pictures=(
+            Picture(picture, "Share of walks that made all their steps", "Delay and jitter are one way."),
+        ),
         tables=(Table("Weather and success", head, rows),),
     )
 
@@ -167,7 +184,12 @@ def draw(cells: list[Cell], file: Path) -> None:
                 y, x = jitters.index(c.jitter), delays.index(c.delay)
                 grid[y][x] = c.success / c.n
                 axis.text(
-                    x, y, f"{c.success}/{c.n}\n{100 * c.missed:.0f} % missed", ha="center", va="center", size=7
+                    x,
+                    y,
+                    f"{c.success}/{c.n}\n{c.stopped} stopped\n{c.fell} fell",
+                    ha="center",
+                    va="center",
+                    size=7,
                 )
         axis.imshow(grid, origin="lower", vmin=0.0, vmax=1.0, cmap="RdYlGn", aspect="auto", alpha=0.8)
         axis.set_xticks(range(len(delays)), [f"{1e3 * d:g}" for d in delays])

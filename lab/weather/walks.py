@@ -10,14 +10,14 @@ from typing import Any, Final
 
 import msgspec
 
-from bridge.errors import ConfigurationError, LinkError, NaoHilError
+from bridge.errors import ConfigurationError, LinkError
 from lab.supervisor import Child
 from lab.weather.channel import Weather
 from lab.weather.site import ROBOT_ADDRESS, Site
 
 ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447"
-GRACE: Final = 10.0
-"""s for a side to end by itself."""
+GRACE: Final = 30.0
+"""s for a side to end by itself, with a line that is still catching up."""
 
 
 class WalkedInWeather(msgspec.Struct, frozen=True, kw_only=True):
@@ -26,6 +26,8 @@ class WalkedInWeather(msgspec.Struct, frozen=True, kw_only=True):
     done: bool
     """The walker made all its steps and stands."""
     fell: bool
+    stopped: bool
+    """The walker closed its feet because the link was worse than it bears."""
     steps: int
     distance: float
     """m"""
@@ -94,12 +96,16 @@ class Pair:
         self.walker.ask_to_end()
         walker = self.walker.end(GRACE)
         robot = self.robot.end(GRACE)
-        if robot.result is None or walker.result is None:
-            who, side = ("robot", robot) if robot.result is None else ("walker", walker)
-            error: type[NaoHilError] = ConfigurationError if side.code == 2 else LinkError
-            raise error(f"the {who}'s process failed: {side.error}")
+        for who, side in (("robot", robot), ("walker", walker)):
+            if side.code == 2:
+                raise ConfigurationError(side.error)
+            if side.result is None and who == "robot":
+                raise LinkError(f"the {who}'s process failed: {side.error}")
+        assert robot.result is not None
+        said = walker.result or {"done": False, "fell": False, "late": False}  # it did not end in time
         return WalkedInWeather(
-            done=bool(walker.result["done"] and not walker.result["fell"]),
+            done=bool(said["done"] and not said["fell"]),
+            stopped=bool(said["late"]),
             fell=bool(robot.result["fell"]),
             steps=int(robot.result["steps"]),
             distance=float(robot.result["distance"]),

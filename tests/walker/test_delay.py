@@ -44,7 +44,7 @@ def test_a_link_that_answers_in_time_has_no_delay() -> None:
     assert watched(lambda seq: seq - 1).mean == 0.0
 
 
-@pytest.mark.parametrize("cycles", [1, 3, 6])
+@pytest.mark.parametrize("cycles", [1, 2, 3])
 def test_answers_that_are_late_by_some_cycles_are_seen_as_that(cycles: int) -> None:
     watch = watched(lambda seq: seq - 1 - cycles)
     assert watch.mean == pytest.approx(cycles * CYCLE, rel=1e-3)
@@ -52,14 +52,14 @@ def test_answers_that_are_late_by_some_cycles_are_seen_as_that(cycles: int) -> N
 
 
 def test_the_mean_forgets_with_its_time_constant() -> None:
-    # From no delay to 0.1 s: after one time constant 1 - 1/e of it.
+    # From no delay to 30 ms: after one time constant 1 - 1/e of it.
     n = round(SPAN / CYCLE)
-    watch = watched(lambda seq: seq - 1 if seq < 100 else seq - 11, last=100 + n)
-    assert watch.mean == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=0.02)
+    watch = watched(lambda seq: seq - 1 if seq < 100 else seq - 4, last=100 + n)
+    assert watch.mean == pytest.approx(0.03 * (1.0 - math.exp(-1.0)), rel=0.02)
 
 
 def test_a_cut_that_the_guard_sees_to_does_not_count_for_long() -> None:
-    # 0.2 s without an answer, then as before: never over the budget for lack of answers alone.
+    # 0.2 s without an answer, then as before.
     watch = DelayWatch(CYCLE)
     for seq in range(300):
         watch.take(frame(seq, 99 if 100 <= seq < 120 else seq - 1))
