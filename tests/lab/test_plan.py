@@ -1,0 +1,126 @@
+"""`nao-hil plan`, the ground that the lab hands to a planner, and the study."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from bridge.datasheet import load_body
+from bridge.errors import ConfigurationError
+from emulator.scenarios import Scenario, load_scenario
+from emulator.scenarios.model import Floor, PlacedBox, Start
+from lab.cli.main import run
+from lab.config import RunConfig
+from lab.ground import ground_parameters, known_ground
+
+BODY = load_body("nao-v3")
+QUICK = ("--set", "grid=6", "--set", "T_c=0.4", "--set", "T_d=0.12", "--set", "T_m=0.25", "--set", "D_s=0.05")
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("NAO_HIL_CACHE", str(tmp_path / "plans"))
+    return tmp_path / "plans"
+
+
+def test_plan_searches_once_and_keeps_what_it_found(
+    cache: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = []
+    for _ in range(2):
+        assert run(["plan", "--gait", "huang", *QUICK, "--out", str(tmp_path / "out"), "--json"]) == 0
+        results.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
+    first, second = results
+    assert (first["kept"], second["kept"]) == (False, True)
+    for name in ("margin_m", "x_sd", "x_ed", "step_length"):
+        assert first[name] == second[name]
+    assert first["step_length"] == 0.05 and 0.0 < first["x_sd"] < 0.025 and first["margin_m"] > 0.0
+    assert len(list(cache.glob("*.json"))) == 1
+    assert (tmp_path / "out" / "config.toml").exists()
+    for file in cache.glob("*.json"):
+        file.write_text("no plan")  # a damaged one is searched anew
+    assert run(["plan", *QUICK, "--json"]) == 0
+    again = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert not again["kept"] and again["x_sd"] == first["x_sd"]
+
+
+def test_plan_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["plan", *QUICK, "--plot", "--out", str(tmp_path), "--json"]) == 0
+    names = json.loads(capsys.readouterr().out.splitlines()[-1])["figures"]
+    assert names == ["huang-margin.png", "huang-zmp.png", "huang-trajectories.png", "huang-sticks.png"]
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--gait", "static"], "nothing to search in the gait static"),
+        (["--set", "x_sd=0.05"], "x_sd = 0.05 m violates bound (11) by 20.0 mm"),
+        (["--set", "D_s"], "is not NAME=VALUE"),
+        (["--set", "D_z=0.05"], "unknown key 'D_z'"),
+        (["--set", "H_max=0.26"], "out of reach"),
+    ],
+)
+def test_plan_refuses_with_one_sentence(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["plan", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert sentence in error.replace("\n", " ") and "Traceback" not in error
+
+
+def test_a_study_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    optuna = pytest.importorskip("optuna")
+    file = tmp_path / "study.db"
+    margins = []
+    for trials in (1, 2):
+        assert run(["plan", *QUICK, "--trials", str(trials), "--study", str(file), "--json"]) == 0
+        margins.append(json.loads(capsys.readouterr().out.splitlines()[-1])["margin_m"])
+    (name,) = optuna.get_all_study_names(f"sqlite:///{file}")
+    assert len(optuna.load_study(study_name=name, storage=f"sqlite:///{file}").trials) == 3
+    assert margins[1] > margins[0] - 1e-3
+    file.write_text("no study")
+    assert run(["plan", *QUICK, "--trials", "1", "--study", str(file)]) == 2
+
+
+def test_ground_of_a_scenario() -> None:
+    """In the walk frame, whose origin is between the ankles of the robot at its start."""
+    ground = known_ground(load_scenario("step"), BODY)
+    (patch,) = ground.patches
+    assert patch.height == 0.01
+    assert patch.x[1] - patch.x[0] == pytest.approx(0.6)
+    assert 0.40 < patch.x[0] < 0.42  # the ankles stand some 9 mm behind the torso
+    shifted = known_ground(
+        Scenario(start=Start(x=0.1), boxes=(PlacedBox(name="a", size=(0.6, 1.0, 0.01), at=(0.8, 0.0)),)), BODY
+    )
+    assert shifted.patches[0].x == pytest.approx(patch.x)
+    assert known_ground(load_scenario("slope-5"), BODY).slope == pytest.approx(math.radians(-5.0))
+    assert known_ground(load_scenario("flat"), BODY).flat
+    movable = PlacedBox(name="b", size=(0.1, 0.1, 0.1), at=(0.5, 0.0), mass=0.3)
+    assert known_ground(Scenario(boxes=(movable,)), BODY).flat
+
+
+def test_ground_that_cannot_be_planned_for() -> None:
+    def box(**changes: object) -> Scenario:
+        values = {"name": "b", "size": (0.5, 0.5, 0.01), "at": (0.5, 0.0)} | changes
+        return Scenario(boxes=(PlacedBox(**values),))  # type: ignore[arg-type]
+
+    for scenario, sentence in (
+        (Scenario(floor=Floor(roll=3.0)), "leans 3 deg sideways"),
+        (Scenario(start=Start(yaw=10.0)), "turned by 10 deg"),
+        (box(yaw=30.0), "`b` is turned by 30 deg"),
+        (box(size=(0.5, 0.5, 0.05)), "`b` is 50 mm high; steps of up to 30 mm"),
+    ):
+        with pytest.raises(ConfigurationError, match=sentence):
+            known_ground(scenario, BODY)
+
+
+def test_the_scenarios_ground_goes_to_the_gait_that_plans_for_it_only() -> None:
+    assert "ground" in ground_parameters(RunConfig(gait="huang", scenario="step"), BODY)
+    assert "ground" not in ground_parameters(RunConfig(gait="huang"), BODY)
+    assert ground_parameters(RunConfig(gait="static", scenario="step"), BODY) == {}
+    given = RunConfig(gait="huang", scenario="step", parameters={"ground": {}})
+    assert ground_parameters(given, BODY) == {"ground": {}}
