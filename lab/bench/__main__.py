@@ -15,7 +15,6 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "tick": tick.measure,
     "cycles": cycles.measure,
     "huang-search": huang_search.measure,
-    "huang-search": huang_search.measure,
     "page": page.measure,
     "lola": lola.measure,
     "naoqi": naoqi.measure,
