@@ -27,7 +27,7 @@ from walker.parameters import ControllerParameters, controller_parameters
 from walker.ready import ReadyWalk, ready_walk
 from walker.walkable import check_walkable
 
-_TAKEN: Final = 0.3
+_TAKEN: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
 _HALVINGS: Final = 7
 """Of the search for the fastest walk: to a hundredth of the velocity that was refused."""
