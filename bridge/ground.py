@@ -37,6 +37,14 @@ class KnownGround(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """Whether there is nothing to know."""
         return self.slope == 0.0 and not self.patches
 
+    def stretched(self, factor: float) -> KnownGround:
+        """The same for a walk that counts its way in other metres: all places along it times a factor."""
+        patches = tuple(
+            msgspec.structs.replace(patch, x=(factor * patch.x[0], factor * patch.x[1]))
+            for patch in self.patches
+        )
+        return msgspec.structs.replace(self, patches=patches)
+
     def edges(self) -> tuple[float, ...]:
         """Places along the walk at which the height jumps, m."""
         return tuple(sorted({x for patch in self.patches for x in patch.x}))

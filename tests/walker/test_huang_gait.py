@@ -19,7 +19,7 @@ from walker.support_polygon import SupportPolygon, convex_hull
 from walker.walkable import check_walkable
 
 BODY = load_body("nao-v3")
-CHOICE = {"x_sd": 0.0186, "x_ed": 0.0169, "y_d": 0.0194, "y_m": 0.0410}
+CHOICE = {"x_sd": 0.0186, "x_ed": 0.0169, "y_d": 0.0194, "y_m": 0.0410, "progress": 1.0}
 """What the search finds, named, so that these tests need none."""
 DT = 0.01
 

@@ -26,7 +26,7 @@ class CachedChoice(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 def key(p: HuangParameters, body: Body) -> str:
     """Name of a configuration: the ground and the first foot make no difference to the cycle."""
-    flat = msgspec.structs.replace(p, ground=type(p.ground)(), first_swing="R")
+    flat = msgspec.structs.replace(p, ground=type(p.ground)(), first_swing="R", progress=1.0)
     text = msgspec.json.encode((VERSION, flat, body))
     return hashlib.sha256(text).hexdigest()[:32]
 

@@ -15,6 +15,8 @@ import math
 from collections.abc import Iterator
 from typing import Final, Literal
 
+import msgspec
+
 from bridge.datasheet import Body
 from bridge.datasheet.model import Side
 from walker.arms import ARMS
@@ -53,7 +55,8 @@ class HuangGait:
     def __init__(self, parameters: HuangParameters, body: Body) -> None:
         check_bounds(parameters)
         check_swing(parameters, body)
-        self.parameters = parameters
+        ground = parameters.ground.stretched(1.0 / parameters.progress)
+        self.parameters = parameters = msgspec.structs.replace(parameters, ground=ground, progress=1.0)
         self.choice = chosen(parameters, body)
         """Where the hip is at the ends of single support."""
         self._shape, self._bodies = FootShape.of(body), Bodies(body, ARMS)

@@ -60,6 +60,8 @@ class HuangParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """Longest step over an edge of the known ground, m."""
     overhang: _NotNegative = 0.04
     """How much of a sole's length may hang over an edge of the known ground, at heel or toe, m."""
+    progress: Annotated[float, msgspec.Meta(gt=0.5, le=1.5)] = 1.0
+    """Share of the planned way that the robot makes: edges of the known ground are expected that much later."""
     ground: KnownGround = KnownGround()
     """The ground that the feet are planned for."""
     first_swing: Literal["L", "R"] = "R"
