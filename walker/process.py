@@ -16,7 +16,7 @@ from bridge.link import ControllerLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import quiet_process
 from walker.controller import Controller
-from walker.delay import BUDGET, DelayWatch
+from walker.delay import DelayWatch, budget
 from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
@@ -37,7 +37,7 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """By the fused torso angle."""
     late: bool
-    """Stopped because answers came later than `walker.delay.BUDGET`."""
+    """Stopped because answers came later than the gait bears, see `walker.delay`."""
     ticks: int
     skipped: int
     """Sensor frames that came too fast to be answered, real time only."""
@@ -175,12 +175,13 @@ class WalkerProcess:
     def _heed_delay(self, controller: Controller, frame: SensorFrame) -> None:
         """Close the feet on a link that is worse than a walk bears."""
         self._delay.take(frame)
-        if self._delay.worse and controller.state in ("approach", "walk"):
+        bears = budget(controller.walk.gait.name)
+        if self._delay.mean > bears and controller.state in ("approach", "walk"):
             self._late = True
             controller.stop()
             self._complain(
                 f"answers reach the robot {1e3 * self._delay.mean:.0f} ms late, a walk bears "
-                f"{1e3 * BUDGET:.0f} ms: the feet are closed"
+                f"{1e3 * bears:.0f} ms: the feet are closed"
             )
 
     def _complain(self, sentence: str) -> None:

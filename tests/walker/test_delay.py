@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from bridge.messages import SensorFrame
-from walker.delay import BUDGET, SPAN, DelayWatch
+from walker.delay import SPAN, DelayWatch, budget
 
 CYCLE = 0.01
 ZEROS = (0.0,) * 25
@@ -48,7 +48,8 @@ def test_a_link_that_answers_in_time_has_no_delay() -> None:
 def test_answers_that_are_late_by_some_cycles_are_seen_as_that(cycles: int) -> None:
     watch = watched(lambda seq: seq - 1 - cycles)
     assert watch.mean == pytest.approx(cycles * CYCLE, rel=1e-3)
-    assert watch.worse == (cycles * CYCLE > BUDGET)
+    assert (watch.mean > budget("static")) == (cycles > 1)
+    assert (watch.mean > budget("dynamic")) == (cycles > 2)
 
 
 def test_the_mean_forgets_with_its_time_constant() -> None:
@@ -63,7 +64,7 @@ def test_a_cut_that_the_guard_sees_to_does_not_count_for_long() -> None:
     watch = DelayWatch(CYCLE)
     for seq in range(300):
         watch.take(frame(seq, 99 if 100 <= seq < 120 else seq - 1))
-        assert not watch.worse
+        assert watch.mean < budget("static")
     assert watch.mean < 1e-3
 
 
@@ -74,4 +75,4 @@ def test_what_was_in_force_before_the_first_answer_is_not_the_walkers() -> None:
 
 
 def test_a_robot_that_never_answers_is_over_the_budget_soon() -> None:
-    assert watched(lambda seq: -1, last=60).worse
+    assert watched(lambda seq: -1, last=60).mean > budget("dynamic")
