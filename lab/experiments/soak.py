@@ -71,8 +71,8 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
     missed: int
     skipped: int
     """Cycles that the robot's process came too late for."""
-    robot: Use
-    walker: Use
+    robot_use: Use
+    walker_use: Use
     lateness_p99_first: float
     """s, of frames in the first tenth of the walk, beyond the earliest frame of each ten seconds."""
     lateness_p99_last: float
@@ -223,8 +223,8 @@ def _result(
         cycles=int(str(summary["cycles"])),
         missed=int(str(summary["cycles_missed"])),
         skipped=int(timing["skipped"]),
-        robot=uses[0],
-        walker=uses[1],
+        robot_use=uses[0],
+        walker_use=uses[1],
         lateness_p99_first=p99[0],
         lateness_p99_last=p99[1],
         drift=drift,
@@ -233,7 +233,7 @@ def _result(
 
 def _page(context: Context, result: Soak, picture: Path) -> Page:
     claims = [Claim("No fall", "fell" if result.fell else f"{result.steps} steps, upright", not result.fell)]
-    for who, use in (("robot", result.robot), ("walker", result.walker)):
+    for who, use in (("robot", result.robot_use), ("walker", result.walker_use)):
         claims += [
             Claim(
                 f"The {who}'s memory grows by less than {LARGEST_GROWTH:g} MB",
