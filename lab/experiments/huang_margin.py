@@ -35,6 +35,8 @@ from walker.gait.huang.hip import Choice
 from walker.gait.huang.search import Cycle
 
 SCENARIO: Final = "step"
+_NOTHING: Final = 2.0
+"""N; a foot with less than this bears nothing."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class ZmpMatch(msgspec.Struct, frozen=True, kw_only=True):
     outside: float
     """Share of the time in single support for which the true point is not within the stance sole."""
     fsr_rms: float
-    """From the stance foot's force sensors less the truth, m."""
+    """From the stance foot's force sensors less the truth, while the other foot bears nothing, m."""
 
 
 class HuangMarginResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -242,6 +244,8 @@ def _from_sensors(track: Track, body: Body, rows: Array) -> Array:
     ):
         forces = np.maximum(track["fsr"][rows[mask], columns], 0.0)
         total = forces.sum(axis=1)
+        other = track["fsr"][rows[mask], 4:] if columns.start == 0 else track["fsr"][rows[mask], :4]
+        total[other.sum(axis=1) > _NOTHING] = np.nan
         with np.errstate(invalid="ignore", divide="ignore"):
             points[mask] = forces @ np.array(places)[:, :2] / total[:, None] * (1.0, outward)
     return points
