@@ -1,7 +1,7 @@
 """A connection to a real robot's NAOqi: its memory in, timed commands of the DCM out.
 
-Reads follow the robot's clock, not this machine's: `DCM/Time` comes with the sensors, the shortest delay seen
-tells when the robot's next cycle is over, and the read is placed there. Commands carry their time: that of the
+Reads follow the robot's clock, not this machine's: `DCM/Time` comes with the sensors, and each read is placed
+where the robot's cycle ends. Commands carry their time: that of the
 frame they answer plus a look-ahead, so that what the network does to them within it moves no joint.
 """
 
@@ -23,10 +23,11 @@ from bridge.naoqi.sensors import GYROSCOPE_KEYS, OLD_GYROSCOPE_KEYS, FrameReader
 
 TIMEOUT: Final = 2.0
 """s that connecting or a call may take."""
-RETRY: Final = 0.001
-"""s until the next read when the robot's clock has not gone on yet."""
-_WINDOW: Final = 200
-"""Reads over which the shortest delay is kept; so the clocks may drift apart."""
+_LOOK: Final = 0.0003
+"""s between two looks at the robot's clock when a read came too early."""
+_CREEP: Final = 2e-5
+"""s by which each read comes earlier in the robot's cycle, until one is too early: so reads stay behind the
+end of the robot's cycle, however the clocks drift apart."""
 _POSITIONS: Final = "NaoHilPositions"
 _STIFFNESSES: Final = "NaoHilStiffnesses"
 BODIES: Final = {
@@ -82,8 +83,9 @@ class NaoqiDevice:
             raise
         self._cycle = 1000.0 * self.body.cycle
         self._moment: int | None = None
-        self._delays: deque[float] = deque(maxlen=_WINDOW)
-        self._answered = 0.0
+        self._due: float | None = None
+        """When the next cycle's values will be there, by this machine's clock."""
+        self._asked = 0.0
         self._stiffness: tuple[float, ...] | None = None
         self._pending: deque[tuple[float, Any]] = deque()
         self.late = 0
@@ -127,29 +129,33 @@ class NaoqiDevice:
         """The robot's next cycle, waiting for it.
 
         Raises:
-            LinkError: the connection has ended, or the robot's clock stands still.
+            LinkError: the connection has ended, or the robot's clock stands still or went back.
         """
-        if self._moment is not None and self._delays:
-            due = min(self._delays) + (self._moment + self._cycle) / 1000.0
-            time.sleep(min(max(0.0, due - time.monotonic()), self._cycle / 1000.0))
-        deadline = time.monotonic() + TIMEOUT
-        while True:
+        if self._due is not None:
+            time.sleep(max(0.0, self._due - time.monotonic()))
+        self._asked = time.monotonic()
+        values = self._call(self._memory.getListData, self._reader.keys)
+        if self._reader.time(values) == self._moment:
+            self._due = self._asked = self._await_cycle()
             values = self._call(self._memory.getListData, self._reader.keys)
-            moment = self._reader.time(values)
-            self._answered = time.monotonic()
-            if moment != self._moment:
-                return self._taken(moment, values)
-            if time.monotonic() > deadline:
-                raise LinkError(f"The clock of the robot at {self._url} has stood still for {TIMEOUT:g} s.")
-            time.sleep(RETRY)
-
-    def _taken(self, moment: int, values: Sequence[Any]) -> Reading:
+        moment = self._reader.time(values)
         passed = self._cycle if self._moment is None else wrapped(moment - self._moment)
         if passed < 0:
             raise LinkError(f"The clock of the robot at {self._url} went back: its NAOqi was started anew.")
+        if self._due is not None:
+            self._due += passed / 1000.0 - _CREEP
         self._moment = moment
-        self._delays.append(self._answered - moment / 1000.0)
         return Reading(moment, max(1, round(passed / self._cycle)), self._reader.fields(values))
+
+    def _await_cycle(self) -> float:
+        """Look at the robot's clock until it goes on; when that was seen."""
+        deadline = time.monotonic() + TIMEOUT
+        while time.monotonic() < deadline:
+            asked = time.monotonic()
+            if self._call(self._memory.getListData, ["DCM/Time"])[0] != self._moment:
+                return asked
+            time.sleep(_LOOK)
+        raise LinkError(f"The clock of the robot at {self._url} has stood still for {TIMEOUT:g} s.")
 
     def write(self, moment: int, position: Sequence[float], stiffness: Sequence[float]) -> None:
         """Command all joints for the time of a reading plus the look-ahead; does not wait for the robot.
@@ -172,7 +178,7 @@ class NaoqiDevice:
             done = self._dcm.setAlias(command, _async=True)
         except RuntimeError as error:
             raise self._ended(error) from None
-        self._pending.append((self._answered, done))
+        self._pending.append((self._asked, done))
 
     def _check_pending(self) -> None:
         now = time.monotonic()

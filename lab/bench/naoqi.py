@@ -79,8 +79,8 @@ class _Robot:
             deadline = time.monotonic()
             while not self._stop.is_set():
                 self.sent[frame.seq] = time.monotonic()
-                # A frame is known again at the other end by its charge.
-                link.publish_sensors(msgspec.structs.replace(frame, battery=(frame.seq / 1e6, 0.0, 0.0, 25.0)))
+                # A frame is known again at the other end by its distance.
+                link.publish_sensors(msgspec.structs.replace(frame, sonar=(float(frame.seq), 0.0)))
                 deadline += _CYCLE
                 while (left := deadline - time.monotonic()) > 0.0:
                     command = link.wait_command(left)
@@ -240,7 +240,7 @@ def _control(robot: _Robot, link: ControllerLink) -> tuple[list[float], list[tup
         if frame is None:
             raise LinkError("The bridged robot fell silent.")
         first = first or frame
-        up.append(1e3 * (now - robot.sent[round(1e6 * frame.battery[0])]))
+        up.append(1e3 * (now - robot.sent[round(frame.sonar[0])]))
         position = list(first.position)
         position[_HEAD] += 0.001 * len(up)
         link.send(ActuatorFrame(reply_to=frame.seq, position=tuple(position), stiffness=(1.0,) * 25))
