@@ -7,7 +7,6 @@ per role (as `nao-hil keys` makes it) serves all roles; each takes its own.
 
 from __future__ import annotations
 
-import os
 import socket
 import ssl
 from pathlib import Path
@@ -39,7 +38,7 @@ class Certificates(NamedTuple):
 def split_endpoint(endpoint: str) -> tuple[str, Path | None]:
     """Locator and folder of certificates of an endpoint."""
     locator, mark, folder = endpoint.partition(MARK)
-    return locator, Path(os.path.expanduser(folder)) if mark else None
+    return locator, Path(folder) if mark else None
 
 
 def with_keys(endpoint: str, folder: Path | None) -> str:

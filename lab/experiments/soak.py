@@ -16,6 +16,7 @@ from typing import Final
 import msgspec
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import minimum_filter1d
 
 from bridge.errors import FrameError, LinkError
 from bridge.link import keys
@@ -74,7 +75,7 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
     robot_use: Use
     walker_use: Use
     lateness_p99_first: float
-    """s, of frames in the first tenth of the walk, beyond the earliest frame of each ten seconds."""
+    """s, of frames in the first tenth of the walk, beyond the earliest of the next ten seconds."""
     lateness_p99_last: float
     """s, in the last tenth."""
     drift: float
@@ -175,15 +176,16 @@ def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[npt.NDArr
         cycle: s.
 
     Returns:
-        s beyond the earliest frame of each ten seconds, shape (n,); and the drift between the first and the
-        last ten seconds, s, whole cycles that were skipped taken out.
+        s beyond the earliest of the frames of the following ten seconds, so that skipped cycles, which move all
+        later ones, do not count, shape (n,); and the drift between the first and the last ten seconds, s, whole
+        cycles taken out.
     """
     seq, wall = np.array(frames, dtype=np.int64).T
     over = (wall - wall[0]) * 1e-9 - (seq - seq[0]) * cycle
-    window = ((seq - seq[0]) * cycle // 10.0).astype(int)
-    least = np.array([over[window == w].min() for w in range(window[-1] + 1)])
-    leap = least[-1] - least[0]
-    return over - least[window], float(leap - cycle * round(leap / cycle))
+    n = round(10.0 / cycle)
+    least = minimum_filter1d(over, n, mode="nearest", origin=-(n // 2))
+    leap = over[-n:].min() - over[:n].min()
+    return over - least, float(leap - cycle * round(leap / cycle))
 
 
 def _result(
@@ -266,7 +268,9 @@ def _page(context: Context, result: Soak, picture: Path) -> Page:
         ),
         claims=tuple(claims),
         pictures=(
-            Picture(picture, "Memory and lateness", "Lateness beyond the earliest frame of each ten seconds."),
+            Picture(
+                picture, "Memory and lateness", "Lateness beyond the earliest frame of the next ten seconds."
+            ),
         ),
     )
 

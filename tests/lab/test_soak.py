@@ -18,7 +18,7 @@ def frames(late: np.ndarray, first: int = 17) -> list[tuple[int, int]]:
 
 def test_lateness_is_what_it_was_made_to_be() -> None:
     made = np.abs(np.random.default_rng(1).normal(0.0, 1e-3, N))
-    made[::1000] = 0.0  # each ten seconds hold a frame on time
+    made[::1000] = made[-1] = 0.0  # each ten seconds hold a frame on time
     late, drift = lateness(frames(made), CYCLE)
     assert late == pytest.approx(made, abs=1e-8)
     assert drift == pytest.approx(0.0, abs=1e-8)
@@ -35,4 +35,4 @@ def test_skipped_cycles_are_no_drift() -> None:
     made[2500:] += 3 * CYCLE
     late, drift = lateness(frames(made), CYCLE)
     assert drift == pytest.approx(0.0, abs=1e-8)
-    assert late[3000:].max() == pytest.approx(0.0, abs=1e-8)
+    assert late.max() == pytest.approx(0.0, abs=1e-8)
