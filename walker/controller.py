@@ -149,7 +149,9 @@ class Controller:
         """
         dt = self._elapsed(frame.seq)
         walking = isinstance(self._state, Walking)
-        self._estimate = self._estimator.update(frame, dt, self._plan.reference, walking=walking)
+        self._estimate = self._estimator.update(
+            frame, dt, self._plan.reference, self._walk.stabiliser.corrections.soles, walking=walking
+        )
         if walking:
             self._hold -= dt
             if self._hold <= 0.0:

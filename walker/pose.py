@@ -15,17 +15,22 @@ import numpy as np
 
 from bridge.datasheet import Body
 from bridge.joints import INDEX, LEG_SLOTS, N_JOINTS
+from bridge.messages import Vec2
 from walker.arms import ARMS
 from walker.gait import Foot, Reference
 from walker.kinematics.com import CentreOfMass
 from walker.kinematics.inverse import solve_legs
 from walker.kinematics.limits import AnkleRange
-from walker.kinematics.transforms import Transform
+from walker.kinematics.transforms import Array, R_pitch, Transform, homogeneous, rotation
 
 _REFINEMENTS: Final = 2
 """Rounds of placing the torso by the pose's own centre of mass; each leaves a third of the 15 mm."""
 _ROLL_RESERVE: Final = math.radians(1.0)
 """Kept free of the HipRoll's range for what the stabilisers add, rad."""
+
+
+_LEAST_KNEE: Final = math.radians(12.0)
+"""Angle of the knee at which a leg counts as stretched, rad: a straight one has no speed left along itself."""
 
 
 class PoseMaker:
@@ -53,6 +58,8 @@ class PoseMaker:
         self._ankles = {"L": AnkleRange(body, "L"), "R": AnkleRange(body, "R")}
         self._com = CentreOfMass(body)
         self._lean = math.tan(-body.joints["LHipRoll"].lower - _ROLL_RESERVE)
+        thigh, tibia = body.lengths.ThighLength, body.lengths.TibiaLength
+        self._stretched = math.sqrt(thigh**2 + tibia**2 + 2.0 * thigh * tibia * math.cos(_LEAST_KNEE))
         self._half_hip = body.lengths.HipOffsetY
         self._com_in_torso = self._standing_com(stand)
 
@@ -69,49 +76,79 @@ class PoseMaker:
             angles[roll] = ankle.clip_roll(angles[roll], angles[pitch])
         return tuple(angles)
 
-    def unlimited_angles(self, reference: Reference) -> tuple[float, ...]:
-        """As `angles`, the joints' ranges left aside.
+    def unlimited_angles(self, reference: Reference, ground: Vec2 | None = None) -> tuple[float, ...]:
+        """As `angles`, the joints' ranges left aside, on ground that may be tilted.
+
+        Args:
+            reference: the plan, in a frame that lies on the ground.
+            ground: roll and pitch of the ground as `GroundTilt` finds them, rad. The torso stays upright with
+                its centre of mass over the planned point, and comes down where a foot would be out of reach.
+                None: level ground, as planned.
 
         Raises:
             UnreachableError: a foot is out of the leg's reach.
         """
-        self._place(reference, self._com_in_torso)
+        turn = np.eye(3) if ground is None else rotation(*ground, 0.0)
+        give = ground is not None
+        self._place(reference, self._com_in_torso, turn, give=give)
         for _ in range(_REFINEMENTS if self.by_pose else 0):
             place = self._com(self._angles)
-            self._place(reference, (float(place[0]), float(place[1])))
+            self._place(reference, (float(place[0]), float(place[1])), turn, give=give)
         return tuple(self._angles)
 
-    def _place(self, reference: Reference, com_in_torso: tuple[float, float]) -> None:
-        """Solve the legs for the torso over the plan with this centre of mass in the torso, x and y, m."""
+    def _place(
+        self, reference: Reference, com_in_torso: tuple[float, float], turn: Array, *, give: bool = False
+    ) -> None:
+        """Solve the legs for the torso over the plan.
+
+        Args:
+            reference: the plan.
+            com_in_torso: the centre of mass in the torso, x and y, m.
+            turn: axes of the ground in a frame with z up, shape (3, 3).
+            give: lower the torso where a foot would be out of reach.
+        """
+        # Frame of the feet here: z up, origin at the planned point on the ground.
+        left, right = (self._ankle(foot, reference, turn) for foot in (reference.left, reference.right))
+        height = reference.hip_height
         # A leg that leans inwards ends at its HipRoll's range.
-        reach = self._lean * (reference.hip_height - self._foot_height)
-        torso = (
-            reference.com[0] - com_in_torso[0],
-            min(
-                max(reference.com[1] - com_in_torso[1], reference.right.y + self._half_hip - reach),
-                reference.left.y - self._half_hip + reach,
-            ),
-            reference.hip_height + self._hip,
-        )
-        legs = solve_legs(self._body, self._target(reference.left, torso), self._target(reference.right, torso))
+        most = left[1, 3] - self._half_hip + self._lean * (height - self._standing(reference.left, left))
+        least = right[1, 3] + self._half_hip - self._lean * (height - self._standing(reference.right, right))
+        x, y = -com_in_torso[0], min(max(-com_in_torso[1], least), most)
+        if give:
+            height = min(
+                height,
+                self._highest(left[:3, 3] - (x, y + self._half_hip, 0.0)),
+                self._highest(right[:3, 3] - (x, y - self._half_hip, 0.0)),
+            )
+        torso = (x, y, height + self._hip)
+        for ankle in (left, right):
+            ankle[:3, 3] -= torso
+        legs = solve_legs(self._body, left, right)
         for side, solved in (("L", legs.left), ("R", legs.right)):
             for slot, angle in zip(LEG_SLOTS[side], solved, strict=True):
                 self._angles[slot] = angle
+
+    def _ankle(self, foot: Foot, reference: Reference, turn: Array) -> Transform:
+        """Ankle pose (frame 8) of a sole pose, in a frame with z up at the planned point on the ground."""
+        axes = turn @ R_pitch(foot.pitch)
+        place = turn @ (foot.x - reference.com[0], foot.y - reference.com[1], foot.z)
+        return homogeneous(axes, place + self._foot_height * axes[:, 2])
+
+    def _highest(self, ankle: Array) -> float:
+        """Greatest height of a hip joint over an ankle's place below it (x, y from the hip, z), m."""
+        across = self._stretched**2 - float(ankle[0]) ** 2 - float(ankle[1]) ** 2
+        return float(ankle[2]) + math.sqrt(max(across, 0.0))
+
+    @staticmethod
+    def _standing(foot: Foot, ankle: Transform) -> float:
+        """Height of an ankle when its foot stands, m."""
+        return float(ankle[2, 3]) - foot.z
 
     def _standing_com(self, stand: Reference) -> tuple[float, float]:
         """Centre of mass in the torso of the pose that brings it over the planned point, x and y, m."""
         found = (0.0, 0.0)
         for _ in range(30):  # a fixed point: the legs lag the torso with a third of its mass, 3^-30 is nothing
-            self._place(stand, found)
+            self._place(stand, found, np.eye(3))
             place = self._com(self._angles)
             found = (float(place[0]), float(place[1]))
         return found
-
-    def _target(self, foot: Foot, torso: tuple[float, float, float]) -> Transform:
-        """Ankle pose (frame 8) in the torso frame of a sole pose in the walk frame, the torso upright."""
-        s, c = math.sin(foot.pitch), math.cos(foot.pitch)
-        x = foot.x + self._foot_height * s - torso[0]
-        z = foot.z + self._foot_height * c - torso[2]
-        return np.array(
-            [[c, 0.0, s, x], [0.0, 1.0, 0.0, foot.y - torso[1]], [-s, 0.0, c, z], [0.0, 0.0, 0.0, 1.0]]
-        )

@@ -49,6 +49,8 @@ class SagParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Time over which the ratio to this model is learned, s; 0: the model is believed."""
     most: _Positive = 2.5
     """Largest ratio that is believed."""
+    fade_in: _Positive = 0.5
+    """Time over which the compensation comes in when a walk begins, s."""
     latency: _NotNegative = 0.04
     """From a command to the motion that the encoder reports, s."""
 
@@ -77,6 +79,8 @@ class Sag:
         self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in _SIDES}
         self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(parameters.latency / cycle))
         self.ratio = np.ones(6)
+        self._cycle = cycle
+        self._faded_in = 0.0
         self._known = np.full(6, 1e-3)  # rad^2 s: one degree of sag for 3 s
         self._explained = self._known.copy()
         self._model: Array | None = None
@@ -112,7 +116,9 @@ class Sag:
         torques[:, 0] = torques[:, 0].sum()  # one motor for both hips
         p = self._p
         self._model = p.compliance * torques + p.play * np.tanh(torques / p.play_torque)
-        for side, give in zip(_SIDES, p.share * self.ratio * self._model, strict=True):
+        self._faded_in = min(self._faded_in + self._cycle / p.fade_in, 1.0)
+        gives = self._faded_in * p.share * self.ratio * self._model
+        for side, give in zip(_SIDES, gives, strict=True):
             lower, upper = self._limits[side]
             for i, slot in enumerate(self._legs[side].slots):
                 if side == "L" or i:  # RHipYawPitch shares its slot

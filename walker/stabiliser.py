@@ -7,6 +7,7 @@ leg; joint ranges.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -28,6 +29,8 @@ from walker.torso.damping import Damping, GyroDamping
 from walker.torso.filter import TorsoControl
 
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
+_RIGHTED: Final = math.radians(0.5)
+"""Difference of the plan's ground from that found at which the walk may begin, rad."""
 
 
 class Corrections(NamedTuple):
@@ -41,6 +44,11 @@ class Corrections(NamedTuple):
     """AnklePitch (ankle admittance, levelling), rad."""
     torso: Vec2 = (0.0, 0.0)
     """AnklePitch (torso control, its damping included), rad."""
+
+    @property
+    def soles(self) -> tuple[Vec2, Vec2]:
+        """Roll and pitch by which the left and the right sole were turned against the plan, rad."""
+        return (self.ankle_roll[0], self.ankle_pitch[0]), (self.ankle_roll[1], self.ankle_pitch[1])
 
 
 class Stabiliser:
@@ -67,6 +75,10 @@ class Stabiliser:
             self._levelling = Levelling(parameters.levelling)
         if parameters.admittance and parameters.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
+        self._ground_rate = parameters.ground.rate if parameters.admittance else 0.0
+        self._ground: Vec2 = (0.0, 0.0)
+        self.righting = False
+        """The plan is more than half a degree off the ground as it was found, and is being turned onto it."""
         self._level_rate = parameters.level_rate
         self._torso = _torso_control(parameters, cycle)
         self._damping = GyroDamping(parameters.damping, cycle) if parameters.torso == "robust" else None
@@ -106,6 +118,7 @@ class Stabiliser:
         if self._damping is not None:
             damping = self._damping.update(frame.gyroscope, footing.support)
             torso = torso[0] + damping.pitch[0], torso[1] + damping.pitch[1]
+        self._lay_on_ground(estimate, dt)
         angles = self._solve(reference, lift)
         if self._sag is not None:
             if self._pose.by_pose:  # slow: what the encoders lag by is sag, not delay
@@ -158,11 +171,22 @@ class Stabiliser:
         left.lower(by)
         right.lower(by)
 
+    def _lay_on_ground(self, estimate: Estimate, dt: float) -> None:
+        """Turn the plan onto the ground as it was found. Pitch belongs to torso control, as in levelling."""
+        found = estimate.ground if self._torso is not None else (estimate.ground[0], 0.0)
+        step = self._ground_rate * dt
+        self._ground = tuple(  # type: ignore[assignment]
+            now + min(max(goal - now, -step), step) for now, goal in zip(self._ground, found, strict=True)
+        )
+        self.righting = step > 0.0 and any(
+            abs(goal - now) > _RIGHTED for now, goal in zip(self._ground, found, strict=True)
+        )
+
     def _solve(self, reference: Reference, lift: Vec2) -> list[float]:
         try:
-            return list(self._pose.unlimited_angles(_lifted(reference, lift)))
+            return list(self._pose.unlimited_angles(_lifted(reference, lift), self._ground))
         except UnreachableError:
-            # The plan alone was found to be in reach before the walk began.
+            # The plan alone, on level ground, was found to be in reach before the walk began.
             return list(self._pose.unlimited_angles(reference))
 
     def _turn_ankle(

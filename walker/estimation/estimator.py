@@ -12,6 +12,7 @@ from bridge.messages import SensorFrame, Vec2
 from walker.estimation.attitude import Attitude
 from walker.estimation.contact import ContactEstimator, Contacts
 from walker.estimation.fall import FallDetector
+from walker.estimation.ground import GroundTilt
 from walker.gait import Foot, Reference
 from walker.kinematics.transforms import Transform
 from walker.parameters.model import ControllerParameters
@@ -27,6 +28,8 @@ class Estimate(NamedTuple):
     angle: Vec2
     """Torso roll and pitch, rad."""
     falling: bool
+    ground: Vec2 = (0.0, 0.0)
+    """Roll and pitch of the ground under the standing feet, rad."""
 
 
 class Estimator:
@@ -42,21 +45,32 @@ class Estimator:
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
         self._forces = FootForces(body)
+        self._ground = GroundTilt(parameters.ground, body)
         self._height = body.lengths.FootHeight
 
-    def update(self, frame: SensorFrame, dt: float, reference: Reference, *, walking: bool) -> Estimate:
+    def update(
+        self,
+        frame: SensorFrame,
+        dt: float,
+        reference: Reference,
+        turned: tuple[Vec2, Vec2] = ((0.0, 0.0), (0.0, 0.0)),
+        *,
+        walking: bool,
+    ) -> Estimate:
         """One cycle.
 
         Args:
             frame: newest sensor frame.
             dt: time since the last one, s.
             reference: the plan in force: the feet that touch are taken to stand, level, where it put them.
+            turned: as in `GroundTilt.update`.
             walking: as in `FallDetector.update`.
         """
         contacts = self._contact.update(frame.fsr)
         angle = self._attitude.update(frame, dt)
         zmp = self._zmp(frame, contacts, reference)
-        return Estimate(contacts, zmp, angle, self._fall.update(angle, contacts, dt, walking=walking))
+        falling = self._fall.update(angle, contacts, dt, walking=walking)
+        return Estimate(contacts, zmp, angle, falling, self._ground.update(frame, angle, turned, dt))
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, reference: Reference) -> Vec2 | None:
         feet: dict[Side, Transform] = {}

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from walker.admittance import AnkleParameters, LegParameters
+from walker.estimation.ground import GroundParameters
 from walker.sag import SagParameters
 from walker.torso.damping import DampingParameters
 from walker.torso.filter import TorsoLimits
@@ -111,6 +112,7 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
     levelling: LevellingParameters = LevellingParameters()
+    ground: GroundParameters = GroundParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
     level_rate: _NotNegative = 0.01
     """Speed at which the body returns to its height over ground that both feet found off the plan, m/s."""

@@ -71,7 +71,8 @@ class Walking:
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle."""
         self._walked += dt
-        if not self._footing.wait:
+        righting = self._stabiliser.righting and self._plan.reference.phase == "stand"
+        if not self._footing.wait and not righting:
             self._plan.reference = self._plan.gait.advance(dt, go_on=self._go_on())
         reference = self._plan.reference
         self._footing = self._footing_machine.update(reference, estimate.contacts, dt)

@@ -1,0 +1,144 @@
+"""Tilted ground, found from the soles that stand and walked on with the torso upright: closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bridge.datasheet import Body, load_body
+from bridge.joints import LEG_SLOTS, N_JOINTS
+from bridge.messages import SensorFrame
+from walker.estimation.ground import GroundParameters, GroundTilt
+from walker.gait import gait_parameters, make_gait
+from walker.kinematics.com import CentreOfMass
+from walker.kinematics.leg import foot_in_torso
+from walker.kinematics.transforms import rotation
+from walker.pose import PoseMaker
+
+CYCLE = 0.01
+LEVEL = ((0.0, 0.0), (0.0, 0.0))
+TILTS = [(0.0, 0.0), (0.08, 0.0), (-0.08, 0.0), (0.0, 0.08), (0.0, -0.08), (0.05, -0.06)]
+
+
+@pytest.fixture(scope="module")
+def body() -> Body:
+    return load_body("nao-v3")
+
+
+def standing(body: Body, ground: tuple[float, float] | None) -> tuple[float, ...]:
+    reference = make_gait("static", gait_parameters("static"), body).stand()
+    return PoseMaker(body, reference, by_pose=True).unlimited_angles(reference, ground)
+
+
+def soles(body: Body, angles: tuple[float, ...]) -> list[np.ndarray]:
+    return [foot_in_torso(body, side, [angles[i] for i in LEG_SLOTS[side]]) for side in ("L", "R")]  # type: ignore[arg-type,index]
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_the_plan_is_laid_onto_the_ground_with_the_torso_upright(body: Body, tilt: tuple[float, float]) -> None:
+    angles = standing(body, tilt)
+    left, right = soles(body, angles)
+    axes = rotation(tilt[0], tilt[1], 0.0)
+    for sole in (left, right):
+        # The torso is upright, so its axes are those of the world. The one motor of both hips cannot take out
+        # the last of the soles' yaw.
+        assert sole[:3, 2] == pytest.approx(axes[:, 2], abs=1e-9)
+        assert sole[:3, :3] == pytest.approx(axes, abs=2e-3)
+    apart = axes.T @ (left[:3, 3] - right[:3, 3])
+    assert apart == pytest.approx([0.0, gait_parameters("static").l_FA, 0.0], abs=1e-9)  # type: ignore[attr-defined]
+    # The centre of mass is over the middle between the soles' middles, straight up.
+    middle = 0.5 * (left[:3, 3] + right[:3, 3]) + axes @ [body.foot.centre[0], 0.0, -body.lengths.FootHeight]
+    assert CentreOfMass(body)(angles)[:2] == pytest.approx(middle[:2], abs=1.5e-3)  # two rounds of refinement
+
+
+def test_level_ground_changes_nothing(body: Body) -> None:
+    assert standing(body, (0.0, 0.0)) == pytest.approx(standing(body, None), abs=1e-12)
+
+
+def pushed(angles: tuple[float, ...], fsr: tuple[float, ...]) -> SensorFrame:
+    return SensorFrame(
+        seq=0,
+        time=0.0,
+        position=angles,
+        stiffness=(1.0,) * N_JOINTS,
+        current=(0.0,) * N_JOINTS,
+        temperature=(25.0,) * N_JOINTS,
+        fsr=fsr,  # type: ignore[arg-type]
+        accelerometer=(0.0, 0.0, 9.81),
+        gyroscope=(0.0, 0.0, 0.0),
+        angle=(0.0, 0.0),
+        touch=(0.0,) * 14,
+        battery=(1.0, 0.0, 0.0, 25.0),
+        sonar=(2.55, 2.55),
+    )
+
+
+def found(
+    body: Body, angles: tuple[float, ...], torso: tuple[float, float], fsr: tuple[float, ...]
+) -> tuple[float, float]:
+    ground = GroundTilt(GroundParameters(), body)
+    tilt = (0.0, 0.0)
+    for _ in range(1000):
+        tilt = ground.update(pushed(angles, fsr), torso, LEVEL, CYCLE)
+    return tilt
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_a_tilted_torso_on_legs_made_for_level_ground_tells_the_ground(
+    body: Body, tilt: tuple[float, float]
+) -> None:
+    """Legs as planned, torso tilted with the ground: all of the tilt is the ground's."""
+    assert found(body, standing(body, None), tilt, (6.0,) * 8) == pytest.approx(tilt, abs=1e-6)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_an_upright_torso_on_yielded_legs_tells_the_same(body: Body, tilt: tuple[float, float]) -> None:
+    assert found(body, standing(body, tilt), (0.0, 0.0), (6.0,) * 8) == pytest.approx(tilt, abs=1e-6)
+
+
+def test_what_an_ankle_yielded_to_is_not_the_grounds(body: Body) -> None:
+    ground = GroundTilt(GroundParameters(), body)
+    angles = standing(body, (0.0, -0.1))
+    tilt = (1.0, 1.0)
+    for _ in range(1000):
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, -0.1), (0.0, -0.1)), CYCLE)
+    assert tilt == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_a_foot_in_the_air_tells_nothing(body: Body) -> None:
+    angles = list(standing(body, None))
+    angles[LEG_SLOTS["R"][4]] += 0.3  # the lifted foot hangs
+    assert found(body, tuple(angles), (0.0, 0.05), (12.0,) * 4 + (0.0,) * 4) == pytest.approx(
+        (0.0, 0.05), abs=1e-6
+    )
+
+
+def test_nobody_believes_a_wall(body: Body) -> None:
+    tilt = found(body, standing(body, None), (0.0, 1.2), (6.0,) * 8)
+    assert tilt[1] == pytest.approx(GroundParameters().largest, abs=1e-6)
+    assert math.isfinite(tilt[0])
+
+
+def test_the_mean_is_of_first_order(body: Body) -> None:
+    """63 % after a time constant."""
+    ground = GroundTilt(GroundParameters(time_constant=0.5), body)
+    angles = standing(body, None)
+    for _ in range(50):
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.1), LEVEL, CYCLE)
+    assert tilt[1] == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=1e-6)
+
+
+def test_a_leg_too_short_brings_the_torso_down(body: Body) -> None:
+    """A foot 12 mm deeper than planned at the end of a step is reached from a lower hip, with the knee bent."""
+    gait = make_gait("static", gait_parameters("static"), body)
+    pose = PoseMaker(body, gait.stand(), by_pose=True)
+    reference = gait.stand()
+    while reference.phase != "DSR" or reference.progress < 0.9:
+        reference = gait.advance(CYCLE, go_on=True)
+    angles = pose.unlimited_angles(reference, (0.0, -0.14))
+    assert len(angles) == N_JOINTS
+    assert min(angles[LEG_SLOTS["L"][3]], angles[LEG_SLOTS["R"][3]]) > math.radians(11.9)
+    left, _ = soles(body, angles)
+    assert left[:3, 2] == pytest.approx(rotation(0.0, -0.14, 0.0)[:, 2], abs=1e-9)
