@@ -24,7 +24,7 @@ def body(request: pytest.FixtureRequest) -> Body:
 
 
 def sag(body: Body, **changes: float) -> Sag:
-    return Sag(SagParameters(**changes), body, CYCLE)  # type: ignore[arg-type]
+    return Sag(SagParameters(fade_in=CYCLE, **changes), body, CYCLE)  # type: ignore[arg-type]
 
 
 def balanced(body: Body, com: CentreOfMass) -> list[float]:
