@@ -36,13 +36,12 @@ class History:
         self._rows = np.full((size, len(COLUMNS)), math.nan)
         self._phases = [""] * size
         self._count = 0
-        self._earliest: float | None = None
 
     def add(self, balance: Balance) -> None:
         """A moment; an earlier one than the last begins anew."""
         frame, walk = balance.moment.sensors, balance.moment.walk
         if self._count and frame.time <= self._rows[(self._count - 1) % len(self._rows), 0]:
-            self._count, self._earliest = 0, None
+            self._count = 0
         i = self._count % len(self._rows)
         self._rows[i] = (
             frame.time,
@@ -53,28 +52,26 @@ class History:
             _mm(balance.plan.margin if balance.plan else None),
             _mm(balance.sensed.margin),
             _mm(balance.true.margin if balance.true else None),
-            self._lateness(frame.time, frame.wall),
+            1e-6 * frame.wall - 1e3 * frame.time if frame.wall else math.nan,  # recordings have no wall clock
             frame.missed,
         )
         self._phases[i] = walk.phase if walk is not None else ""
         self._count += 1
 
-    def _lateness(self, time: float, wall: int) -> float:
-        """How much later than its clock the robot sent a frame, against its earliest one, ms."""
-        if wall == 0:
-            return math.nan  # a recording
-        behind = 1e-9 * wall - time
-        if self._earliest is None or behind < self._earliest:
-            self._earliest = behind
-        return 1e3 * (behind - self._earliest)
-
     def window(self, end: float, seconds: float) -> tuple[Floats, list[str]]:
-        """Rows from `end - seconds` to `end`, oldest first, shape (n, columns), and their phases."""
+        """Rows from `end - seconds` to `end`, oldest first, shape (n, columns), and their phases.
+
+        A frame is late against the earliest one of the window: after a stall the robot goes on in the present.
+        """
         kept = min(self._count, len(self._rows))
         order = np.arange(self._count - kept, self._count) % len(self._rows)
         times = self._rows[order, 0]
         order = order[(times >= end - seconds) & (times <= end)]
-        return self._rows[order], [self._phases[i] for i in order]
+        rows = self._rows[order]
+        late = rows[:, COLUMNS.index("late")]
+        if np.isfinite(late).any():
+            late -= np.nanmin(late)
+        return rows, [self._phases[i] for i in order]
 
 
 def _mm(metres: float | None) -> float:
