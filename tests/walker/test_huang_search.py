@@ -132,12 +132,13 @@ def test_contact_follows_heel_and_toe() -> None:
 
 def test_default_optimum_is_inside_the_grid_and_stays_when_it_is_refined(cycle: Cycle) -> None:
     choice, _ = across(cycle, CHOICE)
-    choice, coarse = along(cycle, choice, 25)
-    _, fine = along(cycle, choice, 51, refine=False)
+    choice, coarse = along(cycle, choice)
+    _, fine = along(cycle, choice, 2 * cycle.p.grid, refine=False)
     i, j = coarse.best()
-    assert 0 < i < 24 and 0 < j < 24
+    last = cycle.p.grid - 1
+    assert 0 < i < last and 0 < j < last
     k, m = fine.best()
-    assert 0 < k < 50 and 0 < m < 50
+    assert 0 < k < 2 * last + 1 and 0 < m < 2 * last + 1
     cell = coarse.first[1] - coarse.first[0]
     assert abs(coarse.first[i] - fine.first[k]) <= cell
     assert abs(coarse.second[j] - fine.second[m]) <= cell
