@@ -49,8 +49,8 @@ class Setup:
     """s: over the step of the scenario and off it again."""
     step_runs: int = 5
     """Most seeds of the arms with the step."""
-    bad: float = 0.1
-    """x_sd and x_ed of the badly chosen arm, shares of bound (11)."""
+    bad: tuple[float, float] = (0.25, 0.1)
+    """x_sd and x_ed of the badly chosen arm, shares of bound (11): the worst corner that the joints reach."""
     share: float = 0.95
     """That walk on, at least."""
     speed: float = 0.08
@@ -98,7 +98,7 @@ def experiment(context: Context, setup: Setup | None = None) -> Outcome:
     assert isinstance(p, HuangParameters)
     found = find(p, body)
     bound = 0.5 * p.D_s
-    bad = found.choice._replace(x_sd=setup.bad * bound, x_ed=setup.bad * bound)
+    bad = found.choice._replace(x_sd=setup.bad[0] * bound, x_ed=setup.bad[1] * bound)
     margins = found.margin, Cycle(p, body, ARMS).margin(bad)
     best, worse = context.run(
         _walks(context, "searched", setup.duration, found.choice._asdict()),
