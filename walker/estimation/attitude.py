@@ -9,10 +9,13 @@ fused angle is corrected by what that mean says, slowly enough to average over m
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from bridge.messages import SensorFrame, Vec2
 from walker.gravity import GRAVITY
-from walker.parameters.model import AttitudeParameters
+
+if TYPE_CHECKING:  # the parameters' types import this package's own
+    from walker.parameters.model import AttitudeParameters
 
 
 class Attitude:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from bridge.datasheet.model import Side
-from walker.parameters.model import ContactParameters
+
+if TYPE_CHECKING:  # the parameters' types import this package's own
+    from walker.parameters.model import ContactParameters
 
 
 class Contacts(NamedTuple):

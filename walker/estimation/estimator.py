@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,10 @@ from walker.estimation.fall import FallDetector
 from walker.estimation.ground import GroundTilt
 from walker.gait import Foot, Reference
 from walker.kinematics.transforms import Transform
-from walker.parameters.model import ControllerParameters
 from walker.zmp import FootForces
+
+if TYPE_CHECKING:  # the parameters' types import this package's own
+    from walker.parameters.model import ControllerParameters
 
 
 class Estimate(NamedTuple):

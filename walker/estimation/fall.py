@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from walker.estimation.contact import Contacts
-from walker.parameters.model import FallParameters
+
+if TYPE_CHECKING:  # the parameters' types import this package's own
+    from walker.parameters.model import FallParameters
 
 
 class FallDetector:
