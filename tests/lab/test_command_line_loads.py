@@ -1,4 +1,4 @@
-"""The walker's machine has no physics, and no image has everything: the command line must load without extras."""
+"""No image has everything, the walker's has no physics: the command line must load without extras."""
 
 from __future__ import annotations
 
