@@ -143,7 +143,9 @@ class NaoqiDevice:
         if passed < 0:
             raise LinkError(f"The clock of the robot at {self._url} went back: its NAOqi was started anew.")
         if self._due is not None:
-            self._due += passed / 1000.0 - _CREEP
+            # At most a cycle from here, so that a clock that was held up and hurries is followed, too.
+            ahead = self._due + passed / 1000.0 - _CREEP
+            self._due = min(ahead, self._asked + self._cycle / 1000.0)
         self._moment = moment
         return Reading(moment, max(1, round(passed / self._cycle)), self._reader.fields(values))
 
