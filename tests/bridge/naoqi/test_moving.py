@@ -113,7 +113,7 @@ def test_joints_come_back_after_the_walker_has_ended(moving: Moving, stage: Stag
 
 def test_while_it_walks_joints_are_refused_and_postures_stop_it(moving: Moving, stage: Stage) -> None:
     call(moving, "moveToward", 0.5, 0.0, 0.0)
-    with pytest.raises(NaoqiRefused, match="call ALMotion.stopMove first"):
+    with pytest.raises(NaoqiRefused, match=r"call ALMotion\.stopMove first"):
         moving.with_joints(lambda: None, stop=False).result(PATIENT)
     moving.with_joints(lambda: stage.did.append("crouch"), stop=True).result(PATIENT)
     assert stage.did[-5:] == ["stop", "close", "end", "take back", "crouch"]
