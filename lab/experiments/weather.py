@@ -27,8 +27,8 @@ JITTERS: Final = (0.0, 0.005)
 """s, each way."""
 LOSSES: Final = (0.0, 0.01)
 """Share of packets, each way."""
-PATIENCE: Final = 60.0
-"""s for a walk of a few steps, which takes under 30 in good weather."""
+PATIENCE: Final = 120.0
+"""s for a walk of a few steps, which takes under 40 in good weather on an idle machine."""
 
 
 class Cell(msgspec.Struct, frozen=True, kw_only=True):
