@@ -19,7 +19,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     robot: str = "nao-v3"
     """Body: a name of `nao-hil robots`, or the path of a data sheet."""
-    wear: str = "ideal"
+    wear: str = "nominal"
     """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
     scenario: str = "flat"
     """World: a name of `nao-hil scenarios`, or the path of one."""

@@ -21,4 +21,4 @@ def test_a_run_with_files_of_ones_own_can_be_run_again_from_another_folder(
 
 def test_names_stay_names() -> None:
     config = run_config(None, robot="nao-v3.2")
-    assert (config.robot, config.wear, config.scenario) == ("nao-v3.2", "ideal", "flat")
+    assert (config.robot, config.wear, config.scenario) == ("nao-v3.2", "nominal", "flat")
