@@ -163,6 +163,8 @@ class Controller:
             if self._next is not None and self._may_begin():
                 self._start(self._next, frame)
             self._state = self._state.advance(frame, self._estimate, dt)
+        if isinstance(self._state, Walking):
+            self._estimator.take_ground(self._walk.stabiliser.corrections.shared)
         return ActuatorFrame(
             reply_to=frame.seq,
             position=self._state.position,

@@ -44,6 +44,8 @@ class Corrections(NamedTuple):
     """AnklePitch (ankle admittance, levelling), rad."""
     torso: Vec2 = (0.0, 0.0)
     """AnklePitch (torso control, its damping included), rad."""
+    shared: Vec2 = (0.0, 0.0)
+    """What both ankles held in common and gave up to the ground's tilt in this cycle, roll and pitch, rad."""
 
     @property
     def soles(self) -> tuple[Vec2, Vec2]:
@@ -75,6 +77,7 @@ class Stabiliser:
             self._levelling = Levelling(parameters.levelling)
         if parameters.admittance and parameters.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
+        self._shared_rate = parameters.ground.shared_rate if parameters.ground.time_constant else 0.0
         self._ground_rate = parameters.ground.rate if parameters.admittance else 0.0
         self._ground: Vec2 = (0.0, 0.0)
         self.righting = False
@@ -119,6 +122,7 @@ class Stabiliser:
             damping = self._damping.update(frame.gyroscope, footing.support)
             torso = torso[0] + damping.pitch[0], torso[1] + damping.pitch[1]
         self._lay_on_ground(estimate, dt)
+        shared = self._share(dt)
         angles = self._solve(reference, lift)
         if self._sag is not None:
             if self._pose.by_pose:  # slow: what the encoders lag by is sag, not delay
@@ -131,7 +135,7 @@ class Stabiliser:
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
         if self._sag is not None:
             self._sag.sent(angles)
-        self.corrections = Corrections(lift, (left_roll, right_roll), (left_pitch, right_pitch), torso)
+        self.corrections = Corrections(lift, (left_roll, right_roll), (left_pitch, right_pitch), torso, shared)
         return tuple(angles)
 
     def _lift(self, reference: Reference, footing: Footing, frame: SensorFrame, dt: float) -> Vec2:
@@ -182,6 +186,22 @@ class Stabiliser:
             abs(goal - now) > _RIGHTED for now, goal in zip(self._ground, found, strict=True)
         )
 
+    def _share(self, dt: float) -> Vec2:
+        """Count as the ground's what both ankles hold in common; the feet that stand do not move by that.
+
+        A plan turned one way and both soles turned the other come to the same, so the two would drift apart.
+        """
+        if self._ankles is None:
+            return 0.0, 0.0
+        most = self._shared_rate * dt
+        left, right = self._ankles["L"].held, self._ankles["R"].held
+        roll = _common(left[0], right[0], most)
+        pitch = _common(left[1], right[1], most) if self._torso is not None else 0.0
+        for ankle in self._ankles.values():
+            ankle.give_up(roll, pitch)
+        self._ground = self._ground[0] + roll, self._ground[1] + pitch
+        return roll, pitch
+
     def _solve(self, reference: Reference, lift: Vec2) -> list[float]:
         try:
             return list(self._pose.unlimited_angles(_lifted(reference, lift), self._ground))
@@ -219,6 +239,13 @@ class Stabiliser:
         angles[pitch_slot] = ankle.clip_pitch(pitch + turn[1])
         angles[roll_slot] = ankle.clip_roll(roll + turn[0], angles[pitch_slot])
         return level.roll + turn[0], level.pitch + turn[1]
+
+
+def _common(left: float, right: float, most: float) -> float:
+    """What two numbers have in common, at most `most`."""
+    if left * right <= 0.0:
+        return 0.0
+    return math.copysign(min(abs(left), abs(right), most), left)
 
 
 def _lifted(reference: Reference, lift: Vec2) -> Reference:

@@ -81,7 +81,7 @@ def found(
     ground = GroundTilt(GroundParameters(), body)
     tilt = (0.0, 0.0)
     for _ in range(1000):
-        tilt = ground.update(pushed(angles, fsr), torso, LEVEL, CYCLE)
+        tilt = ground.update(pushed(angles, fsr), torso, LEVEL, CYCLE, walking=False)
     return tilt
 
 
@@ -103,7 +103,9 @@ def test_what_an_ankle_yielded_to_is_not_the_grounds(body: Body) -> None:
     angles = standing(body, (0.0, -0.1))
     tilt = (1.0, 1.0)
     for _ in range(1000):
-        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, -0.1), (0.0, -0.1)), CYCLE)
+        tilt = ground.update(
+            pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, -0.1), (0.0, -0.1)), CYCLE, walking=False
+        )
     assert tilt == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
@@ -126,7 +128,7 @@ def test_the_mean_is_of_first_order(body: Body) -> None:
     ground = GroundTilt(GroundParameters(time_constant=0.5), body)
     angles = standing(body, None)
     for _ in range(50):
-        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.1), LEVEL, CYCLE)
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.1), LEVEL, CYCLE, walking=False)
     assert tilt[1] == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=1e-6)
 
 
@@ -142,3 +144,19 @@ def test_a_leg_too_short_brings_the_torso_down(body: Body) -> None:
     assert min(angles[LEG_SLOTS["L"][3]], angles[LEG_SLOTS["R"][3]]) > math.radians(11.9)
     left, _ = soles(body, angles)
     assert left[:3, 2] == pytest.approx(rotation(0.0, -0.14, 0.0)[:, 2], abs=1e-9)
+
+
+def test_what_both_ankles_hold_in_common_becomes_the_grounds(body: Body) -> None:
+    """Handed over, the sum of ground and offsets stays, and so does the estimate that follows from it."""
+    ground = GroundTilt(GroundParameters(walking=0.5), body)
+    angles = standing(body, None)  # soles level under an upright torso
+    tilt, offset = (0.0, 0.0), -0.06
+    for _ in range(2000):
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, offset),) * 2, CYCLE, walking=True)
+    assert tilt[1] == pytest.approx(0.06, abs=1e-6)  # the two cancel each other
+    for _ in range(60):
+        ground.take((0.0, -0.001))
+        offset += 0.001
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, offset),) * 2, CYCLE, walking=True)
+        assert tilt[1] + offset == pytest.approx(0.0, abs=1e-6)
+    assert tilt[1] == pytest.approx(0.0, abs=1e-6)

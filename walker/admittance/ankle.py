@@ -108,6 +108,16 @@ class AnkleAdmittance:
             self._pitch.update(pitch, role, dt, limits.pitch_lower, limits.pitch_upper, progress),
         )
 
+    @property
+    def held(self) -> tuple[float, float]:
+        """Roll and pitch with which the foot stands, or last stood, rad."""
+        return self._roll.held, self._pitch.held
+
+    def give_up(self, roll: float, pitch: float) -> None:
+        """Take away from the offsets what something else turns the foot by from now on, rad."""
+        self._roll.give_up(roll)
+        self._pitch.give_up(pitch)
+
     def moment(self, fsr: Sequence[float]) -> tuple[float, float]:
         """Moment that is more than the cells could report between them without a tilt, roll and pitch, N m."""
         p = self._p
@@ -127,16 +137,20 @@ class _Axis:
         self._max_rate = max_rate
         self._angle = 0.0
         self._velocity = 0.0
-        self._held = 0.0
+        self.held = 0.0
+
+    def give_up(self, by: float) -> None:
+        self._angle -= by
+        self.held -= by
 
     def update(
         self, moment: float, role: Role, dt: float, lower: float, upper: float, progress: float
     ) -> float:
         if role == "stance":
             wanted, velocity = self._angle, 0.0
-            self._held = wanted
+            self.held = wanted
         elif progress < APEX:
-            wanted, velocity = self._held * kept(progress), 0.0
+            wanted, velocity = self.held * kept(progress), 0.0
         else:
             (aa, av, ab), (va, vv, vb) = zero_order_hold(*self._system, dt)
             wanted = aa * self._angle + av * self._velocity + ab * moment

@@ -72,7 +72,13 @@ class Estimator:
         angle = self._attitude.update(frame, dt)
         zmp = self._zmp(frame, contacts, reference)
         falling = self._fall.update(angle, contacts, dt, walking=walking)
-        return Estimate(contacts, zmp, angle, falling, self._ground.update(frame, angle, turned, dt))
+        moves = reference.phase != "stand"
+        ground = self._ground.update(frame, angle, turned, dt, walking=moves)
+        return Estimate(contacts, zmp, angle, falling, ground)
+
+    def take_ground(self, turn: Vec2) -> None:
+        """As `GroundTilt.take`."""
+        self._ground.take(turn)
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, reference: Reference) -> Vec2 | None:
         feet: dict[Side, Transform] = {}

@@ -29,11 +29,16 @@ class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """How the ground's tilt is found; part of the admittance."""
 
     time_constant: _NotNegative = 0.7
-    """Of the mean over the standing soles, s; 0: the ground is taken to be level."""
+    """Of the mean over the standing soles before the first step, s; 0: the ground is taken to be level."""
+    walking: _Positive = 6.0
+    """Of the mean in the walk, s: over two strides of the static gait, so that a foot that landed askew on an
+    obstacle does not turn the plan under the other one."""
     least: _Positive = 10.0
     """Force under a sole from which it counts as lying on the ground, N."""
     largest: _Positive = math.radians(10.0)
     """Steepest ground that is believed, rad."""
+    shared_rate: _NotNegative = 0.05
+    """Speed at which what both ankles hold in common becomes the ground's, rad/s."""
     rate: _Positive = 0.15
     """Fastest turn of the plan onto the ground, rad/s."""
 
@@ -51,7 +56,13 @@ class GroundTilt:
         self._body = body
         self._tilt: Vec2 = (0.0, 0.0)
 
-    def update(self, frame: SensorFrame, angle: Vec2, turned: tuple[Vec2, Vec2], dt: float) -> Vec2:
+    def take(self, turn: Vec2) -> None:
+        """Count as the ground's what both soles were turned by in common, roll and pitch, rad."""
+        self._tilt = self._tilt[0] + turn[0], self._tilt[1] + turn[1]
+
+    def update(
+        self, frame: SensorFrame, angle: Vec2, turned: tuple[Vec2, Vec2], dt: float, *, walking: bool
+    ) -> Vec2:
         """One cycle.
 
         Args:
@@ -60,6 +71,7 @@ class GroundTilt:
             turned: roll and pitch by which the controllers turned the left and right sole, rad: what an ankle
                 yielded to lies under that foot alone and is not the ground's.
             dt: time since the last one, s.
+            walking: the first step has begun.
 
         Returns:
             Roll and pitch: the ground's frame is R_pitch(pitch) R_roll(roll) in one with z up, rad. Uphill is a
@@ -79,7 +91,7 @@ class GroundTilt:
                 pitch += force * (math.atan2(x, z) - off[1])
                 load += force
         if load:
-            share = 1.0 - math.exp(-dt / p.time_constant)
+            share = 1.0 - math.exp(-dt / (p.walking if walking else p.time_constant))
             self._tilt = (
                 self._tilt[0] + share * (_clip(roll / load, p.largest) - self._tilt[0]),
                 self._tilt[1] + share * (_clip(pitch / load, p.largest) - self._tilt[1]),
