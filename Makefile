@@ -10,14 +10,15 @@ HAS_WHEEL := import sys, platform as p; \
 	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test browser-test check bench images compose-test lock clean
+.PHONY: help setup demo test browser-test check docs bench images compose-test lock clean
 
 help:
 	@echo "make setup   .venv with everything needed to run and test"
 	@echo "make demo    setup, then a walk: robot and walker in two processes"
 	@echo "make test    setup, then all tests but those of the page in a browser"
 	@echo "make browser-test  the page in a headless browser; needs Chromium"
-	@echo "make check   ruff, mypy, import-linter"
+	@echo "make check   ruff, mypy, import-linter, and the docs with every link"
+	@echo "make docs    the documentation as pages: site/index.html"
 	@echo "make bench   benchmarks, each beside its floor"
 	@echo "make images  the container images: emulator, walker, bridge, view"
 	@echo "make compose-test   builds images and walks ten steps between two containers, plain and encrypted"
@@ -53,11 +54,14 @@ test: setup
 browser-test: setup
 	$(BIN)/pytest -m browser
 
-check: setup
+check: setup docs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 bench: setup
 	$(BIN)/python -m lab.bench
@@ -76,4 +80,4 @@ lock: setup
 		--output-file requirements.lock pyproject.toml
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
