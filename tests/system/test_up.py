@@ -16,6 +16,7 @@ from bridge.guard import Guard
 from bridge.messages import SensorFrame
 from bridge.playback import frames_sha256, read_recording
 from emulator.robot import EmulatedRobot
+from emulator.wear import load_wear
 from lab.cli.main import run
 from lab.cli.walk import controller_maker
 from lab.config import run_config
@@ -96,7 +97,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     settings = run_config(None, mode="lockstep", seed=3, steps=2)
     body = load_body(settings.robot)
     statistics = RunStatistics(settings.seed)
-    with EmulatedRobot(body, seed=settings.seed) as robot:
+    with EmulatedRobot(body, seed=settings.seed, wear=load_wear(settings.wear)) as robot:
         controller = controller_maker(settings)(body, body.cycle)
         run_in_process(robot, Guard(body), controller, [statistics], 10 * first["cycles"])
     assert statistics.summary(1.0).frames_sha256 == first["frames_sha256"]
