@@ -70,6 +70,7 @@ def social(session: Any) -> dict[str, Any]:
     result: dict[str, Any] = {"type": model.getRobotType()}
     arm = ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand"]
     motion.setStiffnesses(arm, 0.6)
+    time.sleep(0.1)  # it is sent with the next cycle, and read back as sent last
     result["stiffness"] = motion.getStiffnesses(arm)
     before = motion.getAngles(arm, False)
     motion.setAngles(arm, [1.2, *before[1:]], 0.75)
