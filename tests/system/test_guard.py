@@ -58,8 +58,8 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
         assert status.reason == "silence"
         assert monitor.truth is not None and not monitor.truth.fell
         assert standing_height(monitor) < high - 0.05
-        # What the sensors say of it comes a drive's delay later.
-        until(lambda: monitor.sensors and max(monitor.sensors.stiffness) == 0.0, "the legs to go limp")
+        # What the sensors say lags by a cycle, and in lockstep no cycle follows the one that ended the descent.
+        until(lambda: monitor.sensors and max(monitor.sensors.stiffness) < 0.05, "the legs to go limp")
         last = start(*walk, "--steps", "2", "--json")
         if mode == "lockstep":  # in real time a busy machine may make the walk itself fall
             assert last.wait() == 0, last.said
