@@ -65,6 +65,12 @@ class Client:
     def send(self, data: bytes) -> None:
         self.socket.sendall(data)
 
+    def drain(self) -> None:
+        """Read away whatever has come."""
+        with contextlib.suppress(BlockingIOError):
+            while self.socket.recv(1 << 16, socket.MSG_DONTWAIT):
+                pass
+
 
 class Robot:
     """The robot's side of the link: a frame when told to, and the commands that came."""
