@@ -72,8 +72,9 @@ class Mechanics:
         """rad/s"""
 
     def take_pose(self) -> None:
-        """Take note that the joints were set from outside."""
+        """Take note that the joints were set from outside; their drives hold them there."""
         self._read_joints()
+        self.servo.start(self.position)
 
     def run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
         """Servo and physics over one cycle; the world may act before every physics step."""

@@ -75,6 +75,7 @@ class Servo:
         """Rotor inertia reflected to each joint, kg m^2."""
         # One motor drives both hips: its whole current flows for the two halves of its torque.
         self._ampere = self.no_load_speed / (parameters.supply_voltage * share)
+        self._voltage = parameters.supply_voltage
         self._yield = step / self._back_emf
         # implicit Euler for both lines: tau = ((1 + r) x - r x_before) * spring, x before the motor gives way
         self._memory = parameters.gear_relaxation / step
@@ -93,7 +94,7 @@ class Servo:
             limit = np.full(len(joints), parameters.dry_friction)
             self._friction = DryFriction(limit, self.rotor_inertia, position)
         self._torque, self._out, self._gap, self._work, self._twist = np.zeros((5, len(joints)))
-        self._squares, self._mean_square = np.zeros((2, len(joints)))
+        self._squares, self._mean_square, self._works, self._mean_power = np.zeros((4, len(joints)))
         self._samples = 0
         self.apply_power()
 
@@ -105,6 +106,14 @@ class Servo:
         request = self._limits.clip(np.array(position)[self._slots])
         wanted = np.minimum(np.array(stiffness)[self._slots], 1.0)
         self._queue.append((self._clock + self._delay, request, wanted))
+
+    def start(self, position: Vector) -> None:
+        """Hold these angles (rad) from now on with full stiffness, at rest; what was on its way is dropped."""
+        self._queue.clear()
+        self._request, self.motor_angle = position.copy(), position.copy()
+        self._wanted = np.ones(len(position))
+        self._twist[:] = 0.0
+        self.apply_power()
 
     def apply_power(self) -> None:
         """Put stiffness, heat protection, `strength` and `play` in force; call it after setting one of them."""
@@ -159,6 +168,8 @@ class Servo:
         np.add(position, gap, out=self.motor_angle)
         np.multiply(torque, torque, out=work)
         self._squares += work
+        np.multiply(torque, velocity, out=work)
+        self._works += work
         self._samples += 1
         if self._friction is None:
             return torque
@@ -167,15 +178,27 @@ class Servo:
         return self._out
 
     def end_cycle(self) -> None:
-        """Take stock of the torques since the last call: current and heat."""
+        """Take stock of the torques since the last call: currents and heat."""
         np.divide(self._squares, max(self._samples, 1), out=self._mean_square)
+        np.divide(self._works, max(self._samples, 1), out=self._mean_power)
         if self.heat.active:
             self.heat.update(self._mean_square, self._samples * self._step)
             if self.heat.lowers:
                 self.apply_power()
         self._squares[:] = 0.0
+        self._works[:] = 0.0
         self._samples = 0
 
     def current(self) -> Vector:
         """Effective motor currents of the last cycle, A: torque over torque constant, at the motor shaft."""
         return np.sqrt(self._mean_square) * self._ampere
+
+    def drawn(self) -> float:
+        """What all motors drew from the battery in the last cycle, A.
+
+        Of a motor on the share u of the full voltage, u times its current is drawn: what the armature's
+        resistance turns into heat, tau^2 / (stall / no-load speed), and the work done, tau qd. What a driven
+        motor gives back is lost in its board (assumed).
+        """
+        power = self._mean_square / self._back_emf + self._mean_power
+        return float(np.maximum(power, 0.0).sum()) / self._voltage

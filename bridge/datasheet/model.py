@@ -142,6 +142,8 @@ class Body(_Sheet, frozen=True):
     foot: Foot
     encoder_steps: int
     """Counts per turn of the joint."""
+    battery_energy: Positive
+    """Of a full battery, W h."""
     sources: dict[str, str]
     """Where each group of numbers comes from, tagged `confirmed: ...` or `assumed: ...`."""
     repairs: tuple[str, ...]

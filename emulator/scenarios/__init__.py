@@ -9,12 +9,12 @@ import msgspec
 
 from bridge.config import load_toml, unknown_name
 from bridge.errors import ConfigurationError
-from emulator.scenarios.model import Heightfield, Scenario
+from emulator.scenarios.model import Heightfield, PlacedBox, Scenario
 
 _FOLDER: Final = Path(__file__).parent
 SCENARIOS: Final = tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
 """Names of the scenarios that come with the package."""
-__all__ = ["FLAT", "SCENARIOS", "Scenario", "load_scenario"]
+__all__ = ["FLAT", "SCENARIOS", "PlacedBox", "Scenario", "load_scenario"]
 FLAT: Final = Scenario(title="A flat floor")
 
 

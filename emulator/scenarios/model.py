@@ -197,6 +197,8 @@ class Scenario(_Table, frozen=True, kw_only=True):
     """One line for people."""
     floor: Floor = Floor()
     start: Start = Start()
+    charger: bool = False
+    """The robot is on its charger's cable: its battery does not run down."""
     boxes: tuple[PlacedBox, ...] = ()
     tiles: Tiles | None = None
     heightfield: Heightfield | None = None

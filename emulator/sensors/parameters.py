@@ -79,8 +79,8 @@ class SonarParameters(_Parameters, frozen=True):
 class BatteryParameters(_Parameters, frozen=True):
     """Battery in the torso."""
 
-    energy: NotNegative = 0.0
-    """When full, W h; 0: it never runs down."""
+    capacity: NotNegative = 0.0
+    """Share of the data sheet's energy that it still holds; 0: it never runs down."""
     voltage: Positive = 21.6
     """V, taken as constant."""
     charge: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 1.0

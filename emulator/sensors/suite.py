@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from bridge.datasheet import Body
@@ -32,6 +30,7 @@ class Sensors:
         model: The robot in its physics client.
         gravity: m/s^2.
         torso: The torso at the start, taken to have been at rest.
+        charger: The robot is on its charger's cable.
     """
 
     def __init__(
@@ -42,6 +41,8 @@ class Sensors:
         model: RobotModel,
         gravity: float,
         torso: TorsoState,
+        *,
+        charger: bool,
     ) -> None:
         encoders, cells, inertial, sonars = random.spawn(4)
         self.encoders = Encoders(body.encoder_steps, len(model.joints), parameters.encoders, encoders)
@@ -49,19 +50,19 @@ class Sensors:
         self.cells = ForceCells(body.fsr.range, body.cycle, parameters.fsr, cells)
         self.inertial = InertialSensors(body.inertial_unit, parameters, inertial, gravity, body.cycle, torso)
         self.touch = Touch()
-        self.battery = Battery(parameters.battery, body.cycle)
+        self.battery = Battery(parameters.battery, body.battery_energy, body.cycle, charger=charger)
         self.sonars = Sonars(model.client, model.robot, parameters.sonar, body.cycle, sonars)
 
-    def update(self, torso: TorsoState, currents: Sequence[float]) -> None:
+    def update(self, torso: TorsoState, drawn: float) -> None:
         """The end of a cycle, for all that has a memory.
 
         Args:
             torso: Its true state now.
-            currents: Of the motors, A.
+            drawn: From the battery by all motors, A.
         """
         self.inertial.update(torso)
         self.sonars.update(torso)
-        self.battery.update(currents)
+        self.battery.update(drawn)
 
     def forces(self, contacts: GroundContacts) -> tuple[float, ...]:
         """Readings of the eight force cells, left foot first, N; once per cycle."""

@@ -257,7 +257,7 @@ def test_every_group_has_its_source(name: str) -> None:
         "inertial_unit_range",
         "accelerometer_step",
     }
-    groups |= {"gyroscope_step", "gyroscope_axes", "sole", "foot_centre", "encoder_steps"}
+    groups |= {"gyroscope_step", "gyroscope_axes", "sole", "foot_centre", "encoder_steps", "battery_energy"}
     assert groups <= body.sources.keys()
     assert all(motor.source.startswith(("confirmed: ", "assumed: ")) for motor in body.motors.values())
     assert body.name == name

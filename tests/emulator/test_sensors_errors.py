@@ -209,4 +209,4 @@ def test_profiles_set_every_number_that_is_not_zero_on_purpose(profile: str) -> 
     assert load_wear("ideal").sensors == SensorParameters()
     for group in (sensors.fsr, sensors.accelerometer, sensors.gyroscope, sensors.sonar):
         assert all(getattr(group, field) for field in group.__struct_fields__)
-    assert sensors.battery.energy > 0.0
+    assert sensors.battery.capacity > 0.0

@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 
 from bridge.datasheet import BODIES, load_body
+from bridge.datasheet.quantities import joint_no_load_speed, joint_stall_torque
 from bridge.errors import ConfigurationError
+from bridge.joints import JOINTS
 from emulator.engine import bullet
 from emulator.robot import EmulatedRobot
+from emulator.scenarios import Scenario
 from emulator.sensors.battery import Battery
 from emulator.sensors.parameters import BatteryParameters, SensorParameters, SonarParameters
 from emulator.sensors.touch import TOUCH, Touch
-from emulator.wear import WearProfile
+from emulator.wear import WearProfile, load_wear
 
 LOLA = (
     "chest, head front, head middle, head rear, left bumper left, left bumper right, left hand back,"
@@ -79,44 +82,64 @@ def test_the_floor_presses_no_bumper() -> None:
 
 
 def test_battery_counts_charge() -> None:
-    """27.6 W h at 21.6 V and 2 A last 0.639 h."""
-    battery = Battery(BatteryParameters(energy=27.6, idle_current=1.5), 0.01)
-    for _ in range(36000):
-        battery.update([0.25, 0.25])
-    charge, current, status, _ = battery.read()
-    assert charge == pytest.approx(1.0 - 0.1 * 2.0 * 21.6 / 27.6, rel=1e-9)
-    assert (current, status) == (-2.0, 0.0)
+    """27.6 W h at 21.6 V and 2 A last 0.639 h; a battery of half the capacity lasts half of that."""
+    for capacity in (1.0, 0.5):
+        battery = Battery(BatteryParameters(capacity=capacity, idle_current=1.5), 27.6, 0.01)
+        for _ in range(36000):
+            battery.update(0.5)
+        charge, current, status, _ = battery.read()
+        assert charge == pytest.approx(1.0 - 0.1 * 2.0 * 21.6 / (27.6 * capacity), rel=1e-9)
+        assert (current, status) == (-2.0, 0.0)
 
 
-def test_battery_ends_empty_and_an_ideal_one_never() -> None:
-    small, ideal = (
-        Battery(BatteryParameters(energy=1e-3, idle_current=10.0), 0.01),
-        Battery(BatteryParameters(), 0.01),
-    )
-    for _ in range(100):
-        small.update([1.0])
-        ideal.update([1.0])
+def test_battery_ends_empty_an_ideal_one_never_and_one_on_the_charger_neither() -> None:
+    small = Battery(BatteryParameters(capacity=1.0, idle_current=10.0), 1e-3, 0.01)
+    charging = Battery(BatteryParameters(capacity=1.0, idle_current=10.0), 1e-3, 0.01, charger=True)
+    ideal = Battery(BatteryParameters(), 27.6, 0.01)
+    for battery in (small, charging, ideal):
+        for _ in range(100):
+            battery.update(1.0)
     assert small.read()[0] == 0.0
+    charge, _, status, _ = charging.read()
+    assert charge == 1.0 and int(status) & 0x80
     assert ideal.read() == (1.0, -1.0, 0.0, 25.0)
 
 
 def test_battery_warms_to_its_final_temperature_with_its_time_constant() -> None:
-    battery = Battery(BatteryParameters(idle_current=3.0, heating=2.0, heating_time=10.0), 0.01)
+    battery = Battery(BatteryParameters(idle_current=3.0, heating=2.0, heating_time=10.0), 27.6, 0.01)
     for _ in range(1000):
-        battery.update([])
+        battery.update(0.0)
     assert battery.read()[3] == pytest.approx(25.0 + 18.0 * (1.0 - math.exp(-1.0)), rel=1e-3)
 
 
 def test_battery_of_a_standing_robot_runs_down() -> None:
-    sensors = SensorParameters(battery=BatteryParameters(energy=27.6, idle_current=1.0))
-    with EmulatedRobot(load_body("nao-v3"), seed=0, wear=WearProfile(name="test", sensors=sensors)) as robot:
+    """What is drawn to stand still is the copper loss, sum of R i^2 with R = U / stall current, and no more."""
+    sensors = SensorParameters(battery=BatteryParameters(capacity=1.0, idle_current=1.0))
+    body = load_body("nao-v3")
+    with EmulatedRobot(body, seed=0, wear=WearProfile(name="test", sensors=sensors)) as robot:
+        for _ in range(100):
+            robot.advance(None)
+        stall = {
+            name: joint_stall_torque(body, name) * joint_no_load_speed(body, name) / 21.6
+            for name in body.joints
+        }
         before = robot.frame.battery[0]
         drawn = 0.0
         for _ in range(20):
             frame = robot.advance(None)
-            assert frame.battery[1] == pytest.approx(-1.0 - sum(frame.current))
+            heat = sum(i * i / stall[name] for name, i in zip(JOINTS, frame.current, strict=True) if i)
+            assert -frame.battery[1] - 1.0 == pytest.approx(heat, rel=0.02)
             drawn -= frame.battery[1] * 0.01
         assert before - frame.battery[0] == pytest.approx(drawn * 21.6 / (27.6 * 3600.0), rel=1e-6)
+
+
+def test_a_robot_on_its_charger_says_so_and_keeps_its_charge() -> None:
+    with EmulatedRobot(
+        load_body("nao-v6"), seed=0, wear=load_wear("nominal"), scenario=Scenario(charger=True)
+    ) as robot:
+        for _ in range(20):
+            frame = robot.advance(None)
+    assert frame.battery[0] == 1.0 and frame.battery[1] < -1.0 and int(frame.battery[2]) & 0x80
 
 
 def sonar_after(robot: EmulatedRobot, seconds: float = 0.2) -> tuple[float, float]:

@@ -76,6 +76,18 @@ def test_stiffness_is_a_share_of_the_current_limit(stiffness: float, share: floa
     assert float(led(servo, 0.0)[0]) == pytest.approx(share * 7.78, rel=2e-3)
     # stalled with full current: stall torque over torque constant, here 21.6 V / 837.8 rad/s
     assert float(servo.current()[0]) == pytest.approx(share * 59.5e-3 * 837.8 / 21.6, rel=1e-3)
+    # the share of the voltage that this takes, times the current
+    assert servo.drawn() == pytest.approx(share**2 * 59.5e-3 * 837.8 / 21.6, rel=2e-3)
+
+
+def test_a_drive_that_lifts_pays_for_heat_and_work() -> None:
+    """On its torque-speed line at full voltage a motor draws its own current, whatever it turns into work."""
+    servo = drive("LKneePitch")
+    speed = 0.5 * PRINTED["RKneePitch"][0]
+    led(servo, speed)
+    led(servo, speed, 20 * speed * STEP)
+    assert float(servo.current()[0]) == pytest.approx(0.5 * 59.5e-3 * 837.8 / 21.6, rel=0.01)
+    assert servo.drawn() == pytest.approx(float(servo.current()[0]), rel=0.01)
 
 
 def test_both_hips_have_the_torque_and_current_of_one_motor() -> None:
