@@ -58,11 +58,14 @@ def recorded_config(path: str | Path) -> Any:
     """Configuration that the recording was made with, as plain JSON values; None when it holds none.
 
     Raises:
-        ConfigurationError: as `read_recording`.
+        ConfigurationError: as `read_recording`, or it holds one that is no JSON.
     """
     for record in _records(path):
         if isinstance(record, Metadata) and record.name == METADATA and "config" in record.metadata:
-            return msgspec.json.decode(record.metadata["config"])
+            try:
+                return msgspec.json.decode(record.metadata["config"])
+            except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+                raise ConfigurationError(f"{path}: its configuration is no JSON: {error}.") from None
     return None
 
 
@@ -93,7 +96,7 @@ def frames_sha256(path: str | Path) -> str:
 def _typed(path: str | Path, topic: str, data: bytes) -> Recordable:
     try:
         return _decoders[topic].decode(data)
-    except msgspec.DecodeError as error:
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path}: a message on `{topic}` is not what it should be: {error}.") from None
 
 
@@ -125,7 +128,7 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
             records.append(item)
     except EndOfFile:
         return records
-    except (McapError, ZstdError, CRCValidationError, struct.error, ValueError) as error:
+    except (McapError, ZstdError, CRCValidationError, struct.error, ValueError, OverflowError) as error:
         raise ConfigurationError(f"{path}: is damaged ({error}); make the recording anew.") from None
     return records
 

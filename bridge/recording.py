@@ -36,10 +36,13 @@ LEFT_OUT: Final = frozenset({"wall", "tick", "lease"})
 METADATA: Final = "run"
 """Name of the metadata record that holds the run's configuration."""
 
-_CHUNK: Final = 64 * 1024
-"""Bytes of messages per compressed chunk: some 20 cycles, which is what a killed process loses at most."""
-_FLUSH: Final = 250_000_000
-"""Robot time, ns, after which finished chunks are handed to the operating system."""
+_CHUNK: Final = 1_000_000_000
+"""Robot time in a compressed chunk, ns, which is what a killed process loses at most.
+
+The library keeps some 700 bytes about each chunk until the end: 2.6 MB an hour.
+"""
+_CHUNK_BYTES: Final = 1024 * 1024
+"""Bytes in a chunk at most: more than a second's frames, less than a flood of them."""
 
 _FIELDS: Final = {
     kind: tuple(name for name in kind.__struct_fields__ if name not in LEFT_OUT) for kind in TOPICS
@@ -54,6 +57,11 @@ def canonical_json(message: Recordable) -> bytes:
     number that is not finite, which no frame should have, is null.
     """
     return _encoder.encode({name: getattr(message, name) for name in _FIELDS[type(message)]})
+
+
+def later_file(first: Path, number: int) -> Path:
+    """Where the run after so many beginnings is recorded, 2 for the first reset; `first`: of the first run."""
+    return first.with_name(f"{first.stem}-{number}{first.suffix}") if number > 1 else first
 
 
 class FrameHash:
@@ -99,9 +107,9 @@ class _File:
             raise ConfigurationError(
                 f"{path}: a recording cannot be written there ({error.strerror}); give a writable place."
             ) from None
-        self._flushed = 0
+        self._chunk_began = 0
         self._sequence = dict.fromkeys(TOPICS, 0)
-        self._writer = Writer(self._file, chunk_size=_CHUNK, compression=CompressionType.ZSTD)
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
         # The library's own default would write its version into every file.
         self._writer.start(profile="", library="nao-hil")
         self._writer.add_metadata(METADATA, {"config": config})
@@ -126,9 +134,9 @@ class _File:
                 publish_time=time,
                 sequence=self._sequence[kind],
             )
-            if not 0 <= time - self._flushed < _FLUSH:
-                self._file.flush()
-                self._flushed = time
+            if not 0 <= time - self._chunk_began < _CHUNK:
+                self._writer.flush()
+                self._chunk_began = time
         except OSError as error:
             raise self._broken(error) from None
         self._sequence[kind] += 1
@@ -186,7 +194,7 @@ class Recorder:
     def _begin_anew(self) -> None:
         self._file.close()
         first = self.paths[0]
-        path = first.with_name(f"{first.stem}-{len(self.paths) + 1}{first.suffix}")
+        path = later_file(first, len(self.paths) + 1)
         self._file = _File(path, self._config)
         self.paths.append(path)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 import sys
 import time
 from importlib.metadata import PackageNotFoundError, version
@@ -13,7 +14,10 @@ from typing import Any, Final
 import msgspec
 
 from bridge.errors import ConfigurationError
+from bridge.recording import later_file
 
+_RESULT: Final = re.compile(r"summary\.json|frames(-\d+)?\.mcap")
+"""Files of a run that do not exist before it."""
 PACKAGES: Final = ("nao-hil", "pybullet", "numpy", "scipy", "eclipse-zenoh", "msgspec")
 
 
@@ -39,13 +43,24 @@ class RunDirectory:
 
     @property
     def recording(self) -> Path:
-        """All frames of the run."""
+        """All frames of the run, up to its first reset."""
         return self.path / "frames.mcap"
+
+    def last_recording(self, resets: int) -> Path:
+        """All frames since the last of so many resets."""
+        return later_file(self.recording, resets + 1)
 
     @property
     def config(self) -> Path:
         """The run's configuration, which `--config` takes back."""
         return self.path / "config.toml"
+
+    def clear(self) -> bool:
+        """Remove recordings and summary that an earlier run left in the folder; whether there were any."""
+        left = [path for path in self.path.iterdir() if _RESULT.fullmatch(path.name)]
+        for path in left:
+            path.unlink()
+        return bool(left)
 
     def write_config(self, settings: msgspec.Struct) -> None:
         """Write the configuration, and beside it the versions of what ran."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording import Recorder
 from lab.cli import options
@@ -42,6 +44,10 @@ def record(
     """
     from lab.capture import Capture, described, free_name
 
+    if out is not None and not os.access(out.parent, os.W_OK):
+        raise ConfigurationError(f"{out}: cannot be written; give a place with --out.")
+    if out is not None and out.exists():
+        raise ConfigurationError(f"{out}: there is such a file already; give another with --out, or remove it.")
     console = Console(stderr=True)
     stop = threading.Event()
     on_signals(stop.set)

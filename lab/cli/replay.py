@@ -35,6 +35,7 @@ def replay(
     """
     from lab.replay import Replay
 
+    options.check_stretch(begin, end)
     console = Console(stderr=True)
     stop = threading.Event()
     on_signals(stop.set)

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from bridge.errors import ConfigurationError
 from bridge.joints import N_JOINTS
@@ -191,7 +192,7 @@ def test_schemas_are_plain_objects_without_references_or_unions(tmp_path: Path) 
 
 
 def test_a_file_cut_anywhere_reads_to_the_last_whole_chunk(tmp_path: Path) -> None:
-    messages = run(200)
+    messages = run(600)
     whole = record(tmp_path / "run.mcap", messages).read_bytes()
     cut = tmp_path / "cut.mcap"
     lengths = []
@@ -291,3 +292,14 @@ def test_a_damaged_chunk_is_said_and_not_read(tmp_path: Path) -> None:
     path.write_bytes(data)
     with pytest.raises(ConfigurationError, match="damaged"):
         list(read_recording(path))
+
+
+def test_a_configuration_that_is_no_json_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "odd.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata("run", {"config": "{"})
+        writer.finish()
+    with pytest.raises(ConfigurationError, match=r"odd\.mcap: its configuration is no JSON"):
+        recorded_config(path)

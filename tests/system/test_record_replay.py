@@ -23,6 +23,7 @@ from bridge.recording import Recorder
 from emulator.robot import EmulatedRobot
 from lab import inprocess
 from lab.capture import Capture, described
+from lab.cli.main import run as nao_hil
 from lab.replay import Replay
 from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
@@ -100,13 +101,21 @@ def test_a_recording_takes_no_commands(recording: Path, endpoint: str) -> None:
             link.acquire()
 
 
+def on_disk(recording: Path) -> int:
+    """Sensor frames of a recording that is being written; 0 before it has begun."""
+    try:
+        return len(of_kind(list(read_recording(recording)), SensorFrame))
+    except ConfigurationError:
+        return 0
+
+
 def test_a_recording_cut_off_by_kill_9_opens(
     recording: Path, endpoint: str, tmp_path: Path, start: Callable[..., Any], until: Callable[..., Any]
 ) -> None:
     cut = tmp_path / "cut.mcap"
     with playing(recording, endpoint, speed=2.0, loop=True):
         command = start("record", "--name", "film", "--connect", endpoint, "--out", str(cut))
-        until(lambda: cut.exists() and cut.stat().st_size > 100_000, "a recording of some length")
+        until(lambda: on_disk(cut) > 50, "half a second on the disk")
         command.process.send_signal(signal.SIGKILL)
         assert command.wait() == -signal.SIGKILL
     assert not cut.read_bytes().endswith(b"\x89MCAP0\r\n")  # the mark at the end of a whole file
@@ -121,3 +130,9 @@ def test_a_recording_that_names_no_body_asks_for_one(tmp_path: Path, endpoint: s
         pass
     with pytest.raises(ConfigurationError, match="--robot"):
         Replay(tmp_path / "bare.mcap", "film", endpoint)
+
+
+def test_a_recording_that_is_there_is_not_written_over(recording: Path, endpoint: str) -> None:
+    before = recording.read_bytes()
+    assert nao_hil(["record", "--out", str(recording), "--connect", endpoint]) == 2
+    assert recording.read_bytes() == before
