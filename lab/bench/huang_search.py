@@ -30,9 +30,9 @@ def measure() -> dict[str, Any]:
     p = gait_parameters("huang")
     assert isinstance(p, HuangParameters)
     cycle = Cycle(p, load_body("nao-v3"), ARMS)
-    along(cycle, CHOICE, 4, refine=False)  # imports and caches
+    along(cycle, CHOICE, 4)  # imports and caches
     began, worked = time.perf_counter(), time.process_time()
-    _, surface = along(cycle, CHOICE, GRID, refine=False)
+    _, surface = along(cycle, CHOICE, GRID)
     at_once, at_once_cpu = time.perf_counter() - began, time.process_time() - worked
     rng = np.random.default_rng(0)
     apart = []

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -16,12 +17,15 @@ from bridge.datasheet import Body, load_body
 from bridge.errors import ConfigurationError
 from lab.cli import options
 from lab.config import RunConfig, run_config
-from lab.ground import ground_parameters
 from lab.rundir import RunDirectory
-from walker.gait import gait_parameters
-from walker.gait.huang import HuangGait, HuangParameters
-from walker.gait.huang.found import Found, find
 
+if TYPE_CHECKING:
+    from walker.gait.huang import HuangParameters
+    from walker.gait.huang.found import Found
+
+ON_BOUND = 0.97
+"""Share of bound (11) that is the grid's last point or nearly."""
+_NO_NUMBERS = ("nan", "inf", "infinity")
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", help="A parameter of the gait; may be repeated.", metavar="NAME=VALUE"),
@@ -62,6 +66,12 @@ def plan(
     """
     if gait != "huang":
         raise ConfigurationError(f"There is nothing to search in the gait {gait}; `plan` is for --gait huang.")
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from lab.ground import ground_parameters
+    from walker.gait import gait_parameters
+    from walker.gait.huang import HuangParameters
+    from walker.gait.huang.found import find
+
     settings = run_config(config, robot=robot, scenario=scenario, gait=gait)
     changes = settings.parameters | _assignments(values or [])
     settings = msgspec.structs.replace(settings, parameters=changes)
@@ -69,7 +79,7 @@ def plan(
     console = Console(stderr=True)
     p = gait_parameters("huang", ground_parameters(settings, body))
     assert isinstance(p, HuangParameters)
-    if trials:
+    if trials or study is not None:
         from lab.plan.study import improve
 
         with console.status("trials") as status:
@@ -81,7 +91,7 @@ def plan(
     directory = None
     if plot or out is not None:
         directory = RunDirectory(out)
-        directory.write_config(_as_planned(settings, p))
+        directory.write_config(_as_planned(settings, p, changes))
         directory.write_summary(result)
     if plot:
         assert directory is not None
@@ -106,6 +116,12 @@ def _assignments(values: list[str]) -> dict[str, Any]:
             table[name] = json.loads(text)
         except ValueError:
             table[name] = text
+        if (
+            table[name] != table[name]
+            or table[name] in (math.inf, -math.inf)
+            or text.lower().strip("+-") in _NO_NUMBERS
+        ):
+            raise ConfigurationError(f"--set {value}: must be a finite number, such as --set D_s=0.05.")
     return table
 
 
@@ -115,7 +131,10 @@ def _result(p: HuangParameters, body: Body, found: Found, seconds: float) -> dic
     Raises:
         ConfigurationError: a pose that the legs cannot reach or the joints' ranges forbid.
     """
-    HuangGait(msgspec.structs.replace(p, **found.choice._asdict()), body)
+    from walker.gait.huang import HuangGait
+    from walker.walkable import check_walkable
+
+    check_walkable(body, HuangGait(msgspec.structs.replace(p, **found.choice._asdict()), body))
     bound = 0.5 * p.D_s
     return {
         "gait": "huang",
@@ -135,10 +154,14 @@ def _result(p: HuangParameters, body: Body, found: Found, seconds: float) -> dic
     }
 
 
-def _as_planned(settings: RunConfig, p: HuangParameters) -> RunConfig:
-    """The configuration that walks this plan."""
+def _as_planned(settings: RunConfig, p: HuangParameters, named: dict[str, Any]) -> RunConfig:
+    """The configuration that walks this plan; what was named stands in it, shipped value or not."""
+    from walker.gait import gait_parameters
+
     shipped = msgspec.to_builtins(gait_parameters("huang"))
-    own = {k: v for k, v in msgspec.to_builtins(p).items() if v != shipped.get(k) and v is not None}
+    own = {
+        k: v for k, v in msgspec.to_builtins(p).items() if v is not None and (k in named or v != shipped.get(k))
+    }
     return msgspec.structs.replace(settings, parameters=own)
 
 
@@ -152,6 +175,8 @@ def _show(console: Console, p: HuangParameters, result: dict[str, Any], director
         ("y_m", "hip aside, its middle"),
     ):
         table.add_row(f"{name}, {what}", f"{1e3 * result[name]:.1f} mm")
+    if max(result["share_of_bound"]) > ON_BOUND:
+        table.add_row("note", "x_sd or x_ed lies on bound (11); another x_0 may have more margin")
     table.add_row("step", f"{p.D_s} m in {p.T_c} s")
     if directory is not None:
         table.add_row("folder", str(directory.path))

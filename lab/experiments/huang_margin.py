@@ -47,8 +47,6 @@ class Setup:
     """s"""
     step_duration: float = 15.0
     """s: over the step of the scenario and off it again."""
-    step_runs: int = 5
-    """Most seeds of the arms with the step."""
     bad: tuple[float, float] = (0.25, 0.1)
     """x_sd and x_ed of the badly chosen arm, shares of bound (11): the worst corner that the joints reach."""
     share: float = 0.95
@@ -106,10 +104,11 @@ def experiment(context: Context, setup: Setup | None = None) -> Outcome:
     )
     scenario = load_scenario(SCENARIO)
     ground = {"ground": msgspec.to_builtins(known_ground(scenario, body))}
-    few = context.first(setup.step_runs)
-    planned, unknown = few.run(
-        _walks(few, "step, planned", setup.step_duration, found.choice._asdict() | ground, scenario),
-        _walks(few, "step, unknown", setup.step_duration, found.choice._asdict() | {"ground": {}}, scenario),
+    planned, unknown = context.run(
+        _walks(context, "step, planned", setup.step_duration, found.choice._asdict() | ground, scenario),
+        _walks(
+            context, "step, unknown", setup.step_duration, found.choice._asdict() | {"ground": {}}, scenario
+        ),
     )
     matches = zmp_match(best, body), zmp_match(worse, body)
     arms = {

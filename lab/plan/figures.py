@@ -21,6 +21,8 @@ from walker.kinematics.tree import BodyTree
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
+LEVEL: Final = 2.5
+"""mm between two colours of the margin."""
 DT: Final = 0.005
 """s; sampling of the walk that is drawn."""
 STEPS: Final = 6
@@ -67,9 +69,10 @@ def _margin(cycle: Cycle, choice: Choice) -> Any:
     """The margin over the grid, the chosen point, and the bound (11)."""
     free = msgspec.structs.replace(cycle.p, x_sd=None, x_ed=None)
     cycle.p = free
-    _, surface = along(cycle, choice, refine=False)
+    _, surface = along(cycle, choice)
     figure, axes = plt.subplots(figsize=(7.0, 5.6), layout="constrained")
-    levels = np.linspace(max(1e3 * surface.margin.min(), -30.0), 1e3 * surface.margin.max(), 25)
+    lowest, highest = max(1e3 * surface.margin.min(), -30.0), 1e3 * surface.margin.max()
+    levels = LEVEL * np.arange(np.floor(lowest / LEVEL), np.ceil(highest / LEVEL) + 1.0)
     filled = axes.contourf(
         1e3 * surface.first, 1e3 * surface.second, 1e3 * surface.margin.T, levels, extend="min", cmap="viridis"
     )
@@ -133,10 +136,10 @@ def _trajectories(walk: list[Reference], p: HuangParameters) -> Any:
         rows[1].plot(times, [1e3 * foot.z for foot in feet], label=f"{name} foot")
         rows[2].plot(times, np.degrees([foot.pitch for foot in feet]), label=f"{name} foot")
     com, zmp = np.array([r.com for r in walk]), np.array([r.zmp for r in walk])
-    rows[0].plot(times, 1e3 * com[:, 0], "k", label="mass")
+    rows[0].plot(times, 1e3 * com[:, 0], "k", label="mass (hip + its offset at rest)")
     rows[0].plot(times, 1e3 * zmp[:, 0], "k:", lw=0.8, label="ZMP")
     rows[3].plot(times, [1e3 * r.hip_height for r in walk], "k")
-    rows[4].plot(times, 1e3 * com[:, 1], "k", label="mass")
+    rows[4].plot(times, 1e3 * com[:, 1], "k", label="mass (hip + its offset at rest)")
     rows[4].plot(times, 1e3 * zmp[:, 1], "k:", lw=0.8, label="ZMP")
     labels = ("x, mm", "sole's z, mm", "pitch, deg", "hip's z, mm", "y, mm")
     for row, label in zip(rows, labels, strict=True):

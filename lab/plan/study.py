@@ -16,6 +16,7 @@ from bridge.errors import ConfigurationError
 from walker.gait.huang import HuangGait, HuangParameters
 from walker.gait.huang.cache import key
 from walker.gait.huang.found import find
+from walker.walkable import check_walkable
 
 COARSE: Final = 12
 """Points of a trial's grid along each dimension; the refinement does the rest."""
@@ -29,7 +30,7 @@ def improve(
     Args:
         p: where it begins; choices that are fixed stay fixed.
         body: data sheet.
-        trials: to add.
+        trials: to add; 0: the best of those that the file has.
         file: SQLite file of the study; None: it is not kept.
         progress: told how it goes.
 
@@ -46,22 +47,24 @@ def improve(
         study = optuna.create_study(
             storage=storage,
             study_name=f"huang-{key(p, body)}",
-            sampler=optuna.samplers.TPESampler(seed=0),
             direction="maximize",
             load_if_exists=True,
         )
     except Exception as error:
         raise ConfigurationError(
-            f"{file}: is no study ({type(error).__name__}); give a new file, or one that --study made."
+            f"{file}: no study can be read or begun there ({type(error).__name__}); give a file that --study "
+            "made, or a new one in a folder that can be written."
         ) from None
     if not study.trials:
         study.enqueue_trial(_vector(p))
+    # a study that goes on must not draw again what it drew before
+    study.sampler = optuna.samplers.TPESampler(seed=len(study.trials))
 
     def objective(trial: optuna.Trial) -> float:
         tried = _tried(p, {name: trial.suggest_float(name, *_range(p, name)) for name in _vector(p)})
         try:
             found = find(msgspec.structs.replace(tried, grid=COARSE), body)
-            HuangGait(msgspec.structs.replace(tried, **found.choice._asdict()), body)
+            check_walkable(body, HuangGait(msgspec.structs.replace(tried, **found.choice._asdict()), body))
         except ConfigurationError as error:
             trial.set_user_attr("refused", str(error))
             raise optuna.TrialPruned from None

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from bridge.config import load_toml
 from bridge.datasheet import load_body
 from bridge.errors import ConfigurationError
 from emulator.scenarios import Scenario, load_scenario
@@ -17,7 +18,22 @@ from lab.config import RunConfig
 from lab.ground import ground_parameters, known_ground
 
 BODY = load_body("nao-v3")
-QUICK = ("--set", "grid=6", "--set", "T_c=0.4", "--set", "T_d=0.12", "--set", "T_m=0.25", "--set", "D_s=0.05")
+QUICK = (
+    "--set",
+    "y_d=null",
+    "--set",
+    "y_m=null",
+    "--set",
+    "grid=6",
+    "--set",
+    "T_c=0.4",
+    "--set",
+    "T_d=0.12",
+    "--set",
+    "T_m=0.25",
+    "--set",
+    "D_s=0.05",
+)
 
 
 @pytest.fixture(autouse=True)
@@ -80,7 +96,11 @@ def test_a_study_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         assert run(["plan", *QUICK, "--trials", str(trials), "--study", str(file), "--json"]) == 0
         margins.append(json.loads(capsys.readouterr().out.splitlines()[-1])["margin_m"])
     (name,) = optuna.get_all_study_names(f"sqlite:///{file}")
-    assert len(optuna.load_study(study_name=name, storage=f"sqlite:///{file}").trials) == 3
+    trials_made = optuna.load_study(study_name=name, storage=f"sqlite:///{file}").trials
+    assert len({tuple(trial.params.values()) for trial in trials_made}) == 3  # none twice
+    # without trials: the best of what the file has
+    assert run(["plan", *QUICK, "--study", str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["margin_m"] == margins[1]
     assert margins[1] > margins[0] - 1e-3
     file.write_text("no study")
     assert run(["plan", *QUICK, "--trials", "1", "--study", str(file)]) == 2
@@ -99,6 +119,12 @@ def test_ground_of_a_scenario() -> None:
     assert shifted.patches[0].x == pytest.approx(patch.x)
     assert known_ground(load_scenario("slope-5"), BODY).slope == pytest.approx(math.radians(-5.0))
     assert known_ground(load_scenario("flat"), BODY).flat
+    lower = PlacedBox(name="lower", size=(1.2, 1.0, 0.01), at=(1.0, 0.0))
+    upper = PlacedBox(name="upper", size=(0.6, 1.0, 0.01), at=(1.0, 0.0))
+    stacked = known_ground(Scenario(boxes=(lower, upper)), BODY)
+    assert [stacked.height(x, [0.0]) for x in (0.2, 0.6, 1.0, 1.5, 2.0)] == pytest.approx(
+        [0.0, 0.01, 0.02, 0.01, 0.0]
+    )
     movable = PlacedBox(name="b", size=(0.1, 0.1, 0.1), at=(0.5, 0.0), mass=0.3)
     assert known_ground(Scenario(boxes=(movable,)), BODY).flat
 
@@ -109,13 +135,39 @@ def test_ground_that_cannot_be_planned_for() -> None:
         return Scenario(boxes=(PlacedBox(**values),))  # type: ignore[arg-type]
 
     for scenario, sentence in (
-        (Scenario(floor=Floor(roll=3.0)), "leans 3 deg sideways"),
-        (Scenario(start=Start(yaw=10.0)), "turned by 10 deg"),
+        (Scenario(floor=Floor(roll=3.0)), "floor.roll = 3 deg"),
+        (Scenario(start=Start(yaw=10.0)), "start.yaw = 10 deg"),
         (box(yaw=30.0), "`b` is turned by 30 deg"),
         (box(size=(0.5, 0.5, 0.05)), "`b` is 50 mm high; steps of up to 30 mm"),
+        (box(height=0.9), "`b` hangs 900 mm above the ground"),
     ):
         with pytest.raises(ConfigurationError, match=sentence):
             known_ground(scenario, BODY)
+
+
+def test_ground_under_one_foot_only_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "half.toml"
+    file.write_text('[[boxes]]\nname = "b"\nsize = [0.6, 0.5, 0.01]\nat = [0.8, 0.25]\n')
+    assert run(["plan", *QUICK, "--scenario", str(file)]) == 2
+    assert "differs across the walk" in " ".join(capsys.readouterr().err.split())
+
+
+def test_plan_and_walk_refuse_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    """A slope on which AnkleRoll's range, which AnklePitch narrows, is too small."""
+    assert run(["plan", *QUICK, "--scenario", "slope-5"]) == 2
+    assert "AnkleRoll would stand" in " ".join(capsys.readouterr().err.split())
+
+
+def test_what_is_named_stands_in_the_written_configuration(tmp_path: Path) -> None:
+    assert run(["plan", *QUICK, "--scenario", "step", "--set", "ground={}", "--out", str(tmp_path / "g")]) == 0
+    parameters = load_toml(tmp_path / "g" / "config.toml", RunConfig).parameters
+    assert parameters["ground"] == {"slope": 0.0, "patches": []}
+
+
+@pytest.mark.parametrize("value", ["D_s=nan", "T_c=1e308", "x_0=1e308", "D_s=-inf"])
+def test_numbers_that_are_none_get_a_sentence(value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["plan", "--set", value]) == 2
+    assert value.partition("=")[0] in capsys.readouterr().err
 
 
 def test_the_scenarios_ground_goes_to_the_gait_that_plans_for_it_only() -> None:

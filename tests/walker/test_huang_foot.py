@@ -123,11 +123,11 @@ def test_refusals_name_bound_and_excess() -> None:
     cases = {
         (("x_sd", 0.035),): r"x_sd = 0.035 m violates bound \(11\) by 5.0 mm; .* 0.5 D_s = 0.03 m",
         (("x_ed", -0.002),): r"x_ed = -0.002 m violates bound \(11\) by 2.0 mm",
-        (("T_d", 0.6),): r"T_d = 0.6 s is 0.1 s too long",
+        (("T_d", 0.6),): r"T_d = 0.6 s must be less than T_c = 0.5 s, and exceeds it by 0.1 s",
         (("T_m", 0.1),): r"T_m = 0.1 s lies 0.04 s outside the swing",
         (("H_min", 0.215),): r"H_min = 0.215 m is 5.0 mm above H_max",
         (("H_ao", 0.044),): r"mm into the ground at 0\.\d+ s of its cycle",
-        (("H_max", 0.250),): r"step 1: the left ankle is \d+\.\d+ mm out of reach",
+        (("H_max", 0.250),): r"step 1, its first such pose: the left ankle is \d+\.\d+ mm out of reach",
         (("l_FA", 0.07),): r"the soles overlap by \d+\.\d mm",
         (("q_b", 0.5), ("H_ao", 0.12)): r"step 2: LKneePitch would stand \d+\.\d deg above its range",
         (("q_b", 0.5), ("q_f", 0.5), ("H_ao", 0.12)): r"step 2: LAnklePitch would stand .* deg below its range",

@@ -13,7 +13,7 @@ from bridge.datasheet import Body
 from walker.gait.huang.hip import Choice
 from walker.gait.huang.parameters import HuangParameters
 
-VERSION: Final = 2
+VERSION: Final = 4
 """Of the planner: another one finds other results for the same configuration."""
 
 

@@ -77,7 +77,8 @@ def check_walk(body: Body, bodies: Bodies, gait: HuangGait, ground_ahead: float)
                 return
     except UnreachableError as error:
         refuse(
-            f"step {walk.steps + 1}: {error}; lower H_max = {walk.parameters.H_max} m, or shorten D_s or D_max"
+            f"step {walk.steps + 1}, its first such pose: {error}; lower H_max = {walk.parameters.H_max} m, or "
+            "bring D_s, D_max, l_FA, y_d or y_m down"
         )
 
 
@@ -90,5 +91,5 @@ def _check_ranges(body: Body, angles: list[float], step: int) -> None:
             bound = "above" if excess > 0.0 else "below"
             refuse(
                 f"step {step}: {joint} would stand {math.degrees(abs(excess)):.1f} deg {bound} its range on a "
-                f"{body.name}; change q_b, q_f, H_min or D_s"
+                f"{body.name} in its first such pose; change q_b, q_f, H_ao, H_min, D_s or the times"
             )

@@ -32,6 +32,22 @@ class Footholds:
     def __init__(self, p: HuangParameters, shape: FootShape, half_width: float) -> None:
         self._p, self._shape, self._half_width = p, shape, half_width
 
+    def check_width(self) -> None:
+        """The ground is alike under both feet, over the whole width of their soles.
+
+        Raises:
+            ConfigurationError: names the edge of which a foot would tread on one part only.
+        """
+        ground, half = self._p.ground, 0.5 * self._p.l_FA
+        across = (*self._sides(half), *self._sides(-half))
+        for edge in ground.edges():
+            for x in (edge - 1e-6, edge + 1e-6):
+                if len({ground.height(x, [y]) for y in across}) > 1:
+                    refuse(
+                        f"the ground at x = {edge:.3f} m differs across the walk; an edge must reach from y = "
+                        f"{min(across):.3f} to {max(across):.3f} m, or stay out of it"
+                    )
+
     def place(self, x: float, y: float) -> Placement:
         """The stand of a foot at a place: height and slope of the ground there.
 

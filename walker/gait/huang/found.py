@@ -9,7 +9,7 @@ from walker.arms import ARMS
 from walker.gait.huang import cache
 from walker.gait.huang.hip import Choice
 from walker.gait.huang.parameters import HuangParameters
-from walker.gait.huang.search import Cycle, Progress, search
+from walker.gait.huang.search import Cycle, Progress, admissible, search
 
 
 class Found(NamedTuple):
@@ -36,7 +36,7 @@ def find(p: HuangParameters, body: Body, *, fresh: bool = False, progress: Progr
     """
     name = cache.key(p, body)
     kept = None if fresh else cache.load(name)
-    if kept is not None:
+    if kept is not None and admissible(p, kept.choice):
         return Found(kept.choice, kept.margin, kept=True)
     plan = search(Cycle(p, body, ARMS), progress)
     cache.store(name, cache.CachedChoice(choice=plan.choice, margin=plan.margin))

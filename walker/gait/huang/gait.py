@@ -62,6 +62,7 @@ class HuangGait:
         self._shape, self._bodies = FootShape.of(body), Bodies(body, ARMS)
         half_width = max(abs(y) for _, y in body.foot.sole)
         self._footholds = Footholds(parameters, self._shape, half_width)
+        self._footholds.check_width()
         self._swings = ClearPaths(parameters, body)
         half = 0.5 * parameters.l_FA
         self._feet: dict[Side, Placement] = {

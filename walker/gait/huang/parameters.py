@@ -9,56 +9,59 @@ import msgspec
 from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround
 
-_Positive = Annotated[float, msgspec.Meta(gt=0.0)]
-_NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
+# A NAO is half a metre high: what is larger is a slip of the pen.
+_Length = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+_Place = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+_Time = Annotated[float, msgspec.Meta(ge=0.01, le=60.0)]
+_Pitch = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 
 
 class HuangParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the gait; symbols of the source, SI units and rad."""
 
-    T_c: _Positive
+    T_c: _Time
     """Duration of a walking cycle of the planner, one step, s."""
-    T_d: _Positive
+    T_d: _Time
     """Double support at its beginning, s."""
-    T_m: _Positive
+    T_m: _Time
     """When the swing foot is highest, from the beginning of its cycle, s."""
-    D_s: _Positive
+    D_s: _Length
     """Length of a step, m."""
-    l_FA: _Positive
+    l_FA: _Length
     """Distance of the ankles along y, m; the source walks in the plane."""
-    q_b: _NotNegative
+    q_b: _Pitch
     """Pitch of the rear foot about its toe when it lifts, rad."""
-    q_f: _NotNegative
+    q_f: _Pitch
     """Pitch of the front foot about its heel when it lands, rad."""
-    L_ao: _Positive | None = None
+    L_ao: _Length | None = None
     """Way of the ankle from its lift to its highest point in a whole step, m; None: half of it, D_s."""
-    H_ao: _Positive
+    H_ao: _Length
     """Height of the ankle there, above the ground, m."""
-    H_min: _Positive
+    H_min: _Length
     """Height of the hip joints above the ground in the middle of double support, m."""
-    H_max: _Positive
+    H_max: _Length
     """The same in the middle of single support, m."""
-    T_start: _Positive
+    T_start: _Time
     """From rest to the first cycle, and from the last one to rest, s; not in the source."""
-    sole_give: _Positive
+    sole_give: Annotated[float, msgspec.Meta(gt=0.0, le=0.01)]
     """What of a sole is less than this above the ground bears load, m."""
-    x_0: float = 0.0
+    x_0: _Place = 0.0
     """The point of the stance foot from which x_sd and x_ed count, ahead of the ankle, m; 0 in the source.
     The middle of a NAO's sole is 20 mm ahead of its ankle, and counted from there the best ones lie on (11)."""
-    x_sd: float | None = None
+    x_sd: _Place | None = None
     """How far the hip is behind that point when single support begins, m; None: searched."""
-    x_ed: float | None = None
+    x_ed: _Place | None = None
     """How far it is ahead of it when single support ends, m; None: searched."""
-    y_d: float | None = None
+    y_d: _Place | None = None
     """How far the hip is off the path towards the stance foot when single support begins and ends, m; None:
     searched."""
-    y_m: float | None = None
+    y_m: _Place | None = None
     """The same in the middle of single support, m; None: searched."""
     grid: Annotated[int, msgspec.Meta(ge=3, le=400)] = 40
     """Points of the search along each of its two dimensions."""
-    D_max: _Positive = 0.13
+    D_max: _Length = 0.13
     """Longest step over an edge of the known ground, m."""
-    overhang: _NotNegative = 0.04
+    overhang: Annotated[float, msgspec.Meta(ge=0.0, le=0.1)] = 0.04
     """How much of a sole's length may hang over an edge of the known ground, at heel or toe, m."""
     progress: Annotated[float, msgspec.Meta(gt=0.5, le=1.5)] = 1.0
     """Share of the planned way that the robot makes: edges of the known ground are expected that much later."""
@@ -75,7 +78,7 @@ def check_bounds(p: HuangParameters) -> None:
         ConfigurationError: names the bound and by how much it is violated.
     """
     if p.T_d >= p.T_c:
-        refuse(f"T_d = {p.T_d} s is {p.T_d - p.T_c:.3g} s too long; it must be less than T_c = {p.T_c} s")
+        refuse(f"T_d = {p.T_d} s must be less than T_c = {p.T_c} s, and exceeds it by {p.T_d - p.T_c:.3g} s")
     if not p.T_d < p.T_m < p.T_c:
         over = p.T_d - p.T_m if p.T_m <= p.T_d else p.T_m - p.T_c
         refuse(
@@ -91,11 +94,9 @@ def check_bounds(p: HuangParameters) -> None:
         )
     for name, value in (("x_sd", p.x_sd), ("x_ed", p.x_ed)):
         if value is not None and not 0.0 < value < 0.5 * p.D_s:
-            over = -value if value <= 0.0 else value - 0.5 * p.D_s
-            refuse(
-                f"{name} = {value} m violates bound (11) by {1e3 * over:.1f} mm; it must be between 0 and "
-                f"0.5 D_s = {0.5 * p.D_s:.4g} m"
-            )
+            over = 1e3 * abs(value if value <= 0.0 else value - 0.5 * p.D_s)
+            violates = f"violates bound (11) by {over:.1f} mm" if over >= 0.05 else "lies on bound (11)"
+            refuse(f"{name} = {value} m {violates}; it must be between 0 and 0.5 D_s = {0.5 * p.D_s:.4g} m")
 
 
 def refuse(sentence: str) -> None:

@@ -1,12 +1,15 @@
 """The search for the motion of the hip with the largest stability margin ((11), (12)).
 
 The source tries all x_sd, x_ed in (0, 0.5 D_s). So it is here, all pairs over the whole cycle at once, and
-the same for y_d, y_m, which the source does not have. The best pair of the grid is then refined by the method
-of Nelder and Mead. The two searches take turns, because the polygon of a double support couples x and y.
+the same for y_d, y_m, which the source does not have. The two searches take turns, because the polygon of a
+double support couples x and y: each pair alone gets stuck where the least margin has a ridge across them. From
+there all four are refined together: the largest m that no moment's margin is less than, by sequential quadratic
+programming.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
@@ -28,6 +31,11 @@ from walker.kinematics.transforms import Array
 SAMPLE: Final = 0.01
 """s; between the moments of a cycle at which the margin is taken."""
 LATERAL_GRID: Final = 24
+TURNS: Final = 6
+"""Most refinements of all four, each with new tables."""
+MEAN_SHARE: Final = 0.02
+"""Weight of the mean margin over the cycle beside the least one. The least margin has flat tops, of which this
+picks a point; of the least margin it costs less than 0.05 mm."""
 Progress = Callable[[str], None]
 
 
@@ -39,11 +47,13 @@ class Surface(NamedTuple):
     second: Array
     """x_ed, or y_m, m."""
     margin: Array
-    """Shape (first, second), m."""
+    """Least over the cycle, shape (first, second), m."""
+    score: Array
+    """The same and a little of the mean (`MEAN_SHARE`), m."""
 
     def best(self) -> tuple[int, int]:
-        """Place of the largest margin."""
-        i, j = np.unravel_index(int(np.argmax(self.margin)), self.margin.shape)
+        """Place of the largest score."""
+        i, j = np.unravel_index(int(np.argmax(self.score)), self.score.shape)
         return int(i), int(j)
 
 
@@ -178,97 +188,126 @@ def search(cycle: Cycle, progress: Progress = lambda _: None) -> CyclePlan:
     x = [half if value is None else value for value in (p.x_sd, p.x_ed)]
     y = [0.25 * p.l_FA * k if value is None else value for k, value in ((0.3, p.y_d), (1.2, p.y_m))]
     choice = Choice(0.8 * x[0] if p.x_sd is None else x[0], 0.8 * x[1] if p.x_ed is None else x[1], y[0], y[1])
-    progress("y_d, y_m: coarse")
-    choice, lateral = across(cycle, choice, refine=False)
-    for last in (False, True):
-        progress("x_sd, x_ed" + (": refined" if last else ""))
-        choice, surface = along(cycle, choice)
-        progress("y_d, y_m" + (": refined" if last else ""))
-        choice, lateral = across(cycle, choice)
-    return CyclePlan(choice, cycle.margin(choice), surface, lateral)
+    for again in ("", ", again"):
+        progress(f"y_d, y_m{again}")
+        choice, _ = across(cycle, choice)
+        progress(f"x_sd, x_ed{again}")
+        choice, _ = along(cycle, choice)
+    for turn in range(1, TURNS + 1):
+        progress(f"all four, turn {turn}")
+        before, choice = choice, _together(cycle, choice)
+        if choice == before:
+            break
+    progress("margins around it")
+    return CyclePlan(choice, cycle.margin(choice), along(cycle, choice)[1], across(cycle, choice)[1])
 
 
-def along(cycle: Cycle, choice: Choice, n: int | None = None, refine: bool = True) -> tuple[Choice, Surface]:
-    """Search over x_sd and x_ed within bound (11)."""
-    p = cycle.p
-    bound = 0.5 * p.D_s
-    axis = np.arange(1, (n or p.grid) + 1) / ((n or p.grid) + 1) * bound
-    inside = float(axis[0]), float(axis[-1])  # the bound itself is not admissible
-    first = axis if p.x_sd is None else np.array([p.x_sd])
-    second = axis if p.x_ed is None else np.array([p.x_ed])
-    best, surface = _search(
-        cycle, choice, "x", sample_x(p, cycle.times), (first, second), (inside, inside), refine
-    )
+def admissible(p: HuangParameters, choice: Choice) -> bool:
+    """Whether the search could have found it."""
+    (x_sd, x_ed), (y_d, y_m) = _bounds(p, p.grid)
+    return all(grid[0] <= value <= grid[-1] for grid, value in zip((x_sd, x_ed, y_d, y_m), choice, strict=True))
+
+
+def along(cycle: Cycle, choice: Choice, n: int | None = None) -> tuple[Choice, Surface]:
+    """The best x_sd and x_ed of a grid within bound (11), y_d and y_m as they are.
+
+    Args:
+        cycle: everything else.
+        choice: y_d and y_m are taken from it.
+        n: points along each dimension; None: those of the parameters.
+    """
+    (first, second), _ = _bounds(cycle.p, n or cycle.p.grid)
+    best, surface = _best_of(cycle, choice, "x", sample_x(cycle.p, cycle.times), (first, second))
     return choice._replace(x_sd=best[0], x_ed=best[1]), surface
 
 
-def across(cycle: Cycle, choice: Choice, refine: bool = True) -> tuple[Choice, Surface]:
-    """Search over y_d and y_m: from the path's middle to the ankles' line."""
-    p = cycle.p
-    bound = 0.5 * p.l_FA
-    n = LATERAL_GRID
-    first = even(-0.2, 0.6, n) * bound if p.y_d is None else np.array([p.y_d])
-    second = even(0.2, 1.0, n) * bound if p.y_m is None else np.array([p.y_m])
-    limits = ((-0.2 * bound, 0.6 * bound), (0.2 * bound, bound))
-    best, surface = _search(cycle, choice, "y", sample_y(p, cycle.times), (first, second), limits, refine)
+def across(cycle: Cycle, choice: Choice) -> tuple[Choice, Surface]:
+    """The best y_d and y_m of a grid from the path's middle to the ankles' line, x_sd and x_ed as they are."""
+    _, (first, second) = _bounds(cycle.p, LATERAL_GRID)
+    best, surface = _best_of(cycle, choice, "y", sample_y(cycle.p, cycle.times), (first, second))
     return choice._replace(y_d=best[0], y_m=best[1]), surface
 
 
-def _search(
-    cycle: Cycle,
-    choice: Choice,
-    axis: str,
-    motions: Linear,
-    axes: tuple[Array, Array],
-    limits: tuple[tuple[float, float], tuple[float, float]],
-    refine: bool,
+def _bounds(p: HuangParameters, n: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Grids of x_sd, x_ed and of y_d, y_m; a named one is one point. Bound (11) itself is not admissible."""
+    along = np.arange(1, n + 1) / (n + 1) * 0.5 * p.D_s
+    half = 0.5 * p.l_FA
+    grids = (along, along, even(-0.2, 0.6, n) * half, even(0.2, 1.0, n) * half)
+    named = (p.x_sd, p.x_ed, p.y_d, p.y_m)
+    x_sd, x_ed, y_d, y_m = (
+        grid if value is None else np.array([value]) for grid, value in zip(grids, named, strict=True)
+    )
+    return (x_sd, x_ed), (y_d, y_m)
+
+
+def _table(cycle: Cycle, choice: Choice, axis: str, motions: Linear, axes: tuple[Array, Array]) -> ZmpTable:
+    corners = np.array([(i, j) for i in axes[0][[0, -1]] for j in axes[1][[0, -1]]]).T
+    return cycle.table(choice, axis, motions, (corners[0], corners[1]))
+
+
+def _best_of(
+    cycle: Cycle, choice: Choice, axis: str, motions: Linear, axes: tuple[Array, Array]
 ) -> tuple[tuple[float, float], Surface]:
     a, b = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
-    ends = [(grid[0], grid[-1]) if len(grid) == 1 else limit for grid, limit in zip(axes, limits, strict=True)]
-    corners = np.array([(i, j) for i in ends[0] for j in ends[1]]).T
-    table = cycle.table(choice, axis, motions, (corners[0], corners[1]))
-
-    def margins(a: Array, b: Array) -> Array:
-        u: Sampled = motions.at(a, b)
-        least: Array = cycle.support.margins(*table.zmp(u)).min(axis=0)
-        return least
-
-    surface = Surface(axes[0], axes[1], margins(a, b).reshape(len(axes[0]), len(axes[1])))
+    u: Sampled = motions.at(a, b)
+    margins = cycle.support.margins(*_table(cycle, choice, axis, motions, axes).zmp(u))
+    least, shape = margins.min(axis=0), (len(axes[0]), len(axes[1]))
+    score = least + MEAN_SHARE * margins.mean(axis=0)
+    surface = Surface(axes[0], axes[1], least.reshape(shape), score.reshape(shape))
     i, j = surface.best()
-    best = float(axes[0][i]), float(axes[1][j])
-    free = [k for k in range(2) if len(axes[k]) > 1]
-    if refine and free:
-        best = _refined(margins, best, free, ends, axes)
-    return best, surface
+    return (float(axes[0][i]), float(axes[1][j])), surface
 
 
-def _refined(
-    margins: Callable[[Array, Array], Array],
-    start: tuple[float, float],
-    free: list[int],
-    ends: list[tuple[float, float]],
-    axes: tuple[Array, Array],
-) -> tuple[float, float]:
-    """Nelder and Mead from the best point of the grid, within the bounds."""
-
-    def whole(part: Array) -> tuple[float, float]:
-        found = list(start)
-        for k, value in zip(free, part, strict=True):
-            found[k] = float(value)
-        return found[0], found[1]
-
-    def cost(part: Array) -> float:
-        a, b = whole(part)
-        return -float(margins(np.array([a]), np.array([b]))[0])
-
-    begin = np.array([start[k] for k in free])
-    cells = [0.5 * (axes[k][1] - axes[k][0]) for k in free]
-    simplex = np.vstack([begin, *(begin + np.eye(len(free))[i] * cell for i, cell in enumerate(cells))])
-    found = minimize(
-        cost,
-        begin,
-        method="Nelder-Mead",
-        bounds=[ends[k] for k in free],
-        options={"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-6, "maxfev": 120},
+def _together(cycle: Cycle, choice: Choice) -> Choice:
+    """A choice of all four with no less margin; x of the ZMP is tabulated at the choice's y and y at its x."""
+    p = cycle.p
+    pairs = _bounds(p, p.grid)
+    motions = sample_x(p, cycle.times), sample_y(p, cycle.times)
+    tables = (
+        _table(cycle, choice, "x", motions[0], pairs[0]),
+        _table(cycle, choice, "y", motions[1], pairs[1]),
     )
-    return whole(found.x) if found.fun <= cost(begin) else start
+    limits = [(float(grid[0]), float(grid[-1])) for pair in pairs for grid in pair]
+
+    def margins(choices: Array) -> Array:
+        """Of all moments, shape (times, choices), from choices of shape (choices, 4)."""
+        x, _ = tables[0].zmp(motions[0].at(choices[:, 0], choices[:, 1]))
+        _, y = tables[1].zmp(motions[1].at(choices[:, 2], choices[:, 3]))
+        return cycle.support.margins(x, y)
+
+    # In mm, so that steps and tolerances of the method fit.
+    def room(v: Array) -> Array:
+        left: Array = 1e3 * margins(1e-3 * v[None, :4])[:, 0] - v[4]
+        return left
+
+    def slopes(v: Array) -> Array:
+        step = 1e-3
+        moved = 1e-3 * (v[:4] + step * np.vstack((np.eye(4), -np.eye(4))))
+        found = 1e3 * margins(moved)
+        by_choice = (found[:, :4] - found[:, 4:]) / (2.0 * step)
+        return np.column_stack((by_choice, np.full(len(by_choice), -1.0)))
+
+    def cost(v: Array) -> float:
+        return -float(v[4] + MEAN_SHARE * (room(v) + v[4]).mean())
+
+    def steepest(v: Array) -> Array:
+        return -np.append(MEAN_SHARE * slopes(v)[:, :4].mean(axis=0), 1.0)
+
+    start = np.array(choice)
+    least = float(margins(start[None]).min())
+    begin = np.append(1e3 * start, 1e3 * least)
+    with warnings.catch_warnings():
+        # its steps leave the bounds by a rounding error, and it says so
+        warnings.filterwarnings("ignore", "Values in x were outside bounds")
+        found = minimize(
+            cost,
+            begin,
+            jac=steepest,
+            method="SLSQP",
+            bounds=[(1e3 * low, 1e3 * high) for low, high in limits] + [(None, None)],
+            constraints={"type": "ineq", "fun": room, "jac": slopes},
+            options={"maxiter": 100, "ftol": 1e-6},
+        )
+    better = np.clip(1e-3 * found.x[:4], *np.array(limits).T)
+    reached = np.append(1e3 * better, 1e3 * float(margins(better[None]).min()))
+    return Choice(*better.tolist()) if cost(reached) < cost(begin) else choice
