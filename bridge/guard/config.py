@@ -53,8 +53,9 @@ class CrouchSettings(_Table, frozen=True, kw_only=True):
     """s between the arrival and the beginning of the stiffness' end."""
     fade: Annotated[float, msgspec.Meta(ge=0.0)] = 0.7
     """s in which the stiffness goes down to `rest_stiffness`."""
-    rest_stiffness: Share = 0.0
-    """0 to 1, in the end."""
+    rest_stiffness: Share = 0.1
+    """0 to 1, of the legs in the end, as far as they had more; all else goes limp. With none the emulated robot
+    tips over backwards: what holds a real one in its crouch, thighs on calves and friction, is not emulated."""
 
     def __post_init__(self) -> None:
         """Raises ValueError for a posture that is not published."""

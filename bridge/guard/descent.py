@@ -8,11 +8,13 @@ from typing import Final
 import numpy as np
 
 from bridge.guard.config import CrouchSettings
+from bridge.joints import LEG_SLOTS, N_JOINTS
 
 _PEAK: Final = 1.875
 """Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
 _SHORTEST: Final = 0.5
 """s"""
+_LEGS: Final = frozenset(slot for slots in LEG_SLOTS.values() for slot in slots)
 
 
 class Descent:
@@ -25,6 +27,7 @@ class Descent:
         settings: speeds and times.
         cycle: s
         moving: False: only the fade, where the robot is.
+        standing: the legs keep `rest_stiffness`, without which a crouched robot may tip over; False: none.
     """
 
     def __init__(
@@ -36,10 +39,12 @@ class Descent:
         cycle: float,
         *,
         moving: bool,
+        standing: bool,
     ) -> None:
         self._start, self._goal = np.array(start), np.array(goal if moving else start)
         self._stiffness = np.array(stiffness)
-        self._rest = np.minimum(self._stiffness, settings.rest_stiffness)
+        rest = [settings.rest_stiffness if standing and i in _LEGS else 0.0 for i in range(N_JOINTS)]
+        self._rest = np.minimum(self._stiffness, rest)
         way = float(np.abs(self._goal - self._start).max())
         self._duration = max(_PEAK * way / settings.speed, _SHORTEST) + settings.settle if moving else 0.0
         self._moving = self._duration - settings.settle
@@ -55,5 +60,6 @@ class Descent:
         position = self._start + blend * (self._goal - self._start)
         faded = min(max((self._time - self._duration) / max(self._fade, self._cycle), 0.0), 1.0)
         self.done = faded >= 1.0
-        stiffness = self._stiffness + faded * (self._rest - self._stiffness)
+        fading = self._stiffness + faded * (self._rest - self._stiffness)
+        stiffness = self._rest if self.done else fading
         return tuple(position.tolist()), tuple(stiffness.tolist())

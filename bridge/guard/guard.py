@@ -31,6 +31,9 @@ REACHED: Final = 0.01
 """rad; an approach this close to the command has arrived."""
 _WEAK: Final = 0.2
 """A joint with less stiffness is where it is measured, not where it was last asked to be."""
+STOOD_UP: Final = 0.15
+"""s in which a robot that was put on its feet is held there, for its controller to notice; short, because the
+controller moves on meanwhile."""
 _DEFAULT: Final = GuardSettings()
 _Request = tuple[Literal["crouch", "limp", "arm"], str, threading.Event]
 
@@ -92,6 +95,25 @@ class Guard:
     def busy(self) -> bool:
         """It has something to do without a command; a robot that waits for answers goes on meanwhile."""
         return self._descent is not None or not self._requests.empty()
+
+    @property
+    def moves(self) -> bool:
+        """The joints are under command, or on the way down."""
+        return self.state in ("approach", "active", "hold", "crouch")
+
+    def stood_up(self, seq: int, posture: tuple[float, ...]) -> None:
+        """Somebody put the robot on its feet, stiff: what was done about its fall or its rest is over.
+
+        No command is taken for `STOOD_UP`: the newest may still be a fallen robot's.
+
+        Args:
+            seq: of the present sensor frame.
+            posture: 25 positions it is held in, rad.
+        """
+        self._descent, self._silent = None, None
+        self._limiter.last, self._stiffness = self._ranges_of(posture), (1.0,) * N_JOINTS
+        self._down = round(STOOD_UP / self._body.cycle)
+        self._enter(seq, "idle", "", "The robot was put on its feet.")
 
     @property
     def position(self) -> tuple[float, ...] | None:
@@ -222,15 +244,17 @@ class Guard:
             self._go_down(frame, "silence")
 
     def _go_down(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
-        """Crouch if the robot stands by its legs, else let go where it is."""
+        """Crouch if the robot stands by its legs; else let go where it is, of a crouched one not quite."""
         s = self._s.crouch
         stiffness = self._stiffness or frame.stiffness
-        up = self.state != "fallen" and legs_stiff(stiffness) and stands(self._body, frame, self._s.stance)
+        standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
         start = self._start_from(frame, _WEAK)
-        moving = up and not limp
+        moving = standing and legs_stiff(stiffness)
         if limp:
-            s = msgspec.structs.replace(s, fade=0.0, rest_stiffness=0.0)
-        self._descent = Descent(start, stiffness, self._crouch, s, self._body.cycle, moving=moving)
+            s = msgspec.structs.replace(s, fade=0.0)
+        self._descent = Descent(
+            start, stiffness, self._crouch, s, self._body.cycle, moving=moving, standing=standing
+        )
         self._limiter.last = start
         self._enter(frame.seq, "crouch" if moving else "rest", reason)
 
@@ -268,7 +292,7 @@ class Guard:
                 self._descent = None
                 if self.state != "rest":
                     self._enter(frame.seq, "rest", self.status.reason)
-        elif self._down == 0 or self.state != "fallen":
+        elif self._down == 0 or self.state not in ("fallen", "idle"):
             return None
         assert self._limiter.last is not None and self._stiffness is not None
         return ActuatorFrame(reply_to=self._reply_to, position=self._limiter.last, stiffness=self._stiffness)

@@ -14,8 +14,8 @@ from bridge.errors import FrameError
 from bridge.joints import INDEX, JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, require_finite
 
-TOLERANCE: Final = 1e-6
-"""rad beyond a limit that are clipped without a word: rounding of the sender's number format."""
+TOLERANCE: Final = math.radians(0.05)
+"""rad beyond a limit that are clipped without a word: less than the sentence on it would show."""
 
 
 class Ranges:

@@ -41,34 +41,42 @@ class SpeedLimiter:
 
         Args:
             wanted: 25 positions inside their ranges.
-            speed: rad/s that no joint exceeds either; None: only the drives' own.
+            speed: rad/s that no joint exceeds either; all then arrive together, so that a crouched robot rises
+                through poses in which it stands. None: only the drives' own.
 
         Returns:
             25 positions inside their ranges; exactly `wanted` when it is within reach.
         """
         assert self.last is not None
-        steps = self.steps
-        if speed is not None:
-            steps = np.where(np.isfinite(steps), np.minimum(steps, speed * self._body.cycle), steps)
+        limits = steps = self.steps
         last, goal = np.array(self.last), np.array(wanted)
         way = goal - last
+        if speed is not None:
+            limited = np.isfinite(limits)
+            limits = np.where(limited, np.minimum(limits, speed * self._body.cycle), limits)
+            farthest = float(np.abs(way[limited]).max(initial=0.0))
+            share = min(1.0, speed * self._body.cycle / farthest) if farthest > 0.0 else 1.0
+            steps = np.minimum(limits, np.where(limited, share * np.abs(way), np.inf))
         if (np.abs(way) <= steps).all():
             self.last = tuple(wanted)
         else:
             out = np.where(np.abs(way) <= steps, goal, last + np.clip(way, -steps, steps)).tolist()
             for joint, slot, other in self._couplings:
-                self._couple(joint, slot, other, out, wanted[slot], float(steps[slot]))
+                self._couple(joint, slot, other, out, wanted[slot], (float(steps[slot]), float(limits[slot])))
             self.last = tuple(out)
         return self.last
 
-    def _couple(self, joint: str, slot: int, other: int, out: list[float], wanted: float, step: float) -> None:
-        """Keep a joint in its range at the other's position; the other waits when the joint cannot follow."""
+    def _couple(
+        self, joint: str, slot: int, other: int, out: list[float], wanted: float, paces: tuple[float, float]
+    ) -> None:
+        """Keep a joint in its range at the other's position: by a longer step, or the other waits."""
         assert self.last is not None
         lower, upper = coupled_limits(self._body, joint, out[other])
-        start = self.last[slot]
-        goal = min(max(wanted, lower), upper)
-        out[slot] = goal if abs(goal - start) <= step else start + min(max(goal - start, -step), step)
-        if not lower - _ROUNDING <= out[slot] <= upper + _ROUNDING:
-            out[other] = self.last[other]
-            lower, upper = coupled_limits(self._body, joint, out[other])
-            out[slot] = min(max(out[slot], lower), upper)
+        start, way = self.last[slot], min(max(wanted, lower), upper) - self.last[slot]
+        for step in paces:
+            out[slot] = start + way if abs(way) <= step else start + min(max(way, -step), step)
+            if lower - _ROUNDING <= out[slot] <= upper + _ROUNDING:
+                return
+        out[other] = self.last[other]
+        lower, upper = coupled_limits(self._body, joint, out[other])
+        out[slot] = min(max(out[slot], lower), upper)

@@ -109,6 +109,8 @@ def test_a_silent_controllers_robot_is_held_then_crouches_then_lets_go() -> None
     inside = [i for i in LEGS if JOINTS[i] not in ("LAnkleRoll", "RAnkleRoll")]  # those are coupled there
     assert [robot.position[i] for i in inside] == pytest.approx([POSTURES["Crouch"][i] for i in inside])
     assert robot.stiffness == crouch.rest_stiffness
+    given = robot.guard.stiffness
+    assert given is not None and {given[i] for i in range(N_JOINTS) if i not in LEGS} == {0.0}
 
 
 def test_no_joint_is_faster_than_the_settings_say_on_the_way_down() -> None:
@@ -162,6 +164,37 @@ def test_a_new_controller_takes_over_from_the_crouch_slowly() -> None:
     assert given is not None and given.position == robot.guard.check(command(0), 0).position
 
 
+def test_a_robot_rises_with_all_joints_arriving_together() -> None:
+    """On a straight line in joint space: a hip that is there before its knee topples the robot."""
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    until_rest(robot)
+    start, ends = robot.position, robot.guard.check(command(0), 0).position
+    shares = []
+    robot.command(lease=2)
+    while robot.guard.state == "approach":
+        done = [
+            (now - begin) / (end - begin)
+            for now, begin, end in zip(robot.position, start, ends, strict=True)
+            if abs(end - begin) > 1e-3
+        ]
+        assert max(done) - min(done) < 1e-6
+        shares.append(done[0])
+        robot.command(lease=2)
+    assert shares == sorted(shares) and len(shares) > 50
+
+
+def test_a_crouched_robot_of_little_stiffness_is_not_let_go_any_further() -> None:
+    """As behind another guard that has brought it down and then says no more."""
+    crouch = POSTURES[SETTINGS.crouch.posture]
+    robot = Robot(Guard(BODY), crouch, SETTINGS.crouch.rest_stiffness)
+    robot.cycle(command(0, crouch, SETTINGS.crouch.rest_stiffness))
+    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    until_rest(robot)
+    assert robot.stiffness == SETTINGS.crouch.rest_stiffness
+
+
 def test_a_command_from_the_same_pose_is_taken_as_it_is() -> None:
     robot = Robot(Guard(BODY))
     wanted = robot.guard.check(command(0), 0)
@@ -187,7 +220,7 @@ def test_an_emergency_stop_needs_arming_afterwards(how: str) -> None:
     with pytest.raises(FrameError, match="nao-hil arm"):
         robot.command(lease=2)
     until_rest(robot)
-    assert robot.stiffness == 0.0
+    assert robot.stiffness == (0.0 if how == "limp" else SETTINGS.crouch.rest_stiffness)
     assert robot.guard.status.reason == "stop" and not robot.guard.status.armed
     robot.guard.arm()
     robot.cycle(None)
@@ -285,7 +318,7 @@ def test_too_hot_or_too_empty_the_robot_goes_down_and_takes_nothing_until_it_is_
     setattr(robot, field, between)
     for _ in range(1000):
         robot.command()
-    assert robot.guard.state == "rest" and robot.stiffness == 0.0
+    assert robot.guard.state == "rest" and robot.stiffness == SETTINGS.crouch.rest_stiffness
     setattr(robot, field, good)
     robot.command()
     assert robot.guard.state == "approach"

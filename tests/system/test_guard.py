@@ -57,9 +57,9 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
         status = until(rests(guard), "the robot to rest")
         assert status.reason == "silence"
         assert monitor.truth is not None and not monitor.truth.fell
-        assert standing_height(monitor) < high - 0.05
         # What the sensors say lags by a cycle, and in lockstep no cycle follows the one that ended the descent.
-        until(lambda: monitor.sensors and max(monitor.sensors.stiffness) < 0.05, "the legs to go limp")
+        until(lambda: monitor.sensors and max(monitor.sensors.stiffness) < 0.15, "the joints to let go")
+        assert standing_height(monitor) < high - 0.05
         last = start(*walk, "--steps", "2", "--json")
         if mode == "lockstep":  # in real time a busy machine may make the walk itself fall
             assert last.wait() == 0, last.said
@@ -85,7 +85,8 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
         assert stop.wait() == 0, stop.said
         assert (stop.result["reason"], stop.result["armed"]) == ("stop", False)
         until(rests(guard), "the robot to rest")
-        until(lambda: "nao-hil arm" in words(walker.said), "the walker to be told")
+        assert walker.wait() == 3  # who arms the robot again does not ask for this walk to go on
+        assert "nao-hil arm" in words(walker.said)
         unsure = start("arm", *where)
         assert unsure.wait() == 2
         assert "say --yes" in words(unsure.said)
@@ -93,9 +94,10 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
         arm = start("arm", "--yes", *where, "--json")
         assert arm.wait() == 0, arm.said
         assert arm.result["armed"] is True
-        until(lambda: guard.status().state == "active", "the walker to go on")
-    walker.interrupt()
-    assert "Traceback" not in walker.said
+        again = start("walk", *where, "--steps", "0")
+        until(lambda: guard.status().state == "active", "the next walk")
+    again.interrupt()
+    assert "Traceback" not in walker.said + again.said
 
 
 def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
