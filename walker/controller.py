@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 
 from bridge.datasheet import Body
-from bridge.joints import N_JOINTS
+from bridge.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame, Vec3, WalkTelemetry
 from walker.estimation import Contacts, Estimate, Estimator
 from walker.gait import Foot, Gait, Reference
@@ -57,8 +57,9 @@ class Controller:
         self._state: State = Approaching(walk.goal, after)
         self._next: ReadyWalk | None = None
         self._hold = math.inf
+        self._fell = self._limp = False
         self._began = self._plan.reference
-        self._estimator = Estimator(body, p)
+        self._estimator = Estimator(body, p, cycle)
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
 
@@ -91,6 +92,11 @@ class Controller:
     def lies(self) -> bool:
         """The robot fell, and has not been put on its feet."""
         return self._state.name == "fallen" and self._estimate.falling
+
+    @property
+    def delay(self) -> float:
+        """By which answers are late at the robot, in the mean of about half a second, s."""
+        return self._estimate.delay
 
     @property
     def place(self) -> Vec3:
@@ -158,8 +164,11 @@ class Controller:
                 self.stop()
         if self._estimate.falling and self._state.name != "fallen":
             self._next = None
+            self._limp = False
             self._state = Fallen(frame.position, self._walk.parameters.fall.stiffness)
         else:
+            if self._put_up(frame):
+                self._stand_again(frame)
             if self._next is not None and self._may_begin():
                 self._start(self._next, frame)
             self._state = self._state.advance(frame, self._estimate, dt)
@@ -190,10 +199,28 @@ class Controller:
     def _may_begin(self) -> bool:
         return self._state.name == "stand" or (self._state.name == "fallen" and not self._estimate.falling)
 
+    def _put_up(self, frame: SensorFrame) -> bool:
+        """Whether somebody put the robot that fell on its feet: it was limp, now it is stiff."""
+        if self._state.name != "fallen" or not self._serves:
+            return False
+        legs = min(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots)
+        stiff = legs > 2.0 * self._state.stiffness
+        self._limp = self._limp or not stiff
+        # by the robot's own angle: the walker's still turns up from where the robot lay
+        return self._limp and stiff and math.hypot(*frame.angle) < self._walk.parameters.fall.angle
+
+    def _stand_again(self, frame: SensorFrame) -> None:
+        """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""
+        self._estimator = Estimator(self._body, self._walk.parameters, self._cycle)
+        self._plan.reference = ContinuedGait(self._walk.gait, self.place[0]).stand()
+        standing = Standing(self._walk.goal, self._walk.stabiliser)
+        self._state, self._fell = Approaching(self._walk.goal, standing, frame.position), True
+
     def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:
         """Begin a walk where the robot is: from its stand, or by way of the new gait's."""
         self._next = None
-        before, fell = self._walk, self._state.name == "fallen"
+        before, lay = self._walk, self._state.name == "fallen"
+        fell, self._fell = lay or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
         if same:  # the corrections that were found for this ground stay
             walk = replace(walk, stabiliser=before.stabiliser)
@@ -205,9 +232,9 @@ class Controller:
         self._walking = Walking(self._plan, walk.footing(), walk.stabiliser, held if same else None)
         self._state = self._walking
         if not same:
-            self._state = Approaching(walk.goal, self._walking, frame.position if fell else held)
+            self._state = Approaching(walk.goal, self._walking, frame.position if lay else held)
         if fell:
-            self._estimator = Estimator(self._body, walk.parameters)
+            self._estimator = Estimator(self._body, walk.parameters, self._cycle)
 
     @property
     def telemetry(self) -> WalkTelemetry:

@@ -11,19 +11,21 @@ from typing import Final
 
 from bridge.messages import SensorFrame
 
-BUDGETS: Final = {"dynamic": 0.025}
+BUDGETS: Final = {"static": 0.025, "dynamic": 0.025}
 BUDGET: Final = 0.015
 """s by which answers may be late, in the mean of about `SPAN`, and a walk still begins or goes on; `BUDGET` for
-gaits that are not named. Measured on emulated robots, see docs/weather.md: the static gait bears one late cycle
-and falls with two, the dynamic one bears three."""
+gaits that are not named. Measured on emulated robots, see docs/weather.md: the static gait bears two late
+cycles, and on an ideal robot falls with three; the dynamic one bears three."""
 SPAN: Final = 0.5
 """s; time constant of the mean: a single late answer is none of its business, nor is what the guard sees to."""
+ANEW: Final = 0.25
+"""s without a frame after which the mean begins anew: what was in force meanwhile was the guard's."""
 LONGEST: Final = 0.040
 """s; a delay counts as no more, so that one gap that the guard bridges does not end a walk."""
 
 
 class DelayWatch:
-    """Mean delay of the answers; for one boot of a robot and one controller.
+    """Mean delay of the answers; for one boot of a robot.
 
     Args:
         cycle: of the robot, s.
@@ -38,11 +40,11 @@ class DelayWatch:
 
     def take(self, frame: SensorFrame) -> None:
         """The next frame that is answered."""
-        if self._first is None:
-            self._first = self._seq = frame.seq
-            return
         cycles = frame.seq - self._seq
         self._seq = frame.seq
+        if self._first is None or cycles * self._cycle > ANEW:
+            self._first = frame.seq
+            return
         # What was in force before this controller's first answer is not its own.
         late = frame.seq - 1 - max(frame.command, self._first - 1)
         weight = min(1.0, cycles * self._cycle / SPAN)

@@ -10,19 +10,25 @@ from collections.abc import Callable
 import msgspec
 
 from bridge.datasheet import Body, load_body
-from bridge.errors import ConfigurationError, FrameError, RobotSilent
+from bridge.errors import ConfigurationError, FrameError, LinkError, RobotSilent
+from bridge.guard import GuardSettings
+from bridge.guard.messages import GuardStatus
 from bridge.histogram import DurationHistogram
-from bridge.link import ControllerLink
-from bridge.messages import ActuatorFrame, Info, SensorFrame
+from bridge.link import ControllerLink, keys
+from bridge.messages import ActuatorFrame, Info, SensorFrame, decode
 from bridge.realtime import quiet_process
 from walker.controller import Controller
-from walker.delay import DelayWatch, budget
+from walker.delay import budget
 from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
 
 SILENCE = 0.5
 """s without a sensor frame after which the walker looks whether the robot is still there."""
+_AGAIN = 0.2
+"""s between two looks whether a robot was armed."""
+GUARDED = GuardSettings().watchdog.silence + GuardSettings().watchdog.hold
+"""Cycles without an answer after which a guard has the robot, whether or not its notice came through."""
 MakeController = Callable[[Body, float], Controller]
 """Body and cycle time (s) to a controller at the beginning of its order."""
 
@@ -75,8 +81,7 @@ class WalkerProcess:
         self._ticks = DurationHistogram()
         self._skipped = 0
         self._seq = -1
-        self._delay = DelayWatch(math.inf)
-        self._late = False
+        self._late = self._dry_run = self._walked = False
         self._boot: int | None = None
         self._last: ActuatorFrame | None = None
         self._complained = -math.inf
@@ -88,6 +93,7 @@ class WalkerProcess:
             ConfigurationError: the robot is another body, or cannot walk the gait.
             LeaseRefused: another controller holds the robot.
             FrameError: the robot speaks another version of the contract.
+            LinkError: it was stopped in the walk.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
@@ -98,16 +104,42 @@ class WalkerProcess:
                 self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
-            self._delay = DelayWatch(info.cycle)
             logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
             if info.mode == "real-time":
                 quiet_process(
                     self._priority
                 )  # it takes some cycles, which would be missed with the lease in hand
-            if self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
+            if self._armed() and self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
                 self._link.release()
                 break
         return self._result()
+
+    def _armed(self) -> bool:
+        """Wait until the robot takes commands; False when the process was stopped meanwhile.
+
+        Raises:
+            LinkError: it was stopped in the walk. Who arms it again does not ask for that walk to go on.
+        """
+        said = False
+        while not self._stop():
+            try:
+                status = decode(self._link.query(keys.GUARD), GuardStatus)
+            except LinkError:
+                return True  # no guard that could be asked
+            self._dry_run = status.dry_run
+            if status.dry_run:
+                logger.warning(
+                    "the robot's side only watches (--dry-run); what is asked of the joints is not done"
+                )
+            if status.armed:
+                return True
+            if self._walked and self._service is None:
+                raise LinkError(f"{status.text} The walk has ended; arm the robot and walk again.")
+            if not said:
+                logger.warning("%s Waiting for that.", status.text)
+            said = True
+            time.sleep(_AGAIN)
+        return False
 
     def _acquire(self) -> bool:
         """Ask for the lease; False when the robot went away meanwhile."""
@@ -137,6 +169,14 @@ class WalkerProcess:
                 return False
             if frame is None:
                 self._acquire()  # a sign of life, so that a robot that pauses does not give the lease away
+            elif not lockstep and 0 <= self._seq < frame.seq - GUARDED:
+                logger.warning(
+                    "nothing was heard of the robot for %d cycles, in which its guard took it over; the walk "
+                    "begins anew",
+                    frame.seq - self._seq,
+                )
+                self._boot = None
+                return False
             elif frame.seq > self._seq:
                 self._answer(controller, frame, lockstep)
                 if controller.done:
@@ -152,15 +192,15 @@ class WalkerProcess:
     def _answer(self, controller: Controller, frame: SensorFrame, lockstep: bool) -> None:
         if self._seq >= 0:
             self._skipped += frame.seq - self._seq - 1
-        self._seq = frame.seq
-        if not lockstep:
-            self._heed_delay(controller, frame)
+        self._seq, self._walked = frame.seq, True
         if self._service is not None:
             self._service.before(controller, frame.seq)
         began = time.perf_counter()
         self._last = controller.tick(frame)
         tick = time.perf_counter() - began
         self._ticks.add(tick)
+        if not lockstep:
+            self._heed_delay(controller)
         if self._service is not None:
             self._service.after(controller, frame.seq)
         telemetry = controller.telemetry
@@ -172,15 +212,14 @@ class WalkerProcess:
             self._link.send(self._last)
             self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=tick))
 
-    def _heed_delay(self, controller: Controller, frame: SensorFrame) -> None:
+    def _heed_delay(self, controller: Controller) -> None:
         """Close the feet on a link that is worse than a walk bears."""
-        self._delay.take(frame)
         bears = budget(controller.walk.gait.name)
-        if self._delay.mean > bears and controller.state in ("approach", "walk"):
+        if not self._dry_run and controller.delay > bears and controller.state in ("approach", "walk"):
             self._late = True
             controller.stop()
             self._complain(
-                f"answers reach the robot {1e3 * self._delay.mean:.0f} ms late, a walk bears "
+                f"answers reach the robot {1e3 * controller.delay:.0f} ms late, a walk bears "
                 f"{1e3 * bears:.0f} ms: the feet are closed"
             )
 

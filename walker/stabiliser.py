@@ -112,7 +112,7 @@ class Stabiliser:
         if self._legs is not None:
             angle = estimate.angle if self._torso is not None else (estimate.angle[0], 0.0)
             levels = self._levelling.update(angle, reference, footing, estimate.contacts, dt)
-        left, right = self._lift(reference, footing, frame, dt)
+        left, right = self._lift(reference, footing, frame, estimate.delay, dt)
         lift = left + levels["L"].lift, right + levels["R"].lift
         torso = (
             self._torso.update(estimate.angle[1], footing.support) if self._torso is not None else (0.0, 0.0)
@@ -138,7 +138,9 @@ class Stabiliser:
         self.corrections = Corrections(lift, (left_roll, right_roll), (left_pitch, right_pitch), torso, shared)
         return tuple(angles)
 
-    def _lift(self, reference: Reference, footing: Footing, frame: SensorFrame, dt: float) -> Vec2:
+    def _lift(
+        self, reference: Reference, footing: Footing, frame: SensorFrame, delay: float, dt: float
+    ) -> Vec2:
         """Height of both feet over the plan by the leg admittance, m."""
         if self._legs is None:
             return 0.0, 0.0
@@ -156,6 +158,7 @@ class Stabiliser:
                     progress=footing.progress,
                     ankle_z=foot.z + self._foot_height - reference.hip_height,
                     search=footing.search,
+                    delay=delay,
                 )
             )
         return lift[0], lift[1]

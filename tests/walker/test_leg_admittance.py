@@ -158,3 +158,26 @@ def test_noise_below_the_tolerance_moves_nothing() -> None:
 def test_a_spring_without_room_is_refused() -> None:
     with pytest.raises(ConfigurationError, match=r"k_b = 0\.04 m lies beyond the spring's pole"):
         from_dict({"k_b": 0.04}, "admittance", LegParameters)
+
+
+def _ripple(late: float, told: float) -> float:
+    """Largest less smallest force, over its mean, of a foot that is pressed onto a stiff floor at 20 mm/s.
+
+    The loop has the parameters' latency and is `late` besides; the admittance is `told` so much of it, s.
+    """
+    p = LegParameters(force_tolerance=0.0, reach_below=0.0)
+    leg, stiffness = LegAdmittance(p), 0.8 * math.pi * p.D / (2.0 * p.latency)  # k < pi D / (2 T) is stable
+    offsets = [0.0] * (1 + round((p.latency + late) / DT))
+    forces = []
+    for n in range(100):
+        forces.append(max(stiffness * (0.02 * DT * n - offsets[n]), 0.0))
+        offsets.append(leg.update(forces[-1], "swing", DT, delay=told))
+    end = forces[-40:]
+    return (max(end) - min(end)) * len(end) / sum(end)
+
+
+@pytest.mark.parametrize("late", [0.02, 0.03])
+def test_a_late_loop_rings_unless_the_admittance_knows_of_it(late: float) -> None:
+    assert _ripple(0.0, 0.0) < 0.8
+    assert _ripple(late, 0.0) > 2.0
+    assert _ripple(late, late) < 0.8

@@ -41,6 +41,9 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     figure 4.1 allow at most (5 - 0.26) / 0.065 = 73. Below it waits instability: contact of the stiffness k
     makes e' = -k e / D, delayed by servo and sampling by T = 50 ms, stable for k < pi D / (2 T) = 2.4 kN/m.
     """
+    latency: _Positive = 0.05
+    """T of servo and sampling, s. In a loop that is late by d besides, D (T + d) / T has the margin of D in one
+    that is not, and is what is used."""
     force_tolerance: _NotNegative = 0.5
     """Sum of the foot's sensor forces that does not count, N."""
     reach_below: _NotNegative = 0.005
@@ -89,6 +92,7 @@ class LegAdmittance:
         progress: float = 1.0,
         ankle_z: float = -math.inf,
         search: float = 0.0,
+        delay: float = 0.0,
     ) -> float:
         """One cycle.
 
@@ -100,14 +104,15 @@ class LegAdmittance:
             ankle_z: planned height of this leg's ankle in the frame of its hip, m (negative), for the limit
                 `z_highest`; the limit does not lengthen a leg that is planned too short.
             search: how much further the target of a swing foot reaches below the ground that it has not met, m.
-            search: how much further the target of a swing foot is to reach below the ground, m.
+            delay: of the loop, besides `latency`, s.
 
         Returns:
             e - depth: what to add to the planned height of the foot, m, up positive. It changes by at most
             `max_rate` dt per cycle, except downwards where the leg length limit forces it.
         """
         p = self._p
-        e, depth = self._wanted(force_z, role, dt, progress, search)
+        damping = p.D * (1.0 + delay / p.latency)
+        e, depth = self._wanted(force_z, role, dt / damping, progress, search)
         step = p.max_rate * dt
         sink = clip(depth - self.depth, -step, step)
         self.e += clip(e - self.e, sink - step, sink + step)
@@ -132,23 +137,26 @@ class LegAdmittance:
         self._held = clip(self._held[0] - by, lowest, highest), self._held[1]
 
     def _wanted(
-        self, force_z: float, role: Role, dt: float, progress: float, search: float
+        self, force_z: float, role: Role, yielding: float, progress: float, search: float
     ) -> tuple[float, float]:
-        """Error and depth before the limits; all three states keep e strictly inside the pole."""
+        """Error and depth before the limits; all three states keep e strictly inside the pole.
+
+        `yielding` is T_s / D, m/N.
+        """
         if role == "stance":
             self._held = self.e, self.depth
             return self._held
         if progress < APEX:
             return self._held[0] * kept(progress), self._held[1] * kept(progress)
-        return self._comply(force_z, dt), self._p.reach_below * lowered(progress) + search
+        return self._comply(force_z, yielding), self._p.reach_below * lowered(progress) + search
 
-    def _comply(self, force_z: float, dt: float) -> float:
+    def _comply(self, force_z: float, yielding: float) -> float:
         """Implicit step of (4.1): the root of a function that rises from -inf to inf between the poles."""
         p = self._p
         force = max(force_z - p.force_tolerance, 0.0)
 
         def residual(e: float) -> float:
-            return e - self.e - dt / p.D * (force - p.spring(e))
+            return e - self.e - yielding * (force - p.spring(e))
 
         lowest, highest = -p.pole * _INSIDE - p.k_b, p.pole * _INSIDE - p.k_b
         if residual(highest) <= 0.0:

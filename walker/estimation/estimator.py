@@ -9,6 +9,7 @@ import numpy as np
 from bridge.datasheet import Body
 from bridge.datasheet.model import Side
 from bridge.messages import SensorFrame, Vec2
+from walker.delay import DelayWatch
 from walker.estimation.attitude import Attitude
 from walker.estimation.contact import ContactEstimator, Contacts
 from walker.estimation.fall import FallDetector
@@ -32,6 +33,8 @@ class Estimate(NamedTuple):
     falling: bool
     ground: Vec2 = (0.0, 0.0)
     """Roll and pitch of the ground under the standing feet, rad."""
+    delay: float = 0.0
+    """By which answers are late at the robot, s."""
 
 
 class Estimator:
@@ -40,15 +43,17 @@ class Estimator:
     Args:
         body: places of the force sensors.
         parameters: thresholds.
+        cycle: of the robot, s.
     """
 
-    def __init__(self, body: Body, parameters: ControllerParameters) -> None:
+    def __init__(self, body: Body, parameters: ControllerParameters, cycle: float) -> None:
         self._attitude = Attitude(parameters.attitude)
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body)
         self._height = body.lengths.FootHeight
+        self._delay = DelayWatch(cycle)
 
     def update(
         self,
@@ -74,7 +79,8 @@ class Estimator:
         falling = self._fall.update(angle, contacts, dt, walking=walking)
         moves = reference.phase != "stand"
         ground = self._ground.update(frame, angle, turned, dt, walking=moves)
-        return Estimate(contacts, zmp, angle, falling, ground)
+        self._delay.take(frame)
+        return Estimate(contacts, zmp, angle, falling, ground, self._delay.mean)
 
     def take_ground(self, turn: Vec2) -> None:
         """As `GroundTilt.take`."""

@@ -1,0 +1,98 @@
+"""What a walker makes of gaps in its sensor frames: after a long one the robot is where its guard left it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import msgspec
+import pytest
+
+from bridge.datasheet import Body
+from bridge.datasheet.postures import POSTURES
+from bridge.errors import LinkError
+from bridge.guard import GuardSettings
+from bridge.messages import SensorFrame
+from lab.cli.walk import controller_maker
+from lab.config import RunConfig
+from walker.controller import Controller
+from walker.process import WalkerProcess
+
+FRAME = SensorFrame(
+    seq=0,
+    time=0.0,
+    position=POSTURES["StandInit"],
+    stiffness=(1.0,) * 25,
+    current=(0.0,) * 25,
+    temperature=(38.0,) * 25,
+    fsr=(4.9,) * 8,
+    accelerometer=(0.0, 0.0, 9.81),
+    gyroscope=(0.0, 0.0, 0.0),
+    angle=(0.0, 0.0),
+    touch=(0.0,) * 14,
+    battery=(0.9, -1.5, 0.0, 30.0),
+    sonar=(0.5, 0.6),
+)
+
+
+class Link:
+    """A robot whose frames have the given numbers; it stays the same robot throughout."""
+
+    robot, endpoint, lease = "nao", "tcp/127.0.0.1:7447", 1
+
+    def __init__(self, numbers: list[int], mode: str) -> None:
+        self.numbers, self.mode = numbers, mode
+        self.sent: list[Any] = []
+
+    def wait_robot(self, stop: Any) -> Any:
+        return (
+            None if stop() else SimpleNamespace(body="nao-v3", boot=7, cycle=0.01, mode=self.mode, robot="nao")
+        )
+
+    def latest(self, _: float) -> SensorFrame:
+        return msgspec.structs.replace(FRAME, seq=self.numbers.pop(0))
+
+    next = latest
+
+    def acquire(self) -> None:
+        """It is given."""
+
+    release = acquire
+
+    def query(self, _: str) -> bytes:
+        raise LinkError("This one has no guard.")
+
+    def notices(self) -> list[Any]:
+        return []
+
+    def send(self, frame: Any) -> None:
+        self.sent.append(frame)
+
+    publish_telemetry = send
+
+
+GUARDED = GuardSettings().watchdog.silence + GuardSettings().watchdog.hold
+
+
+@pytest.mark.parametrize(
+    ("numbers", "mode", "walks"),
+    [
+        ([0, 1, 2, 3], "real-time", 1),
+        ([0, 1, 1 + GUARDED, 2 + GUARDED], "real-time", 1),
+        ([0, 1, 2 + GUARDED, 3 + GUARDED, 4 + GUARDED], "real-time", 2),
+        ([0, 1, 2 + GUARDED, 3 + GUARDED], "lockstep", 1),
+    ],
+)
+def test_a_walk_begins_anew_after_a_gap_in_which_a_guard_takes_the_robot_over(
+    numbers: list[int], mode: str, walks: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Controller] = []
+
+    def make(body: Body, cycle: float) -> Controller:
+        made.append(controller_maker(RunConfig(steps=0))(body, cycle))
+        return made[-1]
+
+    monkeypatch.setattr("walker.process.quiet_process", lambda _: None)
+    link = Link(numbers, mode)
+    WalkerProcess(link, make, None, lambda: not link.numbers).run()  # type: ignore[arg-type]
+    assert len(made) == walks
