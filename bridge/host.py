@@ -16,6 +16,7 @@ that waits for its controller (lockstep) calls `publish`, `admit` and `decide` i
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Sequence
@@ -32,6 +33,10 @@ from bridge.observer import Observer
 
 CONFIRMED: Final = 0.5
 """s a query waits until the loop has done what it asked for."""
+CROUCH: Final = 15.0
+"""s in which a robot that still stands is brought down when its bridge is to end."""
+
+logger = logging.getLogger(__name__)
 
 
 class RobotHost:
@@ -42,7 +47,7 @@ class RobotHost:
     Args:
         link: open link, robot side.
         guard: of this robot.
-        observers: told of each cycle; those of an emulated robot, whose frames come with the truth.
+        observers: told of each cycle; of its frames only by an emulated robot, which has the truth beside them.
         dry_run: everything but the commands: they are guarded and observed, and none is given out.
     """
 
@@ -52,6 +57,7 @@ class RobotHost:
         self.link, self.guard = link, guard
         self._observers, self._dry_run = observers, dry_run
         self._asked: Holder | None = None
+        self._give_up: float | None = None
         self.in_force = -1
         """`reply_to` of the command in force; -1: none yet."""
         self.missed = 0
@@ -80,6 +86,22 @@ class RobotHost:
             self._count(command, frame.seq - 1)
             self._publish_counted(frame)
         return self.decide(frame, self.admit(command, frame.seq), owed=self.held)
+
+    def ends(self, stop: threading.Event) -> bool:
+        """Whether a bridge's loop is to end: asked to, and the robot is down or has had its time for that.
+
+        Args:
+            stop: set when the loop is to end; the robot is brought down then.
+        """
+        if not stop.is_set():
+            return False
+        if self._dry_run or self.guard.state in ("idle", "rest"):
+            return True
+        if self._give_up is None:
+            logger.info("bringing the robot down; Ctrl-C again ends at once and leaves it as it is")
+            self.guard.stop("crouch", "the end of the bridge")
+            self._give_up = time.monotonic() + CROUCH
+        return time.monotonic() > self._give_up
 
     def _publish_counted(self, frame: SensorFrame) -> None:
         self.publish(msgspec.structs.replace(frame, command=self.in_force, missed=self.missed))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Protocol
 
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+
+logger = logging.getLogger(__name__)
 
 
 class Observer(Protocol):
@@ -25,3 +28,20 @@ class Observer(Protocol):
     def notice(self, message: Notice) -> None:
         """What the robot side says that happened in its world: pushes, plates, faults."""
         ...
+
+
+class NoticeLog:
+    """Tells a bridge's terminal what the guard says: what it does and why, who armed it and who stopped it."""
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        """Not told."""
+
+    def command(self, frame: ActuatorFrame) -> None:
+        """Not told."""
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        """Not told."""
+
+    def notice(self, message: Notice) -> None:
+        """Its sentence, as a warning unless it is one of level `info`."""
+        logger.log(logging.INFO if message.level == "info" else logging.WARNING, "%s", message.text)

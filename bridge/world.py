@@ -43,6 +43,9 @@ class _Command(msgspec.Struct, frozen=True, kw_only=True, tag_field="op"):
 class Status(_Command, frozen=True, kw_only=True, tag="status"):
     """Only tell what there is."""
 
+    terrain: bool = False
+    """Tell `WorldReply.terrain` too; it does not change until a reset."""
+
 
 class Reset(_Command, frozen=True, kw_only=True, tag="reset"):
     """Begin anew: same posture, same scenario, same seed, `seq` 0; what was done live is undone."""
@@ -63,7 +66,10 @@ class Step(_Command, frozen=True, kw_only=True, tag="step"):
 
 
 class StandUp(_Command, frozen=True, kw_only=True, tag="stand-up"):
-    """Put the robot where it lies back on its feet, at rest in its start posture, as a person would."""
+    """Put the robot where it lies back on its feet, stiff in its start posture.
+
+    Refused for one that is on its feet and under command.
+    """
 
 
 class Push(_Command, frozen=True, kw_only=True, tag="push"):
@@ -209,6 +215,35 @@ class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
     """kg; 0: fixed."""
 
 
+class Tile(msgspec.Struct, frozen=True):
+    """A square tile that is fixed on the floor, floor frame."""
+
+    at: Plane
+    """Its middle, m."""
+    edge: Number
+    """m"""
+    height: Number
+    """Of its top over the floor, m."""
+
+
+class HeightGrid(msgspec.Struct, frozen=True):
+    """Points of the ground with triangles between, floor frame."""
+
+    centre: Plane
+    """m"""
+    spacing: Number
+    """Between neighbours, m."""
+    heights: tuple[tuple[Number, ...], ...]
+    """Rows from right to left (y), each from back to front (x), m."""
+
+
+class Terrain(msgspec.Struct, frozen=True):
+    """What of the ground is not flat."""
+
+    tiles: tuple[Tile, ...] = ()
+    grid: HeightGrid | None = None
+
+
 class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     """The world after a command was carried out."""
 
@@ -226,6 +261,8 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     objects: tuple[WorldObject, ...]
     faults: tuple[str, ...]
     """Names of the faults in force."""
+    terrain: Terrain | None = None
+    """Tiles and heights, to a `status` that asks for them; None otherwise."""
 
 
 def least_tilt_time(turn: float) -> float:

@@ -58,7 +58,7 @@ class RobotProcess:
         self._began: float | None = None
         self.boundary = BoundaryQueue(wake=link.wake)
         """Where handlers of queries leave what touches the robot."""
-        self._world = WorldQueries(robot, self.boundary)
+        self._world = WorldQueries(robot, self.boundary, guard)
         link.serve(COMMAND, self._world.answer)
         for suffix, answer in DcmQueries(robot, self.boundary, self._require).handlers().items():
             link.serve(suffix, answer)

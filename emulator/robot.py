@@ -79,7 +79,8 @@ class EmulatedRobot:
     ) -> None:
         self.body = body
         self._seed = seed
-        self._start = start_posture(scenario.start.posture if posture is None else posture)
+        self.posture = start_posture(scenario.start.posture if posture is None else posture)
+        """Where it starts, and stands up to: 25 angles in frame order, rad."""
         self._scenario = scenario
         self._world_parameters, self._wear = world, wear
         self._settle = round(settle / body.cycle)
@@ -101,25 +102,31 @@ class EmulatedRobot:
         self.world = build_world(self._client, self._world_parameters, self._scenario, terrain)
         joints = tuple(joint_tree(self.body))
         self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
-        request = np.array(self._start)[self._slots]
+        request = np.array(self.posture)[self._slots]
         servo = Servo(self.body, joints, self._wear.servo, request, self._world_parameters.step)
         model = build_model(
             self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
         )
         start = self._scenario.start
         at = (start.x, start.y, math.radians(start.yaw))
-        place(model, self.body, self._start, self._orientation, self._lift, self.world, at)
+        place(model, self.body, self.posture, self._orientation, self._lift, self.world, at)
         stops = Stops(self.body, joints, servo.rotor_inertia, self._world_parameters.step)
         self.mechanics = Mechanics(model, servo, self._steps, stops)
-        self._hands = Hands(self.body, self._start)
-        self.dcm = Dcm(self.body, self._start)
+        self._hands = Hands(self.body, self.posture)
+        self.dcm = Dcm(self.body, self.posture)
         """Timed commands and aliases; actuator frames go through it too."""
         present = set(self._slots) | self._hands.slots
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
         self._torso = self.mechanics.torso()
         self.sensors = Sensors(
-            self.body, self._wear.sensors, self.random, model, self._world_parameters.gravity, self._torso
+            self.body,
+            self._wear.sensors,
+            self.random,
+            model,
+            self._world_parameters.gravity,
+            self._torso,
+            charger=self._scenario.charger,
         )
         """Everything that measures; `sensors.touch` presses buttons."""
         self._currents = self._by_slot(servo.current())
@@ -145,7 +152,7 @@ class EmulatedRobot:
         self._hands.run_cycle(self.body.cycle)
         self._torso = self.mechanics.torso()
         self._currents = self._by_slot(self.mechanics.servo.current())
-        self.sensors.update(self._torso, self._currents)
+        self.sensors.update(self._torso, self.mechanics.servo.drawn())
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
         """Latch the command, run one cycle, sample.
@@ -260,13 +267,14 @@ class EmulatedRobot:
         return truth_frame(self._seq, self.time, self._torso, self._contacts, joints, com, height)
 
     def stand_up(self) -> None:
-        """Put the robot where it lies back on its feet, at rest in its start posture, as a person would."""
+        """Put the robot where it lies back on its feet, held in its start posture with full stiffness."""
         position, turn = self._torso.position, self._torso.rotation
         heading = math.atan2(turn[3], turn[0])
         x, y, _ = self.world.to_floor(position)[0]
         model = self.mechanics.model
-        place(model, self.body, self._start, self._orientation, self._lift, self.world, (x, y, heading))
+        place(model, self.body, self.posture, self._orientation, self._lift, self.world, (x, y, heading))
         self.mechanics.take_pose()
+        self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
         self._torso = self.mechanics.torso()
         self.sensors.inertial.start(self._torso)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.datasheet import Body
 from bridge.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
@@ -160,7 +161,15 @@ class Dcm:
             moved |= index < 2 * self._joints
             self._run(index)
         self.clock.tick()
-        return self._targets() if moved else None
+        return self._targets(self._last) if moved else None
+
+    def ahead(self) -> Targets:
+        """What `run_cycle` would send now, by the requests so far; changes nothing."""
+        last = self._last.copy()
+        for index in self._buffers:
+            if index < 2 * self._joints:  # all of them interpolate
+                last[index] = self._computed(index)[0]
+        return self._targets(last)
 
     def skip_cycle(self) -> None:
         """One cycle passes without the DCM (it is paused): nothing is sent, its clock goes on."""
@@ -169,20 +178,25 @@ class Dcm:
 
     def _run(self, index: int) -> None:
         """One cycle of one actuator that has commands waiting."""
-        actuator, buffer, now = self.table[index], self._buffers[index], self.clock.now
-        due = passed(buffer, now)
-        if actuator.interpolates:
-            self._last[index] = interpolated(buffer, due, self._last[index], self.clock.previous, now)
-        elif due:
-            self._last[index] = buffer[due - 1].value
+        actuator, buffer = self.table[index], self._buffers[index]
+        self._last[index], due = self._computed(index)
+        if due and not actuator.interpolates:
             self.modes_sent[actuator.name] = self._sent(index)
         del buffer[:due]
         if not buffer:
             del self._buffers[index]
 
-    def _targets(self) -> Targets:
+    def _computed(self, index: int) -> tuple[float, int]:
+        """Value of this cycle of an actuator that has commands waiting, and how many of them are due."""
+        buffer, last, now = self._buffers[index], float(self._last[index]), self.clock.now
+        due = passed(buffer, now)
+        if self.table[index].interpolates:
+            return interpolated(buffer, due, last, self.clock.previous, now), due
+        return buffer[due - 1].value if due else last, due
+
+    def _targets(self, values: NDArray[np.float64]) -> Targets:
         count = 2 * self._joints
-        sent = (np.rint(self._last[:count]) * self._gain[:count] + self._offset[:count]).tolist()
+        sent = (np.rint(values[:count]) * self._gain[:count] + self._offset[:count]).tolist()
         position, stiffness = [0.0] * N_JOINTS, [0.0] * N_JOINTS
         for i, slot in enumerate(self._slots):
             position[slot] = sent[i]

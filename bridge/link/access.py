@@ -55,6 +55,7 @@ def access_control(robot: str = "*") -> dict[str, Any]:
     policies: list[dict[str, Any]] = []
 
     def allow(role: str, flow: str, messages: tuple[str, ...], suffixes: tuple[str, ...]) -> None:
+        """Let a role's messages of these kinds pass one way, on these keys; no rule without a key."""
         if suffixes:
             rules.append(
                 {

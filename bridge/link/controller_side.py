@@ -16,7 +16,7 @@ import zenoh
 from bridge.errors import FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import keys
 from bridge.link.mailbox import Mailbox
-from bridge.link.query import serve_query
+from bridge.link.query import ask, serve_query
 from bridge.link.session import check_endpoint, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
@@ -191,14 +191,7 @@ class ControllerLink:
     def _get(self, suffix: str, payload: bytes) -> bytes | None:
         if self._session is None:
             return None
-        for reply in self._session.get(self._key(suffix), payload=payload, timeout=_QUERY):
-            if reply.ok is not None:
-                return bytes(reply.ok.payload.to_bytes())
-            if reply.err is not None:
-                text = reply.err.payload.to_bytes().decode(errors="replace")
-                if text and text != "Timeout":  # Zenoh's own word for no answer
-                    raise LinkError(text)
-        return None
+        return ask(self._session, self._key(suffix), payload, _QUERY, LinkError)
 
     def next(self, timeout: float) -> SensorFrame | None:
         """The next sensor frame in order, or None after `timeout` s or when the robot went away.

@@ -32,6 +32,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
     limit = RateLimit(RATE, int(RATE))
 
     def on_query(query: zenoh.Query) -> None:
+        """Answer one query, or say in a sentence why not."""
         with query:
             if not limit.admits(time.monotonic()):
                 query.reply_err(
@@ -49,3 +50,28 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
                 query.reply(key, reply)
 
     return session.declare_queryable(key, on_query)
+
+
+def ask(
+    session: zenoh.Session, key: str, payload: bytes, timeout: float, refused: type[NaoHilError]
+) -> bytes | None:
+    """The first answer to a query; None when nobody answered.
+
+    Args:
+        session: of the side that asks.
+        key: whole.
+        payload: of the query.
+        timeout: s to wait.
+        refused: raised with the sentence of an error reply.
+
+    Raises:
+        NaoHilError: `refused`.
+    """
+    for reply in session.get(key, payload=payload, timeout=timeout):
+        if reply.ok is not None:
+            return bytes(reply.ok.payload.to_bytes())
+        if reply.err is not None:
+            text = reply.err.payload.to_bytes().decode(errors="replace")
+            if text and text != "Timeout":  # Zenoh's own word for no answer
+                raise refused(text)
+    return None

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Any
 
 from bridge.errors import LinkError, WalkRefused
 from bridge.link import keys
-from bridge.link.session import open_client
+from bridge.link.client import Client
 from bridge.messages import Vec3, decode, encode
 from bridge.walk import COMMAND, GaitName, TorsoName, WalkCommand, WalkStatus
 
 
-class WalkClient:
+class WalkClient(Client):
     """Commands the walker of one robot; close it, or use it as a context manager.
 
     Args:
@@ -31,9 +30,7 @@ class WalkClient:
         connect: str = keys.DEFAULT_ENDPOINT,
         patience: float = 10.0,
     ) -> None:
-        self._robot = keys.check_name("Robot id", robot)
-        self._endpoint = connect
-        self._session = open_client(connect, patience, "controller")
+        super().__init__(robot, connect, patience, "controller")
 
     def walk(
         self,
@@ -86,27 +83,10 @@ class WalkClient:
             WalkRefused: the walker refused; its own sentence.
             LinkError: nobody answered.
         """
-        key = keys.key(self._robot, COMMAND)
-        for reply in self._session.get(key, payload=encode(command), timeout=timeout):
-            if reply.ok is not None:
-                return decode(reply.ok.payload.to_bytes(), WalkStatus)
-            if reply.err is not None:
-                text = reply.err.payload.to_bytes().decode(errors="replace")
-                if text and text != "Timeout":  # Zenoh's own word for no answer
-                    raise WalkRefused(text)
+        reply = self._ask(COMMAND, encode(command), timeout, WalkRefused)
+        if reply is not None:
+            return decode(reply, WalkStatus)
         raise LinkError(
             f"No walker of robot `{self._robot}` at {self._endpoint} takes commands; start one with "
             "`nao-hil walk --serve`."
         )
-
-    def close(self) -> None:
-        """Leave the network."""
-        self._session.close()
-
-    def __enter__(self) -> WalkClient:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

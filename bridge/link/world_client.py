@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from types import TracebackType
+from typing import Final
 
 from bridge.errors import FrameError, LinkError
 from bridge.link import keys
-from bridge.link.session import open_client
+from bridge.link.client import Client
 from bridge.messages import decode, encode
 from bridge.world import COMMAND, WorldCommand, WorldReply
 
+_PATIENCE: Final = 10.0
+"""s to wait for somebody to listen there."""
 
-class WorldClient:
+
+class WorldClient(Client):
     """Commands the world of one emulated robot; close it, or use it as a context manager.
 
     Args:
@@ -20,9 +23,7 @@ class WorldClient:
     """
 
     def __init__(self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT) -> None:
-        self._key = keys.key(keys.check_name("Robot id", robot), COMMAND)
-        self._endpoint = connect
-        self._session = open_client(connect, role="world")
+        super().__init__(robot, connect, _PATIENCE, "world")
 
     def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
         """Carry out a command, and say how the world is then.
@@ -35,23 +36,7 @@ class WorldClient:
             FrameError: the robot refused the command; its own sentence.
             LinkError: nobody answered: no robot there, or one that has no world.
         """
-        for reply in self._session.get(self._key, payload=encode(command), timeout=timeout):
-            if reply.ok is not None:
-                return decode(reply.ok.payload.to_bytes(), WorldReply)
-            if reply.err is not None:
-                text = reply.err.payload.to_bytes().decode(errors="replace")
-                if text and text != "Timeout":  # Zenoh's own word for no answer
-                    raise FrameError(text)
+        reply = self._ask(COMMAND, encode(command), timeout, FrameError)
+        if reply is not None:
+            return decode(reply, WorldReply)
         raise LinkError(f"No emulated robot at {self._endpoint} answered within {timeout:g} s.")
-
-    def close(self) -> None:
-        """Leave the network."""
-        self._session.close()
-
-    def __enter__(self) -> WorldClient:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -6,8 +6,11 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from typing import Final, Protocol
 
-from bridge.errors import LinkError
-from bridge.messages import encode
+import msgspec
+
+from bridge.errors import FrameError, LinkError
+from bridge.guard import Guard
+from bridge.messages import TruthFrame, encode
 from bridge.world import (
     EndFault,
     Pause,
@@ -41,6 +44,13 @@ class RobotInWorld(Protocol):
     sensors: Sensors
 
     @property
+    def posture(self) -> tuple[float, ...]:
+        """What it stands up to, 25 angles, rad."""
+
+    def truth(self) -> TruthFrame:
+        """Ground truth now."""
+
+    @property
     def time(self) -> float:
         """Robot time, s."""
 
@@ -61,10 +71,11 @@ class WorldQueries:
     Args:
         robot: Touched at cycle boundaries only.
         boundary: Where commands wait for them.
+        guard: Of the robot; it is told when somebody put the robot on its feet.
     """
 
-    def __init__(self, robot: RobotInWorld, boundary: BoundaryQueue) -> None:
-        self._robot, self._boundary = robot, boundary
+    def __init__(self, robot: RobotInWorld, boundary: BoundaryQueue, guard: Guard) -> None:
+        self._robot, self._boundary, self._guard = robot, boundary, guard
         self._paused = False
         self._steps = 0
         self._stepping: Future[WorldReply] | None = None
@@ -120,9 +131,17 @@ class WorldQueries:
             self._end_steps("The world began anew.")
             self._robot.reset()
             self.began_anew, text = True, "The world began anew."
+        elif isinstance(command, StandUp):
+            if self._guard.moves and not self._robot.truth().fell:
+                raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")
+            text = carry_out(self._robot, command)
+            self._guard.stood_up(self._robot.seq, self._robot.posture)
         elif not isinstance(command, (Status, Step)):
             text = carry_out(self._robot, command)
-        return self._reply(text)
+        reply = self._reply(text)
+        if isinstance(command, Status) and command.terrain:
+            reply = msgspec.structs.replace(reply, terrain=self._robot.world.terrain)
+        return reply
 
     def _start_steps(self, cycles: int) -> Future[WorldReply]:
         self._end_steps("Other cycles were asked for.")

@@ -5,17 +5,28 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.world import HeightGrid, Terrain, Tile
 from emulator.engine import bullet
-from emulator.scenarios.model import Heightfield, Tiles
+from emulator.scenarios.model import Heightfield, Scenario, Tiles
 from emulator.world.world import World
 
 _FOUNDATION = 0.02
 """Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
 
 
-def lay_tiles(world: World, tiles: Tiles, random: np.random.Generator) -> None:
+def terrain_of(scenario: Scenario, random: np.random.Generator) -> Terrain:
+    """The ground of a scenario that is not flat.
+
+    Args:
+        scenario: The world.
+        random: For tiles and heightfields without a seed of their own.
+    """
+    grid = None if scenario.heightfield is None else height_grid(scenario.heightfield, random)
+    return Terrain(() if scenario.tiles is None else tiles_of(scenario.tiles, random), grid)
+
+
+def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:
     """Square tiles of random heights, equally likely from 0 to the largest.
 
     A round place about the start stays free, so that the robot begins on the floor.
@@ -24,30 +35,44 @@ def lay_tiles(world: World, tiles: Tiles, random: np.random.Generator) -> None:
         random = np.random.default_rng(tiles.seed)
     columns, rows = (max(1, round(length / tiles.edge)) for length in tiles.area)
     heights = random.uniform(0.0, tiles.height, (rows, columns))
+    found = []
     for row in range(rows):
         for column in range(columns):
             x = tiles.centre[0] + (column - 0.5 * (columns - 1)) * tiles.edge
             y = tiles.centre[1] + (row - 0.5 * (rows - 1)) * tiles.edge
-            if math.hypot(x, y) < tiles.free:
-                continue
-            half = (tiles.edge / 2.0, tiles.edge / 2.0, (heights[row, column] + _FOUNDATION) / 2.0)
-            shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=world.client)
-            world.add_fixed(shape, (x, y, half[2] - _FOUNDATION))
+            if math.hypot(x, y) >= tiles.free:
+                found.append(Tile((x, y), tiles.edge, float(heights[row, column])))
+    return tuple(found)
 
 
-def lay_heightfield(world: World, field: Heightfield, random: np.random.Generator) -> None:
-    """A grid of heights with triangles between."""
+def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:
+    """The heights as they are given, or random ones."""
     if field.heights:
-        heights: NDArray[np.float64] = np.array(field.heights, dtype=np.float64)
-    else:
-        if field.seed is not None:
-            random = np.random.default_rng(field.seed)
-        columns, rows = (max(2, round(length / field.spacing) + 1) for length in field.area)
-        heights = random.uniform(0.0, field.roughness, (rows, columns))
+        return HeightGrid(field.centre, field.spacing, field.heights)
+    if field.seed is not None:
+        random = np.random.default_rng(field.seed)
+    columns, rows = (max(2, round(length / field.spacing) + 1) for length in field.area)
+    heights = random.uniform(0.0, field.roughness, (rows, columns))
+    return HeightGrid(field.centre, field.spacing, tuple(tuple(row) for row in heights.tolist()))
+
+
+def lay_terrain(world: World, terrain: Terrain) -> None:
+    """Fix it on the floor."""
+    if terrain.grid is not None:
+        _lay_grid(world, terrain.grid)
+    for tile in terrain.tiles:
+        half = (tile.edge / 2.0, tile.edge / 2.0, (tile.height + _FOUNDATION) / 2.0)
+        shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=world.client)
+        world.add_fixed(shape, (*tile.at, half[2] - _FOUNDATION))
+    world.terrain = terrain
+
+
+def _lay_grid(world: World, grid: HeightGrid) -> None:
+    heights = np.array(grid.heights, dtype=np.float64)
     rows, columns = heights.shape
     shape = bullet.createCollisionShape(
         bullet.GEOM_HEIGHTFIELD,
-        meshScale=(field.spacing, field.spacing, 1.0),
+        meshScale=(grid.spacing, grid.spacing, 1.0),
         heightfieldTextureScaling=1.0,
         heightfieldData=heights.ravel().tolist(),
         # PyBullet's rows are the points along x, whose index runs fastest.
@@ -57,4 +82,4 @@ def lay_heightfield(world: World, field: Heightfield, random: np.random.Generato
     )
     # PyBullet puts the middle between the lowest and the highest point at the body's origin.
     middle = 0.5 * float(heights.min() + heights.max())
-    world.add_fixed(shape, (field.centre[0], field.centre[1], middle))
+    world.add_fixed(shape, (*grid.centre, middle))

@@ -10,7 +10,7 @@ from bridge.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltF
 from emulator.scenarios.model import Scenario
 from emulator.world.parameters import WorldParameters
 from emulator.world.stage import Happening
-from emulator.world.terrain import lay_heightfield, lay_tiles
+from emulator.world.terrain import lay_terrain, terrain_of
 from emulator.world.world import World
 
 
@@ -27,10 +27,7 @@ def build_world(
     """
     floor = scenario.floor
     world = World(client, parameters, floor.friction, math.radians(floor.roll), math.radians(floor.pitch))
-    if scenario.heightfield is not None:
-        lay_heightfield(world, scenario.heightfield, random)
-    if scenario.tiles is not None:
-        lay_tiles(world, scenario.tiles, random)
+    lay_terrain(world, terrain_of(scenario, random))
     for box in scenario.boxes:
         world.add_box(
             box.name,

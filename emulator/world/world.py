@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from bridge.messages import Quaternion, Vec2, Vec3
+from bridge.world import Terrain
 from emulator.engine import bullet
 from emulator.world.parameters import WorldParameters
 
@@ -85,6 +86,8 @@ class World:
         """Numbers of the floor and of everything fixed on it."""
         self.boxes: dict[str, Box] = {}
         """By name."""
+        self.terrain = Terrain()
+        """What of the ground is not flat."""
         self.uneven = False
         """Something is fixed on the floor."""
         self._places: dict[int, tuple[Vec3, Quaternion]] = {self.floor: (_HERE, _UPRIGHT)}

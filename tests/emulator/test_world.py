@@ -13,7 +13,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios.model import Floor, Heightfield, PlacedBox, Scenario, Start, Tiles
 from emulator.world import World, WorldParameters
 from emulator.world.actions import Pendulum
-from emulator.world.terrain import lay_heightfield, lay_tiles
+from emulator.world.terrain import lay_terrain, terrain_of
 
 BODY = load_body("nao-v3")
 MASS = sum(link.mass for link in BODY.links.values())
@@ -238,7 +238,8 @@ def test_boxes_are_placed_from_the_robot_and_on_one_another() -> None:
 
 def test_tiles_have_the_asked_heights_and_leave_the_start_free(client: int) -> None:
     world = World(client, WorldParameters())
-    lay_tiles(world, Tiles(area=(1.0, 1.0), height=0.02, edge=0.1, free=0.3), np.random.default_rng(1))
+    tiles = Tiles(area=(1.0, 1.0), height=0.02, edge=0.1, free=0.3)
+    lay_terrain(world, terrain_of(Scenario(tiles=tiles), np.random.default_rng(1)))
     at = [(0.1 * i - 0.45, 0.1 * j - 0.45) for i in range(10) for j in range(10)]
     heights = np.array(world.ground(at))
     free = np.hypot(*np.array(at).T) < 0.3
@@ -252,9 +253,8 @@ def test_tiles_have_the_asked_heights_and_leave_the_start_free(client: int) -> N
 def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(client: int) -> None:
     world = World(client, WorldParameters())
     heights = tuple(tuple(0.01 * i + 0.003 * j for i in range(5)) for j in range(4))
-    lay_heightfield(
-        world, Heightfield(spacing=0.1, heights=heights, centre=(1.0, -2.0)), np.random.default_rng(0)
-    )
+    field = Heightfield(spacing=0.1, heights=heights, centre=(1.0, -2.0))
+    lay_terrain(world, terrain_of(Scenario(heightfield=field), np.random.default_rng(0)))
     points = [(1.0 - 0.2 + 0.1 * i, -2.0 - 0.15 + 0.1 * j) for i in range(1, 4) for j in range(1, 3)]
     expected = [0.01 * i + 0.003 * j for i in range(1, 4) for j in range(1, 3)]
     np.testing.assert_allclose(world.ground(points), expected, atol=1e-5)

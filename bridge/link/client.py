@@ -1,0 +1,48 @@
+"""What every client of a robot's queries has in common."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Literal, TypeVar
+
+from bridge.errors import NaoHilError
+from bridge.link import keys
+from bridge.link.query import ask
+from bridge.link.session import open_client
+
+C = TypeVar("C", bound="Client")
+
+
+class Client:
+    """Asks one robot; close it, or use it as a context manager.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+        patience: s to wait for somebody to listen there.
+        role: whose certificate an encrypted link is opened with.
+
+    Raises:
+        ConfigurationError: bad id or endpoint.
+        RobotSilent: nobody listens there.
+    """
+
+    def __init__(self, robot: str, connect: str, patience: float, role: Literal["controller", "world"]) -> None:
+        self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
+        self._session = open_client(connect, patience, role)
+
+    def _ask(self, suffix: str, payload: bytes, timeout: float, refused: type[NaoHilError]) -> bytes | None:
+        """As `ask`, of a key below the robot's."""
+        return ask(self._session, keys.key(self._robot, suffix), payload, timeout, refused)
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._session.close()
+
+    def __enter__(self: C) -> C:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
