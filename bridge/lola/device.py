@@ -46,6 +46,7 @@ class LolaDevice:
         self._peer.settimeout(_SEND)
         self._stream = MapStream(SENSORS)
         self._heard = time.monotonic()
+        self._spoken = False
 
     def packets(self, timeout: float) -> Packets | None:
         """The packets that are there, waiting up to `timeout` s for the first; None when none came.
@@ -59,12 +60,18 @@ class LolaDevice:
             if select.select([self._peer], [], [], left)[0]:
                 maps = self._stream.feed(self._received())
                 if maps:
-                    self._heard = time.monotonic()
+                    self._heard, self._spoken = time.monotonic(), True
                     return Packets(maps[-1], len(maps))
             elif time.monotonic() - self._heard > self._silence:
-                raise LinkError(f"LoLA at {self.address} has been silent for {self._silence:g} s.")
+                end = "." if self._spoken else "; is another client connected?"
+                raise LinkError(f"LoLA at {self.address} has been silent for {self._silence:g} s{end}")
             else:
                 return None
+
+    @property
+    def dropped(self) -> int:
+        """Bytes so far that belonged to no packet."""
+        return self._stream.dropped
 
     def send(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
         """Send a command of all joints.

@@ -10,7 +10,6 @@ import logging
 import math
 import secrets
 import threading
-import time
 from typing import Final
 
 import msgspec
@@ -26,6 +25,7 @@ from bridge.lola.convert import Identity, identity_of, sensor_frame
 from bridge.lola.device import SILENCE, LolaDevice, Packets
 from bridge.lola.schema import CYCLE
 from bridge.messages import ActuatorFrame, Info, SensorFrame
+from bridge.observer import NoticeLog
 from bridge.realtime import quiet_process
 
 logger = logging.getLogger(__name__)
@@ -36,8 +36,6 @@ RESEND: Final = 0.2
 """s; how often a frame is repeated in lockstep while no answer comes."""
 RETRY: Final = 0.5
 """s between two attempts to connect."""
-CROUCH: Final = 15.0
-"""s in which a robot that still stands is brought down when the bridge is to end."""
 _LOOK: Final = 0.1
 """s between two looks at whether to end."""
 BODIES: Final = {"6": "nao-v6"}
@@ -69,6 +67,8 @@ class Bridged(msgspec.Struct, kw_only=True):
     packets: int = 0
     left_out: int = 0
     """Packets that were overtaken by a newer one before they were read."""
+    dropped_bytes: int = 0
+    """Received from the robot, and part of no packet."""
     commands: int = 0
     """Sent to the robot."""
     missed: int = 0
@@ -85,7 +85,7 @@ class LolaBridge:
         stop: set when it is to end.
 
     Raises:
-        ConfigurationError: a dry run in lockstep.
+        ConfigurationError: a dry run in lockstep, no such body, or a body that LoLA does not run on.
     """
 
     def __init__(
@@ -97,14 +97,16 @@ class LolaBridge:
             )
         self._address, self._s, self._software, self._stop = address, settings, software, stop
         self._lockstep = settings.mode == "lockstep"
-        self._give_up: float | None = None
+        self._named = _lola_body(settings.body) if settings.body is not None else None
+        self._said = ""
+        """Why the robot could not be bridged the last time."""
         self._result = Bridged()
 
     def run(self) -> Bridged:
         """Bridge until stopped.
 
         Raises:
-            ConfigurationError: no such body, or a robot that LoLA does not run on.
+            ConfigurationError: a robot that LoLA is not known to run on.
             LinkError: the endpoint cannot be listened on.
         """
         logger.info("waiting for LoLA at %s", self._address)
@@ -115,7 +117,10 @@ class LolaBridge:
                 self._stop.wait(RETRY)
                 continue
             with device:
-                self._bridge(device)
+                try:
+                    self._bridge(device)
+                finally:
+                    self._result.dropped_bytes += device.dropped
         return self._result
 
     def _bridge(self, device: LolaDevice) -> None:
@@ -124,16 +129,19 @@ class LolaBridge:
             first = self._first(device)
             identity = identity_of(first.newest) if first is not None else None
         except (LinkError, FrameError) as error:
-            logger.warning("%s", error)
+            if str(error) != self._said:
+                self._said = str(error)
+                logger.warning("%s Trying again.", self._said)
             self._stop.wait(RETRY)
             return
         if first is None or identity is None:
             return
+        self._said = ""
         body = self._body(identity)
         self._result.connections += 1
         with RobotLink(self._info(body), self._s.listen) as link:
             guard = Guard(body, self._s.guard, armed=False, dry_run=self._s.dry_run)
-            host = RobotHost(link, guard, dry_run=self._s.dry_run)
+            host = RobotHost(link, guard, [NoticeLog()], dry_run=self._s.dry_run)
             logger.info(
                 "robot `%s` at %s: %s, %s", self._s.robot, self._s.listen, identity.body_id, guard.status.text
             )
@@ -156,7 +164,9 @@ class LolaBridge:
         return packets
 
     def _body(self, identity: Identity) -> Body:
-        name = self._s.body or BODIES.get(identity.body_version.partition(".")[0])
+        if self._named is not None:
+            return self._named
+        name = BODIES.get(identity.body_version.partition(".")[0])
         if name is None:
             raise ConfigurationError(
                 f"The robot at {self._address} says that its body is version {identity.body_version}; only V6 "
@@ -178,7 +188,7 @@ class LolaBridge:
 
     def _in_real_time(self, device: LolaDevice, host: RobotHost) -> None:
         seq = -1
-        while not self._ends(host):
+        while not host.ends(self._stop):
             packets = device.packets(_LOOK)
             if packets is None:
                 continue
@@ -192,7 +202,7 @@ class LolaBridge:
         packets: Packets | None = first  # no other comes before it is answered
         frame: SensorFrame | None = None
         last: ActuatorFrame | None = None
-        while not self._ends(host):
+        while not host.ends(self._stop):
             packets = packets or device.packets(_LOOK if frame is None else 0.0)
             if packets is not None:
                 seq += packets.number
@@ -235,14 +245,12 @@ class LolaBridge:
             device.send(given.position, given.stiffness)
             self._result.commands += 1
 
-    def _ends(self, host: RobotHost) -> bool:
-        """Whether to end: asked to, and the robot is down, or has had its time for that."""
-        if not self._stop.is_set():
-            return False
-        if self._s.dry_run or host.guard.state in ("idle", "rest"):
-            return True
-        if self._give_up is None:
-            logger.info("bringing the robot down; Ctrl-C again ends at once and leaves it as it is")
-            host.guard.stop("crouch", "the end of the bridge")
-            self._give_up = time.monotonic() + CROUCH
-        return time.monotonic() > self._give_up
+
+def _lola_body(name: str) -> Body:
+    body = load_body(name)
+    if not math.isclose(body.cycle, CYCLE):
+        raise ConfigurationError(
+            f"LoLA is spoken by a V6, every {1e3 * CYCLE:g} ms; {body.name} has a cycle of "
+            f"{1e3 * body.cycle:g} ms: a V3 to V5 is reached with `nao-hil bridge naoqi`."
+        )
+    return body

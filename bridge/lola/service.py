@@ -13,6 +13,7 @@ import select
 import socket
 import threading
 import time
+from collections.abc import Sequence
 from typing import Final
 
 import msgspec
@@ -20,7 +21,7 @@ import msgspec
 from bridge.link import ControllerLink
 from bridge.lola.client import ClientGone, LolaClient
 from bridge.lola.convert import Identity, sensor_packet
-from bridge.lola.demand import JOINT_KEYS, Demand
+from bridge.lola.demand import JOINT_KEYS, Demand, Fault
 from bridge.lola.feed import Arrival, RobotFeed
 from bridge.lola.pace import Pace
 from bridge.lola.schema import CYCLE
@@ -34,12 +35,12 @@ STALE: Final = 100_000_000
 """ns; an older frame is not sent any more: the robot stands still, and its LoLA is silent."""
 LIVE: Final = 30_000_000
 """ns since its last map for which a client's demand is repeated to a robot with other cycles than LoLA's."""
+WEAK: Final = 0.2
+"""A robot that a client leaves with no more stiffness than that in any joint is down already."""
 _IDLE: Final = 0.2
 """s between two looks at whether to end."""
 _ROUNDING: Final = 1e-6
 """Of a cycle; robot time is a multiple of the cycle but for the last bits."""
-_COMPLAIN: Final = 1.0
-"""s between two complaints about what a client sends."""
 
 
 class Served(msgspec.Struct, frozen=True, kw_only=True):
@@ -83,7 +84,8 @@ class LolaService:
         self._client: LolaClient | None = None
         self._demand: Demand | None = None
         self._unsent = False
-        self._said = -math.inf
+        self._said: set[str] = set()
+        """What was wrong with the present client's maps and has been told."""
         self._clients = self._packets = self._maps = self._dropped = self._commands = 0
         self._skipped = self._repeated = 0
 
@@ -93,6 +95,7 @@ class LolaService:
         Raises:
             FrameError: the robot speaks another version of the contract.
         """
+        logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop.is_set():
             info = self._link.wait_robot(self._stop.is_set)
             if info is None:
@@ -189,6 +192,7 @@ class LolaService:
             self._part(feed)
             self._client = LolaClient(self._listener.accept()[0])
             self._clients += 1
+            self._said.clear()
             logger.info("a client came")
         return maps
 
@@ -205,7 +209,7 @@ class LolaService:
 
     def _ignore(self, feed: RobotFeed) -> None:
         """What the client wants does not count any more; a robot it leaves stiff is left to the guard."""
-        feed.deserted = self._demand is not None and max(self._demand.stiffness) > 0.0
+        feed.deserted = self._demand is not None and max(self._demand.stiffness) > WEAK
         feed.wanted = False
         self._demand = None
 
@@ -242,8 +246,9 @@ class LolaService:
         self._commands += 1
         return True
 
-    def _complain(self, sentence: str) -> None:
-        now = time.monotonic()
-        if sentence and now - self._said >= _COMPLAIN:
-            self._said = now
-            logger.warning("the client's %s", sentence)
+    def _complain(self, faults: Sequence[Fault]) -> None:
+        """Tell each kind of fault once per client."""
+        for fault in faults:
+            if fault.kind not in self._said:
+                self._said.add(fault.kind)
+                logger.warning("the client's %s", fault.text)

@@ -10,6 +10,8 @@ from bridge.errors import NaoqiRefused
 
 LONGEST: Final = 3600.0
 """s that one interpolation may take."""
+SLOWEST: Final = 1e-4
+"""Fraction of the maximum speed at which a joint's whole range takes about an hour."""
 
 
 def number(value: Any, what: str, lower: float = -math.inf, upper: float = math.inf) -> float:
@@ -29,11 +31,13 @@ def fraction(value: Any, what: str) -> float:
     """A fraction of the maximum speed, above 0 and up to 1.
 
     Raises:
-        NaoqiRefused: anything else.
+        NaoqiRefused: anything else, or less than `SLOWEST`.
     """
     share = number(value, what, 0.0, 1.0)
-    if share == 0.0:
-        raise NaoqiRefused(f"{what} is 0; a fraction above 0 and up to 1 is expected.")
+    if share < SLOWEST:
+        raise NaoqiRefused(
+            f"{what} is {share:g}; a fraction above 0 ({SLOWEST:g} at least) and up to 1 is expected."
+        )
     return share
 
 

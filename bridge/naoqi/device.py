@@ -18,6 +18,7 @@ from bridge.dcm.clock import wrapped
 from bridge.dcm.wire import PREFIX
 from bridge.errors import ConfigurationError, LinkError
 from bridge.joints import INDEX
+from bridge.messages import ActuatorFrame
 from bridge.naoqi.names import actuator
 from bridge.naoqi.sensors import GYROSCOPE_KEYS, OLD_GYROSCOPE_KEYS, FrameReader
 
@@ -51,6 +52,19 @@ class Reading(NamedTuple):
     """Cycles of the robot since the last reading; 1 unless some were left out."""
     fields: Mapping[str, Any]
     """Of a `SensorFrame`."""
+
+
+class _Sent(NamedTuple):
+    """A command on its way."""
+
+    reply_to: int
+    """Frame that it answers; -1: stiffnesses, which go before the positions of the same frame."""
+    due: int
+    """Time that it carries, the DCM's clock, ms."""
+    asked: float
+    """When the robot was read for it, this machine's clock, s."""
+    done: Any
+    """Future of the call."""
 
 
 class NaoqiDevice:
@@ -87,9 +101,13 @@ class NaoqiDevice:
         """When the next cycle's values will be there, by this machine's clock."""
         self._asked = 0.0
         self._stiffness: tuple[float, ...] | None = None
-        self._pending: deque[tuple[float, Any]] = deque()
+        self._pending: deque[_Sent] = deque()
+        self._arrived: deque[_Sent] = deque()
         self.late = 0
-        """Commands that were not at the robot within their look-ahead."""
+        """Commands that were not at the robot by the cycle of their time."""
+        self.in_force = -1
+        """Frame whose answer was in force in the cycle before the last reading: it had arrived, and its time
+        had come; -1: none yet."""
 
     def _service(self, name: str) -> Any:
         try:
@@ -147,7 +165,18 @@ class NaoqiDevice:
             ahead = self._due + passed / 1000.0 - _CREEP
             self._due = min(ahead, self._asked + self._cycle / 1000.0)
         self._moment = moment
+        self._check_pending()
+        while self._arrived and wrapped(moment - self._arrived[0].due) >= self._cycle:
+            sent = self._arrived.popleft()
+            self.in_force = sent.reply_to
+            # In force a cycle before already, had it been there.
+            self.late += wrapped(moment - sent.due) - passed >= self._cycle
         return Reading(moment, max(1, round(passed / self._cycle)), self._reader.fields(values))
+
+    @property
+    def spare(self) -> float:
+        """Time until the next cycle is to be read, s."""
+        return max(0.0, self._due - time.monotonic()) if self._due is not None else 0.0
 
     def _await_cycle(self) -> float:
         """Look at the robot's clock until it goes on; when that was seen."""
@@ -159,39 +188,45 @@ class NaoqiDevice:
             time.sleep(_LOOK)
         raise LinkError(f"The clock of the robot at {self._url} has stood still for {TIMEOUT:g} s.")
 
-    def write(self, moment: int, position: Sequence[float], stiffness: Sequence[float]) -> None:
-        """Command all joints for the time of a reading plus the look-ahead; does not wait for the robot.
+    def write(self, moment: int, seq: int, command: ActuatorFrame) -> None:
+        """Command all joints for the time of the answered reading plus the look-ahead; does not wait.
+
+        Args:
+            moment: of the newest reading.
+            seq: number of its frame.
+            command: one that answers an older frame has the less time left.
 
         Raises:
             LinkError: the robot refused an earlier command, or the connection has ended.
         """
         self._check_pending()
-        wanted = tuple(stiffness[slot] for slot in self._slots)
+        wanted = tuple(command.stiffness[slot] for slot in self._slots)
         if wanted != self._stiffness:
-            self._put(_STIFFNESSES, "ClearAll", moment, wanted)
+            self._put(_STIFFNESSES, "ClearAll", moment, wanted, -1)
             self._stiffness = wanted
         # What was sent before and is not reached yet stays: the joints follow each command at its time.
-        angles = tuple(position[slot] for slot in self._slots)
-        self._put(_POSITIONS, "ClearAfter", wrapped(moment + self._look_ahead), angles)
+        left = max(0, self._look_ahead - round((seq - command.reply_to) * self._cycle))
+        angles = tuple(command.position[slot] for slot in self._slots)
+        self._put(_POSITIONS, "ClearAfter", wrapped(moment + left), angles, command.reply_to)
 
-    def _put(self, alias: str, update: str, moment: int, values: Sequence[float]) -> None:
+    def _put(self, alias: str, update: str, moment: int, values: Sequence[float], reply_to: int) -> None:
         command = [alias, update, "time-separate", 0, [moment], [[value] for value in values]]
         try:
             done = self._dcm.setAlias(command, _async=True)
         except RuntimeError as error:
             raise self._ended(error) from None
-        self._pending.append((self._asked, done))
+        self._pending.append(_Sent(reply_to, moment, self._asked, done))
 
     def _check_pending(self) -> None:
         now = time.monotonic()
-        while self._pending and (self._pending[0][1].isFinished() or now - self._pending[0][0] > TIMEOUT):
-            asked, done = self._pending.popleft()
-            if not done.isFinished():
+        while self._pending and (self._pending[0].done.isFinished() or now - self._pending[0].asked > TIMEOUT):
+            sent = self._pending.popleft()
+            if not sent.done.isFinished():
                 raise LinkError(f"The robot at {self._url} has not answered for {TIMEOUT:g} s.")
-            if done.hasError():
-                raise LinkError(f"The robot at {self._url} refused a command: {_first_line(done.error())}")
-            # Known at the next write at the latest: an upper bound.
-            self.late += 1000.0 * (now - asked) - self._cycle > self._look_ahead
+            if sent.done.hasError():
+                raise LinkError(f"The robot at {self._url} refused a command: {_first_line(sent.done.error())}")
+            if sent.reply_to >= 0:
+                self._arrived.append(sent)
 
     def _value(self, key: str) -> Any:
         return self._call(self._memory.getListData, [key])[0]

@@ -17,7 +17,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from bridge.naoqi.pipe import Pipe
+from bridge.naoqi.pipe import Pipe, Unsendable
 from bridge.realtime import request_real_time
 
 
@@ -64,7 +64,7 @@ class Front:
             self._waiting[number] = promise
         try:
             self._pipe.send([number, service, method, arguments])
-        except (TypeError, OverflowError) as error:
+        except Unsendable as error:
             self._waiting.pop(number)
             promise.setError(f"{service}.{method}: an argument cannot be passed on ({error}).")
         return promise.future()

@@ -33,26 +33,25 @@ class Joints:
         self.dcm = Dcm(body, frame.position, start=round(1000.0 * frame.time))
         self.frame = frame
         self.hold()
-        targets = self.dcm.run_cycle()
-        assert targets is not None  # something was put in just now
-        self._targets = targets
 
     def hold(self) -> None:
         """Take over: from the next cycle on hold the joints where they are measured, as stiff as they are."""
         self.dcm.put_frame(self.frame.position, self.frame.stiffness)
 
     def cycle(self, frame: SensorFrame) -> None:
-        """A new frame: the clock goes on, over frames that were missed too, and so do the timed commands."""
+        """A new frame: the cycle that its predecessor began is over, and those of frames that were missed."""
+        self.dcm.run_cycle()
         for _ in range(frame.seq - self.frame.seq - 1):
             self.dcm.skip_cycle()
         self.frame = frame
-        self._targets = self.dcm.run_cycle() or self._targets
 
     def answer(self) -> ActuatorFrame:
-        """What the robot is to do in the cycle that begins with the newest frame."""
-        return ActuatorFrame(
-            reply_to=self.frame.seq, position=self._targets.position, stiffness=self._targets.stiffness
-        )
+        """What the robot is to do in the cycle that begins with the newest frame, by the calls so far.
+
+        The robot takes the newest answer at the end of that cycle, so one call changes it until then.
+        """
+        targets = self.dcm.ahead()
+        return ActuatorFrame(reply_to=self.frame.seq, position=targets.position, stiffness=targets.stiffness)
 
     @property
     def now(self) -> int:

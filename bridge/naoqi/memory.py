@@ -84,12 +84,14 @@ class Memory:
                 self.raise_event(event, value)
         self.raise_event("TouchChanged", changed)
 
-    def get(self, key: str) -> Any:
+    def get(self, key: Any) -> Any:
         """The value of a key, with or without the prefix.
 
         Raises:
             NaoqiRefused: no such key.
         """
+        if not isinstance(key, str):
+            raise NaoqiRefused(f"ALMemory: {key!r:.60} was given; a name is expected.")
         if key in self._data:
             return self._data[key]
         getter = self._sensors.get(short(key))
@@ -144,35 +146,52 @@ class Memory:
         for key, value in pairs:
             self.insert(key, value)
 
-    def remove(self, key: str) -> None:
+    def remove(self, key: Any) -> None:
         """Take data out.
 
         Raises:
             NaoqiRefused: there is none under this key.
         """
-        if key not in self._data:
+        if not isinstance(key, str) or key not in self._data:
             raise NaoqiRefused(f"ALMemory.removeData: there is no inserted data under {key!r:.80}.")
         del self._data[key]
 
-    def names(self, part: str = "") -> list[str]:
-        """All keys with `part` in their name."""
+    def names(self, part: Any = "") -> list[str]:
+        """All keys with `part` in their name.
+
+        Raises:
+            NaoqiRefused: not a text.
+        """
+        if not isinstance(part, str):
+            raise NaoqiRefused(f"ALMemory.getDataList: {part!r:.60} was given; a part of a name is expected.")
         return [name for name in (*self._names, *self._data) if part in name]
 
-    def declare_event(self, name: str, *_: Any) -> None:
-        """Make an event known before it is raised."""
-        self._events.add(name)
+    def declare_event(self, name: Any, *_: Any) -> None:
+        """Make an event known before it is raised.
+
+        Raises:
+            NaoqiRefused: not a name, or too many.
+        """
+        self._know_event("declareEvent", name)
 
     def events(self) -> list[str]:
         """Names of the events that were declared or raised."""
         return sorted(self._events)
 
-    def raise_event(self, name: str, value: Any) -> None:
-        """Store the value under the event's name and tell its subscribers."""
-        if not isinstance(name, str) or (len(self._events) >= MAX_DATA and name not in self._events):
-            raise NaoqiRefused(f"ALMemory.raiseEvent: {name!r:.60} cannot be an event.")
-        self._events.add(name)
+    def raise_event(self, name: Any, value: Any) -> None:
+        """Store the value under the event's name and tell its subscribers.
+
+        Raises:
+            NaoqiRefused: not a name, or too many.
+        """
+        self._know_event("raiseEvent", name)
         self._data[name] = value
         self._publish(name, value)
+
+    def _know_event(self, method: str, name: Any) -> None:
+        if not isinstance(name, str) or (len(self._events) >= MAX_DATA and name not in self._events):
+            raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
+        self._events.add(name)
 
     def methods(self) -> dict[str, Callable[..., Any]]:
         """Methods of the service `ALMemory`; `subscriber` is the front's own."""
@@ -191,6 +210,6 @@ class Memory:
             "getType": self._type,
         }
 
-    def _type(self, key: str) -> str:
+    def _type(self, key: Any) -> str:
         kinds = {bool: "Bool", int: "Int", float: "Float", str: "String"}
         return kinds.get(type(self.get(key)), "ALValue")

@@ -97,7 +97,7 @@ class Motion:
             abs(self._clipped(joint, target) - self._joints.commanded(joint)) / self._joints.speed(joint)
             for joint, target in zip(joints, targets, strict=True)
         )
-        return max(max(ways) / share, 0.001 * CYCLE)
+        return max(max(ways, default=0.0) / share, 0.001 * CYCLE)
 
     def through(
         self, joints: Sequence[str], targets: Sequence[Sequence[float]], times: Sequence[Sequence[float]]
@@ -177,7 +177,7 @@ class Motion:
         body = self._joints.body
         if name in ("Body", "Joints"):
             return total_mass(body)
-        if name in body.links:
+        if isinstance(name, str) and name in body.links:
             return body.links[name].mass
         raise NaoqiRefused(f"ALMotion.getMass: {name!r:.40} is neither a joint of {body.name} nor `Body`.")
 
@@ -214,7 +214,7 @@ class Motion:
 
     def _bezier(self, names: Any, times: Any, control_points: Any) -> Future[Any]:
         """The control points' angles at their times; the handles between them are not followed."""
-        if not isinstance(control_points, list):
+        if not isinstance(control_points, list) or not all(isinstance(row, list) for row in control_points):
             raise NaoqiRefused("ALMotion.angleInterpolationBezier: controlPoints must be a list of lists.")
         angles = [[p[0] if isinstance(p, list) and p else p for p in row] for row in control_points]
         return self.angle_interpolation(names, angles, times, True)

@@ -18,6 +18,7 @@ from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Vec3
 from bridge.naoqi.arguments import number
+from bridge.naoqi.tasks import gone
 from bridge.realtime import leave_real_time
 from bridge.walk import GaitName, WalkStatus
 
@@ -105,6 +106,7 @@ class Moving:
         """
 
         def do() -> Any:
+            """Take the joints and work, or refuse."""
             if self.active and not stop:
                 raise NaoqiRefused(
                     "The robot walks, and the walker has its joints; call ALMotion.stopMove first."
@@ -141,6 +143,7 @@ class Moving:
         ended: Future[Any] = Future()
 
         def begin() -> None:
+            """Walk; the call ends with the walk, or with its refusal."""
             if way == 0.0:
                 ended.set_result(None)
                 return
@@ -203,6 +206,7 @@ class Moving:
             except Exception as error:
                 done.set_exception(error)
         self._end_walker()
+        self._finish(gone())
 
     def _ensure(self) -> None:
         """A walker that stands and holds the robot."""

@@ -20,6 +20,10 @@ MAX_MESSAGE: Final = 1 << 24
 """bytes"""
 
 
+class Unsendable(Exception):
+    """A message that the other end could not read; one sentence."""
+
+
 class Pipe:
     """One end; any thread may send, one receives.
 
@@ -38,9 +42,14 @@ class Pipe:
         """Send one message; nothing happens when the other end is gone.
 
         Raises:
-            TypeError: something in it is no number, text, list or map.
+            Unsendable: something in it is no number, text, list or map, or it is too large or too deep.
         """
-        payload = self._encoder.encode(message)
+        try:
+            payload = self._encoder.encode(message)
+        except (TypeError, ValueError, OverflowError, RecursionError) as error:
+            raise Unsendable(f"{error}") from None
+        if len(payload) > MAX_MESSAGE:
+            raise Unsendable(f"{len(payload)} bytes are more than {MAX_MESSAGE}")
         with self._lock:
             try:
                 self._socket.sendall(_LENGTH.pack(len(payload)) + payload)
@@ -48,7 +57,18 @@ class Pipe:
                 return
 
     def receive(self) -> list[Any] | None:
-        """The next message; None when the other end is gone."""
+        """The next message that can be read; None when the other end is gone."""
+        while True:
+            payload = self._payload()
+            if payload is None:
+                return None
+            try:
+                message: list[Any] = self._decoder.decode(payload)
+            except (msgspec.DecodeError, ValueError, RecursionError):
+                continue  # not in UTF-8, or a level deeper than fits on the stack of this end
+            return message
+
+    def _payload(self) -> bytes | None:
         try:
             head = self._stream.read(_LENGTH.size)
             if len(head) < _LENGTH.size:
@@ -57,10 +77,7 @@ class Pipe:
             payload = self._stream.read(length) if length <= MAX_MESSAGE else b""
         except (OSError, ValueError):  # ValueError: this end was closed meanwhile
             return None
-        if len(payload) < length:
-            return None
-        message: list[Any] = self._decoder.decode(payload)
-        return message
+        return payload if len(payload) == length else None
 
     def close(self) -> None:
         """Close this end; a `receive` in another thread ends."""

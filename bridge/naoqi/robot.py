@@ -9,12 +9,11 @@ from __future__ import annotations
 import logging
 import secrets
 import threading
-import time
 from typing import Final
 
 import msgspec
 
-from bridge.datasheet import Body
+from bridge.datasheet import Body, load_body
 from bridge.datasheet.quantities import absent_joints
 from bridge.errors import ConfigurationError, LinkError
 from bridge.guard import Guard, GuardSettings
@@ -22,18 +21,15 @@ from bridge.host import RobotHost
 from bridge.link import RobotLink
 from bridge.messages import Info, SensorFrame
 from bridge.naoqi.device import NaoqiDevice
+from bridge.observer import NoticeLog
 from bridge.realtime import quiet_process
 
 logger = logging.getLogger(__name__)
 
-ANSWER: Final = 0.004
-"""s in which the controller's answer to a frame is waited for, before the robot is read again."""
-LOOK_AHEAD: Final = 0.020
+LOOK_AHEAD: Final = 0.010
 """s; see `nao-hil bridge naoqi --look-ahead`."""
 RETRY: Final = 0.5
 """s between two attempts to connect."""
-CROUCH: Final = 15.0
-"""s in which a robot that still stands is brought down when the bridge is to end."""
 
 
 class BridgeSettings(msgspec.Struct, frozen=True, kw_only=True):
@@ -66,7 +62,7 @@ class Bridged(msgspec.Struct, kw_only=True):
     commands: int = 0
     """Sent to the robot."""
     late: int = 0
-    """Commands not known to be at the robot within their look-ahead."""
+    """Commands that were not at the robot by the cycle of their time."""
     missed: int = 0
     """Cycles that a controller was expected to serve and did not in time."""
 
@@ -78,18 +74,22 @@ class NaoqiBridge:
         settings: see there.
         software: for `Info`.
         stop: set when it is to end.
+
+    Raises:
+        ConfigurationError: no such body.
     """
 
     def __init__(self, settings: BridgeSettings, software: str, stop: threading.Event) -> None:
+        if settings.body is not None:
+            load_body(settings.body)  # a misspelt name is told before anyone waits for a robot
         self._s, self._software, self._stop = settings, software, stop
-        self._give_up: float | None = None
         self._result = Bridged()
 
     def run(self) -> Bridged:
         """Bridge until stopped.
 
         Raises:
-            ConfigurationError: no such body.
+            ConfigurationError: a robot without a data sheet.
             LinkError: the endpoint cannot be listened on.
         """
         logger.info("waiting for NAOqi at %s", self._s.url)
@@ -117,7 +117,7 @@ class NaoqiBridge:
         body = device.body
         with RobotLink(self._info(body), self._s.listen) as link:
             guard = Guard(body, self._s.guard, armed=False, dry_run=self._s.dry_run)
-            host = RobotHost(link, guard, dry_run=self._s.dry_run)
+            host = RobotHost(link, guard, [NoticeLog()], dry_run=self._s.dry_run)
             logger.info(
                 "robot `%s` (%s) at %s: %s", self._s.robot, body.name, self._s.listen, guard.status.text
             )
@@ -130,15 +130,16 @@ class NaoqiBridge:
 
     def _cycle(self, device: NaoqiDevice, host: RobotHost, cycle: float) -> None:
         seq = -1
-        while not self._ends(host):
+        while not host.ends(self._stop):
             reading = device.read()
             seq += reading.cycles if seq >= 0 else 1
             self._result.frames += 1
             self._result.left_out += reading.cycles - 1
             frame = SensorFrame(seq=seq, time=seq * cycle, **reading.fields)
-            given = host.exchange(frame, wait=ANSWER)
+            host.in_force = device.in_force
+            given = host.exchange(frame, wait=device.spare)
             if given is not None:
-                device.write(reading.moment, given.position, given.stiffness)
+                device.write(reading.moment, seq, given)
                 self._result.commands += 1
 
     def _info(self, body: Body) -> Info:
@@ -152,18 +153,6 @@ class NaoqiBridge:
             boot=secrets.randbits(47),
             software=self._software,
         )
-
-    def _ends(self, host: RobotHost) -> bool:
-        """Whether to end: asked to, and the robot is down, or has had its time for that."""
-        if not self._stop.is_set():
-            return False
-        if self._s.dry_run or host.guard.state in ("idle", "rest"):
-            return True
-        if self._give_up is None:
-            logger.info("bringing the robot down; Ctrl-C again ends at once and leaves it as it is")
-            host.guard.stop("crouch", "the end of the bridge")
-            self._give_up = time.monotonic() + CROUCH
-        return time.monotonic() > self._give_up
 
 
 def check_look_ahead(seconds: float) -> float:

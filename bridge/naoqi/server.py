@@ -20,7 +20,7 @@ from bridge.link.walk_client import WalkClient
 from bridge.messages import Info, SensorFrame
 from bridge.naoqi.config import RobotConfig
 from bridge.naoqi.moving import Moving, Walker
-from bridge.naoqi.pipe import Pipe
+from bridge.naoqi.pipe import Pipe, Unsendable
 from bridge.naoqi.services import Services
 from bridge.realtime import quiet_process
 from bridge.walk import GaitName
@@ -143,6 +143,16 @@ class Server:
             quiet_process(priority)
         self._send(services)
         logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
+        try:
+            self._cycle(services, receive)
+        finally:
+            if self._moving is not None:
+                self._moving.close()
+            with self._lock:
+                services.abandon()
+
+    def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> None:
+        """Answer frames until stopped, or until the robot goes away or begins anew."""
         while not self._stop() and self._front_runs():
             try:
                 frame = receive(SILENCE)
@@ -174,8 +184,6 @@ class Server:
 
     def _begin(self, body: Body, frame: SensorFrame, priority: int | None) -> Services:
         """Services for a robot that is new here; the front, if it runs already, keeps its table."""
-        if self._moving is not None:
-            self._moving.close()
         link = self._link
         moving = Moving(
             self,
@@ -185,7 +193,9 @@ class Server:
             self._speed(body),
         )
         config = RobotConfig(body, link.robot)
-        services = Services(config, frame, self._lock, moving, self._require_lease, self._publish)
+        services = Services(
+            config, frame, self._lock, moving, self._require_lease, self._answer_anew, self._publish
+        )
         with self._lock:
             self._services, self._moving = services, moving
             self._commanding = True
@@ -197,6 +207,11 @@ class Server:
         with self._lock:
             if self._commanding:
                 self._link.send(services.joints.answer())
+
+    def _answer_anew(self) -> None:
+        """A call came after the newest frame was answered: the robot takes the newest answer."""
+        if self._services is not None:
+            self._send(self._services)
 
     def _show_life(self) -> None:
         """A robot that pauses must not give the lease away."""
@@ -288,8 +303,6 @@ class Server:
             self._pipe.send([0, event, value])
 
     def _close(self) -> None:
-        if self._moving is not None:
-            self._moving.close()
         self._commanding = False
         self._link.release()
         if self._pipe is not None:
@@ -319,7 +332,7 @@ class _Reply:
 def _succeed(pipe: Pipe, number: int, result: Any) -> None:
     try:
         pipe.send([number, True, result])
-    except (TypeError, OverflowError) as error:
+    except Unsendable as error:
         pipe.send([number, False, f"The result cannot be passed on ({error})."])
 
 

@@ -24,7 +24,7 @@ from bridge.naoqi.motion import Motion
 from bridge.naoqi.moving import Moving
 from bridge.naoqi.posture import Postures
 from bridge.naoqi.switches import ABILITIES, MOTION, Switches
-from bridge.naoqi.tasks import Tasks
+from bridge.naoqi.tasks import Tasks, gone
 
 logger = logging.getLogger(__name__)
 
@@ -66,6 +66,7 @@ class Services:
         lock: held while joints and memory are touched.
         moving: walks, and hands the joints back and forth.
         require_lease: raises `NaoHilError` unless the joints may be commanded.
+        commanded: told, with the lock held, that a call may have changed what the joints are to do.
         publish: told of each event of ALMemory.
     """
 
@@ -76,10 +77,11 @@ class Services:
         lock: RLock,
         moving: Moving,
         require_lease: Callable[[], None],
+        commanded: Callable[[], None],
         publish: Callable[[str, Any], None],
     ) -> None:
         self._config, self._lock, self._moving = config, lock, moving
-        self._require_lease = require_lease
+        self._require_lease, self._commanded = require_lease, commanded
         self.joints = Joints(config.body, frame)
         self._tasks = Tasks()
         self.motion = Motion(self.joints, self._tasks, config)
@@ -93,6 +95,10 @@ class Services:
         self.joints.cycle(frame)
         self.memory.update(frame)
         self._tasks.run(self.joints.dcm.clock.previous)
+
+    def abandon(self) -> None:
+        """The robot is gone, and with it what calls wait for; the lock is held."""
+        self._tasks.end(gone())
 
     def names(self) -> dict[str, list[str]]:
         """Service -> methods, those included that only refuse."""
@@ -125,7 +131,9 @@ class Services:
         def command() -> Any:
             with self._lock:
                 self._require_lease()
-                return entry.call(*arguments)
+                result = entry.call(*arguments)
+                self._commanded()
+                return result
 
         if self._moving.has_robot:
             return self._moving.with_joints(command, stop=entry.kind == "posture")
@@ -179,7 +187,8 @@ class Services:
         dcm = self.joints.dcm
 
         def set_alias(*arguments: Any) -> None:
-            dcm.set_alias(set_alias_request(arguments[0] if len(arguments) == 1 else list(arguments)))
+            command = arguments[0] if len(arguments) == 1 else list(arguments)
+            dcm.set_alias(set_alias_request(_list("setAlias", command)))
 
         def create_alias(command: Any) -> list[str | list[str]]:
             return dcm.create_alias(alias_request(_list("createAlias", command)))

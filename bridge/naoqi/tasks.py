@@ -6,8 +6,15 @@ from collections.abc import Generator
 from concurrent.futures import Future
 from typing import Any
 
+from bridge.errors import NaoqiRefused
+
 Task = Generator[int, None, Any]
 """Yields the moment (robot time, ms) to go on at; returns the result of the call that began it."""
+
+
+def gone() -> NaoqiRefused:
+    """What a call gets that waited for a motion of a robot that is not there any more."""
+    return NaoqiRefused("The robot went away before the motion ended.")
 
 
 class Tasks:
@@ -29,12 +36,15 @@ class Tasks:
         for _, task, done in due:
             self._advance(task, done)
 
-    def end(self) -> None:
-        """End all of them here; their callers get None, as of a motion that was stopped."""
+    def end(self, error: Exception | None = None) -> None:
+        """End all of them here; their callers get the error, or None as of a motion that was stopped."""
         running, self._running = self._running, []
         for _, task, done in running:
             task.close()
-            done.set_result(None)
+            if error is None:
+                done.set_result(None)
+            else:
+                done.set_exception(error)
 
     def _advance(self, task: Task, done: Future[Any]) -> None:
         try:

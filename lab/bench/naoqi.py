@@ -36,7 +36,7 @@ _CYCLE: Final = 0.01
 _BLOCKS: Final = 4
 _CALLS: Final = 200
 _CYCLES: Final = 800
-_LOOK_AHEADS: Final = (0.0, 20.0)
+_LOOK_AHEADS: Final = (0.0, 10.0, 20.0)
 """ms"""
 _HEAD: Final = INDEX["HeadYaw"]
 _PATIENCE: Final = 60.0

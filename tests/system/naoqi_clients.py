@@ -44,6 +44,7 @@ def dcm_program(session: Any) -> dict[str, Any]:
     wait_until(dcm, now + 40)
     result["overload"] = memory.getListData([PREFIX + RED, names[1]])
     result["refused"] = refusal(lambda: dcm.setAlias(["Leds", "Sometimes", "time-mixed", []]))
+    result["no list"] = [refusal(lambda value=value: dcm.setAlias(value)) for value in (None, 5, True, "Leds")]
     return result
 
 

@@ -17,6 +17,7 @@ import msgpack
 import pytest
 
 from bridge.errors import ConfigurationError
+from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.lola.address import Address, parse_address
@@ -39,6 +40,7 @@ class FakeLola:
         self.listener.listen()
         self.values = dict(PACKET)
         self.maps: list[dict[str, Any]] = []
+        self.garbage = b""
         self._ended = threading.Event()
         self._drop = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -54,6 +56,8 @@ class FakeLola:
 
     def _serve(self, peer: socket.socket) -> None:
         unpacker = msgpack.Unpacker()
+        if self.garbage:
+            peer.sendall(self.garbage)
         while not self._ended.is_set() and not self._drop.is_set():
             peer.sendall(msgpack.packb(self.values, use_single_float=True))
             if select.select([peer], [], [], 0.012)[0]:
@@ -179,7 +183,11 @@ def test_a_far_command_is_approached_slowly_and_in_range(bridged: Any, lola: Fak
         guard.stop("limp", "test")
 
 
-def test_its_end_brings_a_robot_down_that_it_held_up(bridged: Any, lola: FakeLola, endpoint: str) -> None:
+def test_its_end_brings_a_robot_down_that_it_held_up(
+    bridged: Any, lola: FakeLola, endpoint: str, until: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    """And its terminal tells each state that the guard went through."""
+    caplog.set_level("INFO", "bridge.observer")
     lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.0]}
     link, end = bridged()
     with GuardClient("nao", endpoint) as guard:
@@ -187,9 +195,18 @@ def test_its_end_brings_a_robot_down_that_it_held_up(bridged: Any, lola: FakeLol
     link.acquire()
     answer(link, lambda: len(lola.maps) > 2, position=(0.0,) * 25, stiffness=(0.9,) * 25)
     end()
-    last = lola.maps[-1]
-    assert last["Stiffness"] == [0.0] * 25
-    assert last["Position"][10] > 1.0  # the knee: it crouched first
+    left = GuardSettings().crouch.rest_stiffness
+    until(lambda: max(lola.maps[-1]["Stiffness"]) == pytest.approx(left), "the stiffness to be gone")
+    assert lola.maps[-1]["Position"][10] > 1.0  # the knee: it crouched first
+    told = [(record.levelname, record.getMessage()) for record in caplog.records]
+    assert told[0] == (
+        "INFO",
+        "The robot was armed by test. The joints are left alone until the first command.",
+    )
+    assert ("INFO", "Commands are in force.") in told
+    (crouches, rests) = (next(i for i, t in enumerate(told) if word in t[1]) for word in ("crouches", "rests"))
+    assert crouches < rests
+    assert told[crouches][0] == told[rests][0] == "WARNING"
 
 
 def test_a_dry_run_sends_nothing(bridged: Any, lola: FakeLola, endpoint: str) -> None:
@@ -219,6 +236,13 @@ def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endp
     assert end().connections == 2
 
 
+def test_bytes_of_no_packet_are_counted(bridged: Any, lola: FakeLola) -> None:
+    lola.garbage = b"HTTP/1.1 400 Bad Request\r\n"
+    link, end = bridged()
+    newest(link)
+    assert end().dropped_bytes == len(lola.garbage)
+
+
 def test_a_broken_packet_is_left_out(bridged: Any, lola: FakeLola) -> None:
     link, _ = bridged()
     newest(link)
@@ -228,6 +252,30 @@ def test_a_broken_packet_is_left_out(bridged: Any, lola: FakeLola) -> None:
         pass
     lola.values = dict(PACKET)
     assert newest(link).fsr == pytest.approx([9.81 * f for f in PACKET["FSR"]])
+
+
+def test_a_taken_socket_is_told_once(
+    lola: FakeLola, bridged: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture, until: Any
+) -> None:
+    link, _ = bridged()
+    newest(link)
+    caplog.set_level("WARNING", "bridge.lola.robot")
+    stop, tried = threading.Event(), []
+
+    class Second(LolaBridge):
+        def _bridge(self, device: Any) -> None:
+            super()._bridge(device)
+            tried.append(device)
+
+    settings = BridgeSettings(robot="second", listen="tcp/127.0.0.1:0")
+    bridge = Second(Address(path=str(tmp_path / "robocup")), settings, "test", stop)
+    thread = threading.Thread(target=bridge.run)
+    thread.start()
+    until(lambda: len(tried) >= 2, "two attempts")
+    stop.set()
+    thread.join(PATIENCE)
+    (said,) = (record.getMessage() for record in caplog.records)
+    assert "is another client connected?" in said
 
 
 def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, endpoint: str) -> None:

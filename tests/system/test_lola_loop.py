@@ -26,15 +26,29 @@ def far() -> str:
 
 
 @pytest.fixture
-def loop(start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path, until: Any) -> dict[str, Any]:
-    """The loop in lockstep up to the bridge, armed: the processes by name."""
+def begin(
+    start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path, until: Any
+) -> Callable[[str], dict[str, Any]]:
+    """Starts the loop in a mode up to the bridge, armed: the processes by name."""
+    return lambda mode: _begin(mode, start, endpoint, far, tmp_path, until)
+
+
+@pytest.fixture
+def loop(begin: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
+    """The loop in lockstep."""
+    return begin("lockstep")
+
+
+def _begin(
+    mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path, until: Any
+) -> dict[str, Any]:
     path = str(tmp_path / "robocup")
     robot = start(
-        *("emulate", "--robot", "nao-v6", "--mode", "lockstep", "--listen", endpoint, "--json"),
+        *("emulate", "--robot", "nao-v6", "--mode", mode, "--listen", endpoint, "--json"),
         *("--out", str(tmp_path / "run")),
     )
     server = start("serve", "lola", "--socket", path, "--connect", endpoint, "--json")
-    bridge = start("bridge", "lola", "--socket", path, "--listen", far, "--mode", "lockstep", "--json")
+    bridge = start("bridge", "lola", "--socket", path, "--listen", far, "--mode", mode, "--json")
     until(lambda: "not armed" in " ".join(bridge.said.split()), "the bridge to find its robot")
     arm = start("arm", "--yes", "--connect", far)
     assert arm.wait() == 0
@@ -54,6 +68,19 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     result = loop["robot"].result
     assert result["distance"] > 0.02
     assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
+
+
+@pytest.mark.realtime
+def test_the_walker_walks_through_the_loop_in_real_time(
+    begin: Callable[[str], dict[str, Any]], start: Callable[..., Any], far: str
+) -> None:
+    processes = begin("real-time")
+    walker = start("walk", "--gait", "dynamic", "--steps", "6", "--connect", far, "--json")
+    assert walker.wait() == 0
+    assert walker.result["done"] and walker.result["steps"] == 6 and not walker.result["fell"]
+    for name in ("bridge", "server", "robot"):
+        processes[name].interrupt()
+    assert processes["robot"].result["distance"] > 0.2 and not processes["robot"].result["fell"]
 
 
 def test_a_walker_that_is_killed_leaves_the_robot_to_the_bridge_s_guard(

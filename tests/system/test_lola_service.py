@@ -195,7 +195,9 @@ def test_what_a_map_leaves_out_stays(served: Any) -> None:
     assert (third.position, third.stiffness) == ((-0.5,) * 25, (0.75,) * 25)
 
 
-def test_wrong_values_move_no_other_joint(served: Any) -> None:
+def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCaptureFixture) -> None:
+    """And each kind of mistake is told once per client, however soon after another one."""
+    caplog.set_level("WARNING", "bridge.lola.service")
     robot, connect, _ = served()
     robot.publish()
     client = connect()
@@ -208,6 +210,15 @@ def test_wrong_values_move_no_other_joint(served: Any) -> None:
     client.read()
     client.send(pack(Position=[1.0] * 24, Stiffness=[0.0] * 25))
     assert robot.command().position == command.position
+    robot.publish()
+    client.read()
+    client.send(pack(Position=[0.0, float("inf"), *[0.0] * 23]))
+    robot.command()
+    assert sorted(record.getMessage() for record in caplog.records) == [
+        "the client's `Position` needs 25 numbers and has 24 elements; it was ignored.",
+        "the client's `Position` of HeadYaw is nan and was ignored; a finite number is expected.",
+        "the client's `Stiffness` of HeadYaw is 7 and was clipped; -1 to 1 is allowed.",
+    ]
 
 
 def test_a_reply_in_fragments_behind_garbage(served: Any) -> None:

@@ -90,6 +90,32 @@ def test_a_bridged_robot_shows_what_it_measures_and_obeys_when_it_is_armed(
     assert bridge.result["commands"] > 0
 
 
+def test_a_frame_names_the_command_whose_time_had_come(
+    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str, until: Any
+) -> None:
+    """With a look-ahead of five cycles no answer is in force sooner, and the controller sees that."""
+    start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
+    options = ["--look-ahead", "50", "--no-realtime-priority"]
+    bridge = start("bridge", "naoqi", "--url", url, "--listen", far, *options)
+    until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
+    with GuardClient("nao", far) as guard, ControllerLink("nao", far, "test") as link:
+        guard.arm("test")
+        link.wait_robot(timeout=PATIENCE)
+        link.acquire()
+        first = newest(link).seq
+        late = []
+
+        def answered() -> bool:
+            frame = newest(link)
+            link.send(ActuatorFrame(reply_to=frame.seq, position=frame.position, stiffness=(1.0,) * 25))
+            if frame.command >= first:
+                late.append(frame.seq - 1 - frame.command)
+            return len(late) >= 100
+
+        until(answered, "answers to be in force")
+    assert min(late) == 5
+
+
 def test_a_dry_run_moves_nothing(
     robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str, until: Any
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -99,6 +100,9 @@ def test_a_dcm_program_runs_both_forms_with_all_four_update_types(served: Served
     assert result["overload"] == [0.5, 0.25]
     assert result["refused"].startswith("setAlias item 1 is 'Sometimes'")
     assert "Traceback" not in result["refused"]
+    assert len(result["no list"]) == 4
+    for refused in result["no list"]:
+        assert re.fullmatch(r"DCM\.setAlias: .* was given; a list is expected\.", refused)
 
 
 def test_the_requests_of_the_social_interaction_cloud_are_served(served: Served) -> None:

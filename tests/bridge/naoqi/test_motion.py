@@ -45,14 +45,19 @@ class Robot:
     def __init__(self, frame: SensorFrame, body: str = "nao-v5") -> None:
         self.frame = frame
         self.events: list[tuple[str, Any]] = []
+        self.commanded = 0
         self.services = Services(
             RobotConfig(load_body(body), "nao"),
             frame,
             RLock(),
             Standing(),  # type: ignore[arg-type]
             lambda: None,
+            self.count,
             lambda *event: self.events.append(event),
         )
+
+    def count(self) -> None:
+        self.commanded += 1
 
     def run(self, seconds: float, **changes: Any) -> list[tuple[float, ...]]:
         """Positions sent in each of the next cycles."""
@@ -92,6 +97,24 @@ def test_body_has_the_vendors_names_and_order(standing: Callable[..., SensorFram
     h21 = Robot(standing(), "nao-v3")
     assert h21.motion("getBodyNames", "Body") == [j for j in H25 if "Hand" not in j and "Wrist" not in j]
     assert robot.motion("getBodyNames", "Head") == ["HeadYaw", "HeadPitch"]
+
+
+@pytest.mark.parametrize("ahead", [-20, 0, 10, 30])
+def test_a_dcm_command_is_carried_out_in_the_cycle_of_its_time(robot: Robot, ahead: int) -> None:
+    """As by the emulated robot's own DCM: what is due by a frame's time is in force from that frame on."""
+    head = "Device/SubDeviceList/HeadYaw/Position/Actuator/Value"
+    robot.run(0.05)
+    now = robot.call("DCM", "getTime", 0)
+    assert now == round(1000.0 * robot.frame.time)
+    before = robot.services.joints.answer()
+    robot.call("DCM", "set", [head, "ClearAll", [[0.2, now + ahead]]])
+    assert robot.commanded == 1  # the frame was answered already, and is to be answered anew
+    answer = robot.services.joints.answer()
+    assert answer.reply_to == before.reply_to
+    sent = [answer.position[INDEX["HeadYaw"]], *(p[INDEX["HeadYaw"]] for p in robot.run(0.05))]
+    due = max(0, ahead // 10)
+    assert sent[due:] == pytest.approx([0.2] * len(sent[due:]), abs=1e-3)
+    assert all(a < b for a, b in pairwise(sent[: due + 1]))
 
 
 def test_set_angles_goes_at_its_fraction_of_the_joints_largest_speed(robot: Robot) -> None:
@@ -256,3 +279,12 @@ def test_wrong_arguments_are_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(NaoqiRefused, match=sentence):
         robot.motion(method, *arguments)
+
+
+def test_a_motion_of_a_robot_that_goes_away_ends_in_a_sentence(robot: Robot) -> None:
+    waits = robot.motion("angleInterpolation", "HeadYaw", [0.5], [20.0], True)
+    robot.run(0.1)
+    assert not waits.done()
+    robot.services.abandon()
+    with pytest.raises(NaoqiRefused, match="went away"):
+        waits.result(0.0)
