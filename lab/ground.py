@@ -11,12 +11,14 @@ from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround, Patch
 from bridge.joints import LEG_SLOTS
-from emulator.scenarios import Scenario, load_scenario
+from emulator.scenarios import PlacedBox, Scenario, load_scenario
 from lab.config import RunConfig
 from walker.kinematics.leg import foot_in_torso
 
 STEP_UP: Final = 0.03
 """m; a box higher than this is an obstacle, no ground."""
+_TOUCHES: Final = 1e-3
+"""m; a gap below a box that is none."""
 
 
 def ground_parameters(settings: RunConfig, body: Body) -> dict[str, Any]:
@@ -48,19 +50,17 @@ def known_ground(scenario: Scenario, body: Body) -> KnownGround:
     """
     if scenario.floor.roll != 0.0 or scenario.start.yaw != 0.0:
         raise ConfigurationError(
-            f"gait huang: on a floor that leans {scenario.floor.roll:g} deg sideways, by a robot that starts "
-            f"turned by {scenario.start.yaw:g} deg, no straight walk can be planned; both must be 0, or give "
+            f"gait huang: with floor.roll = {scenario.floor.roll:g} deg and start.yaw = "
+            f"{scenario.start.yaw:g} deg no straight walk can be planned; both must be 0, or give "
             "`parameters.ground = {}` to walk as on a flat floor."
         )
     ahead = scenario.start.x + _ankles(scenario.start.posture, body)
-    return KnownGround(
-        slope=math.radians(scenario.floor.pitch),
-        patches=tuple(
-            _patch(box.name, box.size, (box.at[0] - ahead, box.at[1] - scenario.start.y), box.yaw)
-            for box in scenario.boxes
-            if box.mass == 0.0
-        ),
-    )
+    ground = KnownGround(slope=math.radians(scenario.floor.pitch))
+    for box in scenario.boxes:
+        if box.mass == 0.0:
+            patch = _patch(box, (box.at[0] - ahead, box.at[1] - scenario.start.y), ground)
+            ground = msgspec.structs.replace(ground, patches=(*ground.patches, patch))
+    return ground
 
 
 def _ankles(posture: str, body: Body) -> float:
@@ -74,17 +74,29 @@ def _ankles(posture: str, body: Body) -> float:
     return float(pose[:3, 3] @ pose[:3, 0])
 
 
-def _patch(name: str, size: tuple[float, float, float], at: tuple[float, float], yaw: float) -> Patch:
-    if yaw % 90.0 != 0.0:
+def _patch(box: PlacedBox, at: tuple[float, float], below: KnownGround) -> Patch:
+    """The top of a box that lies on what was put down before it."""
+    if box.yaw % 90.0 != 0.0:
         raise ConfigurationError(
-            f"gait huang: the box `{name}` is turned by {yaw:g} deg; edges across the walk can be planned for, "
-            "oblique ones cannot."
+            f"gait huang: the box `{box.name}` is turned by {box.yaw:g} deg; edges across the walk can be "
+            "planned for, oblique ones cannot."
         )
-    length, width, height = size if yaw % 180.0 == 0.0 else (size[1], size[0], size[2])
-    if height > STEP_UP:
+    length, width, thick = box.size if box.yaw % 180.0 == 0.0 else (box.size[1], box.size[0], box.size[2])
+    (x, y), half = at, (0.5 * length, 0.5 * width)
+    # as the world puts it down: on the highest below its middle and its corners, these a little inside
+    lies_on = max(
+        below.height(x + a * length, [y + b * width])
+        for a, b in ((0.0, 0.0), *((a, b) for a in (-0.499, 0.499) for b in (-0.499, 0.499)))
+    )
+    bottom = lies_on if box.height is None else box.height
+    if bottom > lies_on + _TOUCHES:
         raise ConfigurationError(
-            f"gait huang: the box `{name}` is {1e3 * height:.0f} mm high; steps of up to "
+            f"gait huang: the box `{box.name}` hangs {1e3 * (bottom - lies_on):.0f} mm above the ground; "
+            "ground can be planned for, ceilings cannot."
+        )
+    if (step := bottom + thick - lies_on) > STEP_UP:
+        raise ConfigurationError(
+            f"gait huang: the box `{box.name}` is {1e3 * step:.0f} mm high; steps of up to "
             f"{1e3 * STEP_UP:.0f} mm can be planned for."
         )
-    (x, y), half = at, (0.5 * length, 0.5 * width)
-    return Patch(x=(x - half[0], x + half[0]), y=(y - half[1], y + half[1]), height=height)
+    return Patch(x=(x - half[0], x + half[0]), y=(y - half[1], y + half[1]), height=bottom + thick)

@@ -9,9 +9,12 @@ from typing import Any
 
 import msgspec
 
+from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.playback import is_complete, read_recording, recorded_config
 from bridge.recording import TOPICS, FrameHash
+from lab.diagnosis import diagnose
+from lab.diagnosis.symptoms import FALLEN
 from lab.statistics import tilt
 
 
@@ -46,6 +49,8 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     torso_max: float
     """Largest tilt of the torso, rad: by the ground truth, or the robot's fused angle."""
     frames_sha256: str
+    diagnosis: str | None
+    """What went wrong first, in a sentence; None for a robot that did not fall, or of a body nobody knows."""
 
 
 class _Sum:
@@ -72,6 +77,8 @@ class _Sum:
             self.fell = self.fell or message.fell
             self.tilt = max(self.tilt, tilt(message))
         elif isinstance(message, WalkTelemetry):
+            if self.frames and message.seq > self.frames[1].seq:
+                return  # said of the robot before it began anew
             self.steps += message.step - self._step if message.step > self._step else 0
             self._step = message.step
         elif isinstance(message, Notice):
@@ -105,7 +112,16 @@ def inspect(path: Path) -> Contents:
         distance=_way(found.truth) if found.truth else None,
         torso_max=found.tilt if found.truth else found.fused,
         frames_sha256=found.hash.hexdigest(),
+        diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN) else None,
     )
+
+
+def _diagnosis(path: Path) -> str | None:
+    try:
+        diagnosis = diagnose(path)
+    except ConfigurationError:
+        return None
+    return diagnosis.sentence if diagnosis is not None else None
 
 
 def _way(ends: tuple[TruthFrame, TruthFrame]) -> float:

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.playback import read_recording
 from lab.cli import options
 from lab.cli.signals import on_signals
 from lab.view.child import READY
@@ -37,6 +38,8 @@ def view(
 
     Example: nao-hil view --replay runs/20260101T120000Z/frames.mcap
     """
+    if replay is not None:
+        read_recording(replay)  # says so where it is none, before there is a page
     stop = threading.Event()
     on_signals(stop.set)
     console = Console(stderr=True)

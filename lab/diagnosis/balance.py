@@ -179,6 +179,7 @@ class _Velocity:
         self._value: Array = np.zeros(3)
 
     def update(self, time: float, position: Array) -> Array:
+        """Velocity, shape (3,), m/s, after a position at a time (s); one that is not later changes nothing."""
         if self._last is not None and time > self._last[0]:
             dt = time - self._last[0]
             raw = (position - self._last[1]) / dt

@@ -26,11 +26,14 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
     fell: float
     """When, robot time, s."""
     chain: tuple[Symptom, ...]
-    """What led to the fall, in order of time, the fall included; signs that were overcome are not in it."""
+    """What led to the fall, in order of time, the fall and what was done to the robot included; signs that were
+    overcome are not in it."""
     first: Symptom | None
     """The first that was the robot's own; None when it fell without a sign."""
     before: Symptom | None
     """What had been done to the robot before, if anything."""
+    torso_off: bool = False
+    """Its walk was known to do without torso control."""
 
     @property
     def sentence(self) -> str:
@@ -48,8 +51,13 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
         return f"{text}."
 
 
-def explain(symptoms: Sequence[Symptom]) -> Diagnosis | None:
-    """The first fall among symptoms in any order, explained; None when nobody fell."""
+def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosis | None:
+    """The first fall among symptoms in any order, explained; None when nobody fell.
+
+    Args:
+        symptoms: of a run.
+        torso_off: its walk did without torso control.
+    """
     ordered = sorted(symptoms, key=lambda s: s.time)
     fall = next((s for s in ordered if s.kind == "fall"), None)
     if fall is None:
@@ -63,13 +71,15 @@ def explain(symptoms: Sequence[Symptom]) -> Diagnosis | None:
         chain.insert(0, symptom)
         until = symptom.time
     begin = chain[0].time if chain else fall.time
-    done = [s for s in ordered if s.kind == "world" and begin - BLAME <= s.time <= begin]
+    done = [s for s in ordered if s.kind == "world" and begin - BLAME <= s.time <= fall.time]
+    before = [s for s in done if s.time <= begin and not s.text.endswith(" ends")]
     first = first_of(chain)
     return Diagnosis(
         fell=fall.time,
-        chain=(*done, *chain, fall),
+        chain=(*sorted([*done, *chain], key=lambda s: s.time), fall),
         first=first,
-        before=next((s for s in reversed(done) if not s.text.endswith(" ends")), None),
+        before=before[-1] if before else None,
+        torso_off=torso_off,
     )
 
 

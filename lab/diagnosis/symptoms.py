@@ -18,6 +18,16 @@ from lab.diagnosis.odometry import SIDES
 
 Kind = Literal["world", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
 
+MEANING: Final[dict[Kind, str]] = {
+    "zmp": "The ground pushes back at the very edge of the feet, and the robot begins to tip over that edge.",
+    "slip": "A foot that bears weight slides over the ground, so the robot is not where its plan has it.",
+    "late": "The foot is still in the air when the plan already puts weight on it.",
+    "early": "The foot meets the ground too soon, and the ground pushes the robot off its way.",
+    "missed": "No commands came in time: the joints held their last ones in mid-motion.",
+    "tilt": "The torso leans further than this walk ever does when it goes well.",
+}
+"""What a sign of the robot's own means, for somebody who sees it for the first time."""
+
 EDGE: Final = 0.003
 """Margin under which the zero moment point is at the edge of the support polygon, m."""
 LOST: Final = 0.03
@@ -47,6 +57,10 @@ MISSED: Final = 5
 """Cycles without an answer within `MISSED_TIME`."""
 MISSED_TIME: Final = 0.2
 """s"""
+STARTING: Final = 0.5
+"""Time after a start in which cycles that a controller misses are no sign of anything: it is only coming, s."""
+UNUSED: Final = 1.0
+"""Time of a walk in which a torso control that corrects nothing at all counts as off, s."""
 GAP: Final = 0.05
 """Interruption that does not end a sign, s."""
 
@@ -123,11 +137,23 @@ class Symptoms:
         self._flown: dict[Side, bool] = {side: False for side in SIDES}
         self._tilt, self._fall = _Sign(0.0), _Sign(0.0)
         self._missed: list[tuple[float, int]] = []
+        self._lies = False
+        self._controlled = -math.inf
+        self._walked: tuple[float, float] | None = None
+
+    @property
+    def torso_off(self) -> bool:
+        """Whether the last walk did without torso control, by its walker's word."""
+        if self._walked is None:
+            return False
+        began, last = self._walked
+        return last - max(self._controlled, began) > UNUSED
 
     def update(self, balance: Balance) -> list[Symptom]:
         """What is new at this moment."""
         if self._last is not None and balance.moment.sensors.seq < self._last.moment.sensors.seq:
             self._begin()
+        self._note_control(balance)
         found = [
             *self._world(balance),
             *self._missing(balance),
@@ -135,8 +161,23 @@ class Symptoms:
             *(s for side in SIDES for s in self._foot(balance, side)),
             *self._posture(balance),
         ]
+        if self._lies:  # what a robot does that lies there is no sign of anything
+            found = [s for s in found if s.kind == "world"]
+        lean = _lean(balance)
+        self._lies = fallen(balance, lean) or (self._lies and lean > TILT)
         self._last = balance
         return found
+
+    def _note_control(self, balance: Balance) -> None:
+        """When the torso control last did something in a walk."""
+        walk, time = balance.moment.walk, balance.moment.sensors.time
+        if walk is None or walk.state not in ("walk", "stopping"):
+            return
+        if self._walked is None or time - self._walked[1] > UNUSED:
+            self._walked = time, time
+        self._walked = self._walked[0], time
+        if any(walk.torso_control):
+            self._controlled = time
 
     def _world(self, balance: Balance) -> list[Symptom]:
         time = balance.moment.sensors.time
@@ -148,6 +189,8 @@ class Symptoms:
 
     def _missing(self, balance: Balance) -> list[Symptom]:
         frame = balance.moment.sensors
+        if frame.time < STARTING:
+            return []
         self._missed = [(t, n) for t, n in self._missed if frame.time - t <= MISSED_TIME]
         self._missed.append((frame.time, frame.missed))
         time, before = self._missed[0]
@@ -202,13 +245,18 @@ class Symptoms:
 
     def _posture(self, balance: Balance) -> list[Symptom]:
         time = balance.moment.sensors.time
-        lean = math.acos(min(max(float(balance.best.robot.frames[0][2, 2]), -1.0), 1.0))
+        lean = _lean(balance)
         found = []
         if (tilted := self._tilt.update(time, lean > TILT)) is not None:
             found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
         if (fell := self._fall.update(time, fallen(balance, lean))) is not None:
             found.append(Symptom(fell, "fall", "the robot fell"))
         return found
+
+
+def _lean(balance: Balance) -> float:
+    """Of the torso from the vertical, rad."""
+    return math.acos(min(max(float(balance.best.robot.frames[0][2, 2]), -1.0), 1.0))
 
 
 def fallen(balance: Balance, lean: float) -> bool:

@@ -64,14 +64,14 @@ CHARTS: Final = (
         "torso, deg",
         (Line("pitch", "pitch", BLUE), Line("roll", "roll", ORANGE)),
         (-5.0, 5.0),
-        66.0,
+        56.0,
         (-30.0, 30.0),
     ),
     Chart(
         "foot sensors, N",
         (Line("left", "left", BLUE), Line("right", "right", ORANGE)),
         (0.0, 55.0),
-        60.0,
+        44.0,
         (0.0, 120.0),
     ),
     Chart(
@@ -82,38 +82,59 @@ CHARTS: Final = (
             Line("margin_true", "true", GREEN),
         ),
         (-10.0, 80.0),
-        74.0,
+        62.0,
         (-40.0, 120.0),
     ),
-    Chart("cycle late, ms", (Line("late", "behind its clock", BLUE),), (0.0, 2.0), 36.0),
+    Chart("cycle late, ms", (Line("late", "behind its clock", BLUE),), (0.0, 2.0), 26.0),
 )
 PHASE_HEIGHT: Final = 14.0
+TOLD: Final = 3
+"""Signs that are listed under the charts; their room is always kept, so that nothing below moves."""
+TOLD_HEIGHT: Final = 12.5
+LETTERS: Final = 54
+"""Of a line."""
 
 
 def strip_charts(
-    history: History, end: float, symptoms: Sequence[Symptom] = (), first: Symptom | None = None
+    history: History,
+    now: float,
+    symptoms: Sequence[Symptom] = (),
+    first: Symptom | None = None,
+    ahead: float = 0.0,
 ) -> str:
-    """All charts of the last seconds before `end`, as SVG that a page's markdown takes.
+    """All charts of the last seconds, as SVG that a page's markdown takes.
 
     Args:
         history: The numbers.
-        end: Right edge, robot time, s.
-        symptoms: Marked by a line through all charts.
+        now: The moment whose numbers are written out, robot time, s.
+        symptoms: Marked by a line through all charts; the last ones up to `now` are listed.
         first: The one that is to stand out.
+        ahead: How much of what comes after `now` is shown, s.
     """
+    end = now + ahead
     rows, phases = history.window(end, WINDOW)
     begin = end - WINDOW
     body, y = [], HEAD if first is not None else 0.0
     for chart in CHARTS:
         if chart.lines[0].column == "late" and not np.isfinite(rows[:, COLUMNS.index("late")]).any():
             continue  # a recording has no wall clock
-        body.append(_chart(chart, rows, begin, y))
+        if chart.lines[0].column == "late":
+            missed = int(rows[-1, COLUMNS.index("missed")])
+            chart = chart._replace(title=f"{chart.title} · {missed} missed" if missed else chart.title)
+        body.append(_chart(chart, rows, begin, now, y))
         y += GAP + chart.height + 5.0
     body.append(_phases(rows[:, 0], phases, begin, y))
     y += GAP + PHASE_HEIGHT
+    if ahead > 0.0:
+        x = _x(now, begin)
+        body.append(
+            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{y:g}" stroke="#f8f9fa" strokeWidth="0.8"/>'
+        )
     body.append(_marks(symptoms, first, begin, end, y))
     body.append(_seconds(begin, end, y))
-    return _svg("".join(body), y + 14.0)
+    y += 15.0
+    body.append(_told([s for s in symptoms if s.time <= now][-TOLD:], y))
+    return _svg("".join(body), y + TOLD * TOLD_HEIGHT + 3.0)
 
 
 def _svg(body: str, height: float) -> str:
@@ -128,12 +149,13 @@ def _x(time: float, begin: float) -> float:
     return LEFT + (WIDTH - LEFT) * (time - begin) / WINDOW
 
 
-def _chart(chart: Chart, rows: Floats, begin: float, top: float) -> str:
+def _chart(chart: Chart, rows: Floats, begin: float, now: float, top: float) -> str:
     columns = [rows[:, COLUMNS.index(line.column)] for line in chart.lines]
     low, high = _range(chart, columns)
     y_0 = top + GAP
     scale = chart.height / (high - low)
-    parts = [_title(chart, columns, top), _box(y_0, chart.height)]
+    until = int(np.searchsorted(rows[:, 0], now, side="right"))
+    parts = [_title(chart, [column[:until] for column in columns], top), _box(y_0, chart.height)]
     for value in (low, 0.0, high):
         if value in (low, high) or low < value < high:
             y = y_0 + (high - value) * scale
@@ -178,7 +200,7 @@ def _title(chart: Chart, columns: Sequence[Floats], top: float) -> str:
     x = WIDTH - 2.0
     for line, values in reversed(list(zip(chart.lines, columns, strict=True))):
         known = values[np.isfinite(values)]
-        word = f"{line.name} {known[-1]:.0f}" if len(known) else line.name
+        word = f"{line.name} {round(float(known[-1]))}" if len(known) else line.name
         parts.append(_text(x, top + 12, word, line.colour, "end"))
         x -= 5.6 * len(word) + 9.0
     return "".join(parts)
@@ -219,6 +241,17 @@ def _marks(symptoms: Sequence[Symptom], first: Symptom | None, begin: float, end
             middle = min(max(x, 0.5 * WIDTH - 30.0), 0.5 * WIDTH + 30.0)
             words = f"first: {symptom.text}, {symptom.time:.2f} s"
             parts.append(_text(middle, HEAD - 5.0, words, "#ff8787", "middle", "700"))
+    return "".join(parts)
+
+
+def _told(symptoms: Sequence[Symptom], top: float) -> str:
+    """The last signs as words, the newest at the bottom."""
+    parts = []
+    for i, symptom in enumerate(symptoms):
+        y = top + TOLD_HEIGHT * (i + 1) - 3.0
+        text = symptom.text if len(symptom.text) <= LETTERS else symptom.text[: LETTERS - 1] + "…"
+        parts.append(_text(LEFT + 38.0, y, f"{symptom.time:.2f} s", MARKS.get(symptom.kind, ORANGE), "end"))
+        parts.append(_text(LEFT + 44.0, y, text, "#ced4da"))
     return "".join(parts)
 
 

@@ -21,6 +21,8 @@ from lab.view.page import Page
 from lab.view.surroundings import recorded_world
 
 SPEEDS: Final = ("0.1", "0.25", "0.5", "1", "2", "4")
+AHEAD: Final = 3.0
+"""What the charts show of the time after the moment that is drawn, s."""
 MOST: Final = 20_000
 """Moments that are kept to be drawn; of a longer recording every second, third, ... one."""
 
@@ -59,15 +61,17 @@ class Film:
         self._history = History(len(run))
         self._balances: list[Balance] = []
         self._symptoms: list[Symptom] = []
-        told = Console(stderr=True)
+        told, off = Console(stderr=True), None
         for i, moment in enumerate(track(run, "reading the recording", console=told, transient=True)):
             balance = observer.update(moment)
             self._symptoms += watch.update(balance)
             self._history.add(balance)
             if i % stride == 0:
                 self._balances.append(balance)
+            if off is None and self._symptoms and self._symptoms[-1].kind == "fall":
+                off = watch.torso_off
         self._times = [b.moment.sensors.time for b in self._balances]
-        self._diagnosis = explain(self._symptoms)
+        self._diagnosis = explain(self._symptoms, torso_off=bool(off))
         if self._diagnosis is not None:  # what a fallen robot does is no sign of anything
             fell = self._diagnosis.fell
             self._symptoms = [s for s in self._symptoms if s.time <= fell]
@@ -107,6 +111,7 @@ class Film:
         self._set_playing(False)
         first = self._diagnosis.first
         self._at = first.time if first is not None else self._diagnosis.fell
+        self._slider.value = round(self._at, 2)
 
     def _set_playing(self, playing: bool) -> None:
         self._playing = playing
@@ -130,11 +135,11 @@ class Film:
         if self._at == self._drawn:
             return
         i = max(bisect.bisect_right(self._times, self._at) - 1, 0)
-        told = [s for s in self._symptoms if s.time <= self._at]
         diagnosis = self._diagnosis if not self._playing or self._fallen() else None
         if self._drawn is not None and self._at < self._drawn:
             self._page.forget()
-        self._page.draw(self._balances[i], self._history, told, diagnosis, now=not self._playing)
+        still = not self._playing
+        self._page.draw(self._balances[i], self._history, self._symptoms, diagnosis, now=still, ahead=AHEAD)
         self._drawn = self._at
 
     def _fallen(self) -> bool:

@@ -12,13 +12,14 @@ from bridge.messages import Info, SensorFrame
 from bridge.world import Status
 from lab.diagnosis import Gatherer
 from lab.view.controls import Controls
+from lab.view.driving import Driving
 from lab.view.live import Commands, Ears
 from lab.view.page import Page
 
 RATE: Final = 30.0
 """Pictures per second."""
-WORLD_EVERY: Final = 0.5
-"""s between questions for what the world is like."""
+WATCH_EVERY: Final = 0.5
+"""s between questions for what the world is like, and between looks whether a sign of the driver is due."""
 ENDING: Final = 1.0
 """s that the last question may take when the page ends."""
 
@@ -36,9 +37,12 @@ class Follower:
     def __init__(self, server: Any, robot: str, connect: str, stop: threading.Event) -> None:
         self._page = Page(server, f"robot {robot}")
         self._ears, self._commands = Ears(robot, connect), Commands(robot, connect)
+        self._driving = Driving(self._commands.walker, lambda: bool(server.get_clients()))
         self._stop = stop
         self._info: Info | None = None
         self._seq = -1
+        self._anew = True
+        """The robot began anew, perhaps on another terrain."""
         self._watcher: threading.Thread | None = None
 
     def run(self) -> None:
@@ -75,6 +79,7 @@ class Follower:
             if self._info is None or info.body != self._info.body:
                 self._meet(info)
             self._info = info
+            self._anew = True
         return True
 
     def _meet(self, info: Info) -> None:
@@ -82,15 +87,22 @@ class Follower:
         if self._info is not None:
             return  # the controls are there
         emulated = info.side == "emulator"
-        Controls(self._page.gui, self._commands, self._page.say).build(self._page.tabs, world=emulated)
+        controls = Controls(self._page.gui, self._commands, self._driving, self._page.say)
+        controls.build(self._page.tabs, world=emulated)
         self._page.add_view_tab()
-        if emulated:
-            self._watcher = threading.Thread(target=self._watch_world, name="world", daemon=True)
-            self._watcher.start()
+        self._page.say("what came of a button is told here")
+        self._watcher = threading.Thread(target=self._watch, args=(emulated,), name="watch", daemon=True)
+        self._watcher.start()
 
-    def _watch_world(self) -> None:
-        while not self._stop.wait(WORLD_EVERY):
+    def _watch(self, emulated: bool) -> None:
+        """What waits for answers of the robot, apart from the drawing."""
+        while not self._stop.wait(WATCH_EVERY):
+            self._driving.sign()
+            if not emulated:
+                continue
             try:
-                self._page.set_world(self._commands.world(Status()))
+                world = self._commands.world(Status(terrain=self._anew))
             except NaoHilError:
                 continue  # the robot is gone, or gone again
+            self._anew = False
+            self._page.set_world(world)

@@ -132,8 +132,11 @@ class Commands:
             WalkRefused: the walker's own sentence.
             LinkError: no walker takes commands.
         """
-        walker = self._client("walk", lambda: WalkClient(self._robot, self._endpoint, PATIENCE))
-        return walker.send(command)
+        return self.walker().send(command)
+
+    def walker(self) -> WalkClient:
+        """The client of the walker. Raises RobotSilent when nobody listens there."""
+        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, PATIENCE))
 
     def stop(self) -> GuardStatus:
         """Emergency stop: crouch, then let go. Raises LinkError when nobody answers."""

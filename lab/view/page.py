@@ -10,6 +10,7 @@ from bridge.datasheet import Body
 from bridge.world import WorldReply
 from lab.diagnosis import Balance, Diagnosis, Moment, Observer, Symptom, Symptoms, explain
 from lab.diagnosis.odometry import Floor
+from lab.diagnosis.symptoms import MEANING
 from lab.view.charts import strip_charts
 from lab.view.history import History
 from lab.view.scene import POINTS, Scene
@@ -20,10 +21,16 @@ KEPT: Final = 12_000
 """Frames of history, two minutes."""
 CHART_EVERY: Final = 6
 """Pictures from one drawing of the charts to the next."""
-TOLD: Final = 5
-"""Symptoms that are listed."""
 MOST: Final = 200
 """Symptoms that are kept."""
+CHAIN: Final = 6
+"""Of the signs that led to a fall, so many are told: the first, and the last."""
+LEGEND: Final = (
+    "**robot**: as its own sensors say. **Green ghost**: where it truly is, if that is elsewhere.",
+    "**bars on the feet**: force cells, 6 mm per N. **Area on the ground**: what it stands on; red: it tips.",
+    "**outlines**: footsteps, planned (blue) and made (grey).",
+    "**phase**: DSL, DSR both feet down; SSL, SSR on one foot while the other swings.",
+)
 
 
 class Page:
@@ -43,7 +50,6 @@ class Page:
             control_width="large",
             dark_mode=True,
             show_logo=False,
-            show_share_button=False,
         )
         server.on_client_connect(_aim)
         self._headline = self.gui.add_markdown(f"**{title}**: waiting for the robot")
@@ -91,7 +97,7 @@ class Page:
 
     def say(self, text: str) -> None:
         """Tell the person what came of a button."""
-        self._said.content = f"> {_plain(text)}"
+        self._said.content = _answer(text)
 
     def take(self, moment: Moment) -> None:
         """The next moment, drawn or not."""
@@ -104,7 +110,8 @@ class Page:
         del self.symptoms[:-MOST]
         if any(s.kind == "fall" for s in found):
             last = self.diagnosis.fell if self.diagnosis else -1.0
-            self.diagnosis = explain([s for s in self.symptoms if s.time > last]) or self.diagnosis
+            since = [s for s in self.symptoms if s.time > last]
+            self.diagnosis = explain(since, torso_off=self._watch.torso_off) or self.diagnosis
         self._history.add(balance)
         self._newest = balance
 
@@ -125,8 +132,9 @@ class Page:
         symptoms: list[Symptom],
         diagnosis: Diagnosis | None,
         now: bool = False,
+        ahead: float = 0.0,
     ) -> None:
-        """Draw a moment; the charts every so often, or `now`."""
+        """Draw a moment; the charts every so often, or `now`, with so much of what comes after it (s)."""
         if self._scene is None:
             return
         with self.server.atomic():
@@ -135,8 +143,8 @@ class Page:
         if self._count % CHART_EVERY == 0 or now:
             time = balance.moment.sensors.time
             first = diagnosis.first if diagnosis else None
-            self._charts.content = strip_charts(history, time, symptoms, first)
-            self._headline.content = headline(self._title, balance, symptoms, diagnosis)
+            self._charts.content = strip_charts(history, time, symptoms, first, ahead)
+            self._headline.content = headline(self._title, balance, diagnosis)
 
     def set_world(self, world: WorldReply) -> None:
         """The world is like this."""
@@ -147,41 +155,68 @@ class Page:
         with self.server.atomic():
             self._scene.set_floor(floor)
             self._scene.set_objects(world.objects)
+            if world.terrain is not None:
+                self._scene.set_terrain(world.terrain)
 
 
 def _aim(client: Any) -> None:
     client.camera.position, client.camera.look_at = CAMERA
 
 
-def headline(title: str, balance: Balance, symptoms: list[Symptom], diagnosis: Diagnosis | None) -> str:
-    """What is going on, in markdown."""
+def headline(title: str, balance: Balance, diagnosis: Diagnosis | None) -> str:
+    """What is going on, and after a fall what went wrong first, in markdown."""
     frame, walk = balance.moment.sensors, balance.moment.walk
     words = [f"**{_plain(title)}**", f"{frame.time:.1f} s"]
     if walk is not None:
         of = f" of {walk.steps}" if walk.steps else ""
-        words += [walk.state, walk.phase, f"step {walk.step}{of}"]
-    if frame.missed:
-        words.append(f"{frame.missed} cycles missed")
-    lines = [" · ".join(words)]
-    if diagnosis is not None:
-        what = f"What went wrong first: {diagnosis.first.text}" if diagnosis.first else "There was no sign"
-        lines.append(f"#### It fell at {diagnosis.fell:.2f} s. {_plain(what)}")
-        told = diagnosis.chain[-TOLD:]
-    else:
-        told = tuple(s for s in symptoms if s.time <= frame.time)[-TOLD:]
-    if told:
-        lines.append(" ".join(f"`{s.time:.2f} s` {_plain(s.text)}" for s in told))
-    return "\n\n".join(lines)
+        words += [walk.state] if walk.phase == walk.state else [walk.state, walk.phase]
+        words += [f"step {walk.step}{of}"] if walk.step else []
+    line = " · ".join(words)
+    return line if diagnosis is None else f"{line}\n\n{verdict(diagnosis)}"
+
+
+def verdict(diagnosis: Diagnosis) -> str:
+    """Why it fell, for somebody who has never seen the project, in markdown."""
+    fell = f"It fell at {diagnosis.fell:.2f} s."
+    if diagnosis.first is None:
+        return f"#### {fell} There was no sign before."
+    meaning = MEANING[diagnosis.first.kind]
+    if diagnosis.torso_off:
+        meaning += " The torso control was off."
+    return "\n\n".join(
+        [
+            f"#### {fell} What went wrong first: {_plain(diagnosis.first.text)}",
+            meaning,
+            " → ".join(_chain(diagnosis)),
+        ]
+    )
+
+
+def _chain(diagnosis: Diagnosis) -> list[str]:
+    """The first sign, what was done before it, and the last signs up to the fall; dots for what is left out."""
+    chain = diagnosis.chain
+    kept = [i for i, s in enumerate(chain) if s in (diagnosis.before, diagnosis.first)]
+    last = [i for i in range(len(chain)) if i not in kept]
+    kept = sorted(kept + last[max(len(last) - CHAIN + len(kept), 0) :])
+    words: list[str] = []
+    for before, i in zip([-1, *kept], kept, strict=False):
+        if i > before + 1:
+            words.append("…")
+        words.append(f"**{chain[i].time:.2f}\u00a0s** {_plain(chain[i].text)}")
+    return words
 
 
 def legend() -> str:
-    """The colours of the points, in markdown."""
+    """What the colours mean, in markdown."""
     dots = [
-        f'<span style={{{{color: "rgb{p.colour}"}}}}>●</span> {p.label}'.replace(", ", ",")
+        f'<span style={{{{color: "rgb{p.colour}"}}}}>●</span> **{p.label}**: {p.meaning}'.replace(", ", ",", 2)
         for p in POINTS
-        if p.name != "com_ground"
     ]
-    return " ".join(dots)
+    return "\n\n".join([*dots, *LEGEND])
+
+
+def _answer(text: str) -> str:
+    return f"▸ {_plain(text)}"
 
 
 def _plain(text: str) -> str:

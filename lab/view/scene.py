@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from bridge.datasheet import Body
 from bridge.datasheet.model import Side
 from bridge.messages import Quaternion
-from bridge.world import WorldObject
+from bridge.world import Terrain, WorldObject
 from lab.diagnosis import Balance, Stand
 from lab.diagnosis.odometry import SIDES, Figure, Floor, Placed, Plane
-from lab.view.looks import Colour, Part, link_parts
+from lab.view.looks import Colour, Part, link_parts, terrain_meshes
 from walker.kinematics.transforms import Array, rotation
 from walker.support_polygon import SupportPolygon, convex_hull
 
@@ -27,11 +27,14 @@ COM: Final[Colour] = (250, 82, 82)
 SAFE: Final[Colour] = (32, 201, 151)
 LOST: Final[Colour] = (250, 82, 82)
 OBSTACLE: Final[Colour] = (212, 163, 92)
+GROUND: Final[Colour] = (104, 92, 72)
 
 GHOST_MARGIN: Final = 0.003
 """By which the ghost is larger than the robot, m: where both are at one place it is a skin over it."""
 GHOST_APART: Final = 0.006
 """The ghost is shown where it is farther than this from the robot, m: in one place they hide each other."""
+NAME_OVER: Final = 0.28
+"""Height of the ghost's name over its torso, m."""
 THROUGH: Final = 0.5
 """Opacity of what one must see through: the feet, or all of the robot."""
 NEWTON: Final = 0.006
@@ -57,15 +60,25 @@ class Point(NamedTuple):
     label: str
     colour: Colour
     radius: float
+    meaning: str
+    """For somebody who sees it for the first time."""
 
 
 POINTS: Final = (
-    Point("zmp_plan", "ZMP planned", PLANNED, 0.008),
-    Point("zmp_fsr", "ZMP by the FSR", MEASURED, 0.008),
-    Point("zmp_true", "ZMP true", TRUE, 0.008),
-    Point("com", "centre of mass", COM, 0.012),
-    Point("com_ground", "its projection", COM, 0.006),
-    Point("capture", "capture point", CAPTURE, 0.009),
+    Point(
+        "zmp_plan", "ZMP planned", PLANNED, 0.008, "where the ground is meant to push back (zero moment point)"
+    ),
+    Point("zmp_fsr", "ZMP by the FSR", MEASURED, 0.008, "where the foot sensors feel it"),
+    Point("zmp_true", "ZMP true", TRUE, 0.008, "where it does; at the edge of the feet the robot tips"),
+    Point("com", "centre of mass", COM, 0.012, "of the whole robot"),
+    Point("com_ground", "its projection", COM, 0.006, "on the ground"),
+    Point(
+        "capture",
+        "capture point",
+        CAPTURE,
+        0.009,
+        "where a foot would have to be for the robot to come to rest",
+    ),
 )
 
 
@@ -89,6 +102,7 @@ class Scene:
         self._shells: list[Any] = []
         self._robot = self._links(f"{ROOT}/robot", link_parts(body), None)
         self._ghost = self._links(f"{ROOT}/ghost", link_parts(body, GHOST_MARGIN), GHOST)
+        self._ghost_name = self._scene.add_label(f"{ROOT}/ghost-name", "ground truth", visible=False)
         self._points = {
             p.name: self._scene.add_icosphere(f"{ROOT}/points/{p.name}", p.radius, p.colour, subdivisions=2)
             for p in POINTS
@@ -113,6 +127,8 @@ class Scene:
             "planned": dict.fromkeys(SIDES, False),
             "made": dict.fromkeys(SIDES, False),
         }
+        self._terrain = Terrain()
+        self._terrain_meshes: list[Any] = []
         self._objects: dict[str, tuple[WorldObject, Any]] = {}
         self.ghost, self.follow = True, True
 
@@ -173,8 +189,11 @@ class Scene:
         for frame in self._ghost.values():
             if frame.visible != shown:
                 frame.visible = shown
+        if self._ghost_name.visible != shown:
+            self._ghost_name.visible = shown
         if shown and balance.true is not None:
             _pose(self._ghost, balance.true.robot)
+            self._ghost_name.position = balance.true.robot.frames[0, :3, 3] + np.array([0.0, 0.0, NAME_OVER])
         self._draw_points(balance)
         self._draw_loads(balance)
         self._draw_support(balance)
@@ -282,6 +301,26 @@ class Scene:
         if floor != self._floor:
             self._floor = floor
             self._draw_floor()
+
+    def set_terrain(self, terrain: Terrain) -> None:
+        """Draw tiles and heights; they turn with the floor."""
+        if terrain == self._terrain:
+            return
+        self._terrain = terrain
+        for handle in self._terrain_meshes:
+            handle.remove()
+        self._terrain_meshes = [
+            self._scene.add_mesh_simple(
+                f"{ROOT}/floor/terrain/{i}",
+                vertices,
+                faces,
+                color=GROUND,
+                opacity=0.6,
+                flat_shading=True,
+                side="double",
+            )
+            for i, (vertices, faces) in enumerate(terrain_meshes(terrain))
+        ]
 
     def set_objects(self, objects: Sequence[WorldObject]) -> None:
         """Draw the world's boxes as they are."""

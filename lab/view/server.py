@@ -10,7 +10,7 @@ import socket
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from bridge.errors import ConfigurationError, LinkError
 
@@ -29,6 +29,10 @@ class _Folder(type(Path())):  # type: ignore[misc]
             return self.index
         asked = (root / str(name)).resolve()
         return asked if asked.is_file() and asked.is_relative_to(root) else root / "no-such-file"
+
+
+HIDDEN: Final = "button:has(.tabler-icon-share) { display: none }"
+"""The button that shares the page on the internet; hidden by viser itself it breaks the page on a phone."""
 
 
 def open_server(host: str, port: int, label: str) -> Any:
@@ -54,7 +58,10 @@ def open_server(host: str, port: int, label: str) -> Any:
     _check_free(host, port)
     # viser announces itself on stdout, which belongs to `--json`.
     with _own_page(label), contextlib.redirect_stdout(io.StringIO()):
-        return viser.ViserServer(host=host, port=port, label=label, verbose=False)
+        server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+    # What a browser can ask for: a tunnel from viser's own site on the internet to this page.
+    server.request_share_url = lambda *_, **__: None
+    return server
 
 
 def _check_free(host: str, port: int) -> None:
@@ -94,10 +101,12 @@ def _own_page(title: str) -> Iterator[None]:
 
 
 def _index(text: str, title: str) -> Path:
-    """The page without the scripts that are not its own, in a file of this process."""
+    """The page without the scripts that ask the internet, with our own; in a file."""
     text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r"<script(?![^>]*type=\"module\").*?</script>", "", text, flags=re.DOTALL)
-    text = re.sub(r"<title>.*?</title>", f"<title>{title}</title>", text)
+    script = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
+    head = f"<title>{title}</title>\n<style>{HIDDEN}</style>\n<script>\n{script}</script>"
+    text = re.sub(r"<title>.*?</title>", lambda _: head, text)
     folder = Path(tempfile.mkdtemp(prefix="nao-hil-page-"))
     (folder / "index.html").write_text(text, encoding="utf-8")
     return folder / "index.html"

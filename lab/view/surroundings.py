@@ -5,22 +5,28 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
+from bridge.playback import recorded_config
 from bridge.world import WorldObject, WorldReply
 from emulator.scenarios import load_scenario
 from emulator.scenarios.model import Scenario
+from emulator.world.terrain import terrain_of
 from walker.kinematics.transforms import R_yaw, rotation
 
 
 def recorded_world(recording: Path) -> WorldReply | None:
     """What stood there at the start, from `scenario.toml` in the recording's folder; None without one."""
     file = recording.parent / "scenario.toml"
-    return initial_world(load_scenario(str(file))) if file.is_file() else None
+    if not file.is_file():
+        return None
+    config = recorded_config(recording)
+    return initial_world(load_scenario(str(file)), config.get("seed", 0) if isinstance(config, dict) else 0)
 
 
-def initial_world(scenario: Scenario) -> WorldReply:
-    """The boxes and the floor of a scenario before anything happens.
+def initial_world(scenario: Scenario, seed: int) -> WorldReply:
+    """Boxes, floor and terrain of a scenario before anything happens to a robot of this seed.
 
     A box without a height is drawn on the floor, also where it lies on another one.
     """
@@ -50,4 +56,5 @@ def initial_world(scenario: Scenario) -> WorldReply:
         friction=floor.friction or 0.0,
         objects=tuple(objects),
         faults=(),
+        terrain=terrain_of(scenario, np.random.default_rng(seed).spawn(2)[0]),  # as the robot draws it
     )

@@ -172,6 +172,30 @@ def test_cycles_without_an_answer_are_told(quiet: list[Moment]) -> None:
     assert missed.time == pytest.approx(3.0, abs=0.21)
 
 
+def test_a_controller_that_is_only_coming_misses_nothing(quiet: list[Moment]) -> None:
+    late = [
+        m._replace(sensors=msgspec.structs.replace(m.sensors, missed=min(20, m.sensors.seq))) for m in quiet
+    ]
+    assert not [s for s in symptoms_of(late, BODY) if s.kind == "missed"]
+
+
+@pytest.mark.parametrize("off", [False, True])
+def test_a_robot_that_lies_there_gives_no_signs_and_torso_control_is_known_to_be_off(
+    pushed: tuple[list[Moment], Path], off: bool
+) -> None:
+    observer = Observer(BODY)
+    watch = Symptoms(observer)
+    found: list[Symptom] = []
+    for moment in pushed[0]:
+        if off and moment.walk is not None:
+            walk = msgspec.structs.replace(moment.walk, torso_control=(0.0, 0.0))
+            moment = moment._replace(walk=walk)
+        found += watch.update(observer.update(moment))
+    fell = next(s.time for s in found if s.kind == "fall")
+    assert [s for s in found if s.time > fell and s.kind != "world"] == []
+    assert watch.torso_off == off
+
+
 def test_symptoms_that_were_overcome_are_not_in_the_chain() -> None:
     early = Symptom(1.0, "slip", "the left foot slipped")
     later = Symptom(5.0, "zmp", "the ZMP left the support polygon")
@@ -182,6 +206,15 @@ def test_symptoms_that_were_overcome_are_not_in_the_chain() -> None:
     assert explain([early, later]) is None
     alone = explain([fall])
     assert alone is not None and alone.sentence == "The robot fell at 5.60 s, without a sign before."
+
+
+def test_what_is_done_to_a_robot_that_is_falling_already_is_told_in_its_place_and_not_blamed() -> None:
+    first = Symptom(4.8, "early", "the left foot touched down early")
+    push = Symptom(5.0, "world", "Torso is pushed with 1 N s over 0.1 s")
+    fall = Symptom(5.6, "fall", "the robot fell")
+    diagnosis = explain([first, push, fall])
+    assert diagnosis is not None
+    assert (diagnosis.first, diagnosis.chain, diagnosis.before) == (first, (first, push, fall), None)
 
 
 def test_a_reset_begins_anew(quiet: list[Moment]) -> None:

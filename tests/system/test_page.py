@@ -15,7 +15,14 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, sync_playwright
 
+from bridge.datasheet import load_body
 from bridge.playback import read_recording
+from bridge.recording import Recorder
+from emulator.robot import EmulatedRobot
+from lab.config import RunConfig
+from lab.drive.driver import NOTCHES
+from walker.gait import gait_parameters
+from walker.gait.speed import step_of
 
 Start = Callable[..., Any]
 
@@ -115,8 +122,9 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     press(browser_page, "World", "Push")
     browser_page.wait_for_function("document.body.innerText.includes('is pushed with')")
     browser_page.wait_for_timeout(2000)
-    command.interrupt()
     assert errors == []
+    command.interrupt()
+    browser_page.wait_for_function("document.body.innerText.includes('The page has ended')")
 
     recorded = list(read_recording(run / "frames.mcap"))
     (pushed,) = [r.time for r in recorded if r.topic == "notices" and "is pushed" in r.message.text]
@@ -124,6 +132,36 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     calm = max(abs(a) for t, a in angles if pushed - 1.0 < t < pushed)
     moved = max(abs(a) for t, a in angles if pushed < t < pushed + 1.0)
     assert moved > calm + math.radians(0.5)
+
+
+def test_keys_and_a_gamepad_drive_once_they_may(
+    start: Start, endpoint: str, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
+) -> None:
+    run = tmp_path / "run"
+    up = ["up", "--serve", "--view", "--port", str(port), "--listen", endpoint, "--out", str(run), "--json"]
+    command = start(*up)
+    browser_page.add_init_script(
+        "window.pad = {buttons: [{pressed: false}], axes: [0, 0]}; navigator.getGamepads = () => [window.pad]"
+    )
+    wait_for_server(browser_page, port)
+    open_page(browser_page, port)
+    browser_page.wait_for_function("document.body.innerText.includes('· stand')")
+    browser_page.keyboard.press("w")
+    browser_page.get_by_label("keys, gamepad").check()
+    browser_page.wait_for_selector(".keys-drive")
+    assert "Walks by" not in browser_page.inner_text("body")  # of the key before
+
+    notch = step_of("static", gait_parameters("static")).velocity / NOTCHES
+    browser_page.keyboard.press("w")
+    browser_page.wait_for_function(f"document.body.innerText.includes('gait at {notch:.3f} m/s')")
+    browser_page.evaluate("window.pad.axes[1] = -1")
+    speed = "parseFloat((document.body.innerText.match(/gait at ([\\d.]+) m/) || [0, 0])[1])"
+    browser_page.wait_for_function(f"{speed} > {1.5 * notch}")
+    browser_page.evaluate("window.pad.axes[1] = 0")
+    browser_page.keyboard.press("Space")
+    browser_page.wait_for_function("document.body.innerText.includes('Closes the feet')")
+    assert errors == []
+    command.interrupt()
 
 
 def wait_for_server(page: Page, port: int) -> None:
@@ -155,6 +193,25 @@ def test_a_recorded_fall_is_explained_on_the_page(
     browser_page.get_by_role("button", name="Play", exact=True).click()
     time = shown_time(browser_page)
     browser_page.wait_for_function(f"parseFloat(document.body.innerText.match(/· ([\\d.]+) s/)[1]) > {time}")
+    assert errors == []
+
+
+def test_the_page_fits_a_phone_and_is_shared_with_nobody(
+    start: Start, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
+) -> None:
+    file = tmp_path / "frames.mcap"
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot, Recorder(file, RunConfig()) as recorder:
+        for _ in range(20):
+            recorder.sensors(robot.frame, robot.truth())
+            robot.advance(None)
+    start("view", "--replay", str(file), "--port", str(port))
+    wait_for_server(browser_page, port)
+    for width in (420, 900):
+        browser_page.set_viewport_size({"width": width, "height": 800})
+        browser_page.goto(f"http://127.0.0.1:{port}/")
+        browser_page.wait_for_selector("svg.charts polyline")
+        share = browser_page.locator("button:has(.tabler-icon-share)")
+        assert share.count() == 1 and not share.is_visible()
     assert errors == []
 
 

@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 
 from bridge.datasheet import load_body
+from bridge.errors import LinkError, WalkRefused
+from bridge.link.walk_client import WalkClient
 from bridge.recording import Recorder
 from emulator.robot import EmulatedRobot
 from lab.config import RunConfig
@@ -112,6 +114,7 @@ def test_a_wrong_option_is_one_sentence(start: Start, port: int, arguments: list
     view = start("view", "--port", str(port), *arguments)
     assert view.wait() == 2
     assert sentence in one_sentence(view.said)
+    assert "--replay" not in arguments or "the page is at" not in view.said
 
 
 def test_without_viser_it_says_so(start: Start) -> None:
@@ -120,10 +123,26 @@ def test_without_viser_it_says_so(start: Start) -> None:
     assert "pip install 'nao-hil[view]'" in one_sentence(view.said)
 
 
-def test_a_run_goes_on_without_its_page(start: Start, endpoint: str, taken: int, tmp_path: Path) -> None:
-    up = ["up", "--mode", "lockstep", "--steps", "2", "--view", "--port", str(taken), "--json"]
+def test_a_run_goes_on_without_its_page(
+    start: Start, until: Until, endpoint: str, taken: int, tmp_path: Path
+) -> None:
+    up = ["up", "--mode", "lockstep", "--serve", "--view", "--port", str(taken), "--json"]
     command = start(*up, "--listen", endpoint, "--out", str(tmp_path / "run"))
-    assert command.wait() == 0, command.said
+    until(lambda: "no page: The page cannot be served" in command.said, "the word that there is no page")
+    with WalkClient("nao", endpoint, patience=60.0) as client:
+
+        def walked() -> bool:
+            try:
+                status = client.status()
+                if status.steps == 0 and status.state == "stand":
+                    client.walk(steps=2)
+            except (LinkError, WalkRefused):  # it is still starting
+                return False
+            return status.steps == 2 and status.state == "stand"
+
+        until(walked, "a walk of two steps")
+    command.interrupt()
+    assert command.process.returncode == 0
     assert command.result["steps"] == 2
-    assert command.said.count("no page: The page cannot be served") <= 1
+    assert command.said.count("no page: ") == 1
     assert "Traceback" not in command.said
