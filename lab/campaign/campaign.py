@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from lab.campaign.pool import Job, WorkerPool
 from lab.campaign.store import Store
 from lab.campaign.walk import Walk, WalkResult, walk
+
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
 
 
 class Interrupted(Exception):
@@ -63,6 +67,7 @@ class Campaign:
         self._pool = WorkerPool(workers, self._stop)
         self._store = Store(folder) if folder is not None else None
         self._progress = progress or Silent()
+        self._telling = threading.Lock()
 
     @property
     def workers(self) -> int:
@@ -103,6 +108,49 @@ class Campaign:
             found[place] = result
             self._progress.done(name, "")
         return [found[place] for place in sorted(found)]
+
+    def watch(
+        self,
+        function: Callable[[Argument], Result],
+        arguments: Sequence[Argument],
+        note: Callable[[Argument, Result], tuple[str, str]],
+    ) -> list[Result | None]:
+        """Call a function with each argument, in as many threads as there are workers.
+
+        For runs that are processes of their own and only need watching; the function itself looks at
+        `interrupted`.
+
+        Args:
+            function: What to call; raises `Interrupted` when it was stopped.
+            arguments: One for each call.
+            note: What to tell of a call that is done: its name, and how it ended.
+
+        Returns:
+            In the order of the arguments; None: stopped before it was done.
+
+        Raises:
+            Exception: the first that a call raised; those not begun are not made.
+        """
+        self._progress.expect(len(arguments))
+
+        failed = threading.Event()
+
+        def call(argument: Argument) -> Result | None:
+            if self.interrupted or failed.is_set():
+                return None
+            try:
+                result = function(argument)
+            except Interrupted:
+                return None
+            except Exception:
+                failed.set()
+                raise
+            with self._telling:
+                self._progress.done(*note(argument, result))
+            return result
+
+        with ThreadPoolExecutor(self.workers) as threads:
+            return list(threads.map(call, arguments))
 
     def __enter__(self) -> Campaign:
         return self

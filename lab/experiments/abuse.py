@@ -124,6 +124,7 @@ class _Tormentor:
         self._finite, self._falls = True, 0
 
     def run(self, seconds: float) -> AbuseResult:
+        """Abuse it for so much robot time, s; the robot is put back on its feet after each round."""
         robot = self._robot
         while robot.time < seconds:
             fell = self._commanded(min(COMMANDED, seconds))

@@ -61,7 +61,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "servo-table": Entry("servo_table", "speed, delay, play, torque and heat of every leg drive", 1, False),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
     "watchdog": Entry(
-        "watchdog", "dynamic walks whose controller dies: does the guard bring them to rest", 50, False
+        "watchdog", "walks whose controller dies: does the guard bring the robot to rest", 50, False
     ),
     "weather": Entry("weather", "walks in real time over delay, jitter and loss (root, Linux)", 20, False),
     "soak": Entry("soak", "a long walk in real time: memory, files, punctuality, drift (Linux)", 1, False),

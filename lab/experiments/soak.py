@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import minimum_filter1d
 
+from bridge.datasheet import load_body
 from bridge.errors import FrameError, LinkError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
@@ -31,6 +32,8 @@ NAME: Final = "soak"
 """Robot id: beside a robot of the ordinary name this one is left alone."""
 ENDPOINT: Final = "tcp/127.0.0.1:7449"
 GAIT: Final = "static"
+SCENARIO: Final = "plugged-in"
+"""An hour is more than a battery."""
 DURATION: Final = 300.0
 """s, unless told otherwise."""
 SAMPLING: Final = 5.0
@@ -64,8 +67,10 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
 
     name: str = "soak"
     passed: bool
+    done: bool
+    """The walk went on for its whole time."""
     seconds: float
-    """Walked, robot time."""
+    """Of robot time, watched."""
     fell: bool
     steps: int
     cycles: int
@@ -98,7 +103,8 @@ def experiment(context: Context) -> Outcome:
         "robot",
         [
             *("emulate", "--name", NAME, "--listen", ENDPOINT, "--robot", config.robot, "--wear", config.wear),
-            *("--seed", str(context.seeds[0]), "--out", str(robot_folder), "--json"),
+            *("--scenario", SCENARIO, "--seed", str(context.seeds[0])),
+            *("--out", str(robot_folder), "--json"),
         ],
         robot_folder,
     )
@@ -118,10 +124,11 @@ def experiment(context: Context) -> Outcome:
         lived = robot.end(GRACE)
     if walked.result is None or lived.result is None:
         raise LinkError(f"a process failed: {walked.error if walked.result is None else lived.error}")
-    result = _result(duration, frames, samples, lived.result)
+    cycle = load_body(config.robot).cycle
+    result = _result(duration, cycle, frames, samples, lived.result, done=walked.result["done"] is True)
     picture = context.out / "soak.png"
-    draw(frames, samples, picture)
-    return Outcome(result, _page(context, result, picture))
+    draw(frames, cycle, samples, picture)
+    return Outcome(result, _page(context, duration, result, picture))
 
 
 def _watch(
@@ -190,11 +197,14 @@ def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[npt.NDArr
 
 def _result(
     duration: float,
+    cycle: float,
     frames: list[tuple[int, int]],
     samples: list[tuple[float, list[float], list[int]]],
     summary: dict[str, object],
+    *,
+    done: bool,
 ) -> Soak:
-    late, drift = lateness(frames, 0.01)
+    late, drift = lateness(frames, cycle)
     tenth = max(1, len(late) // 10)
     settled = next((s for s in samples if s[0] >= min(SETTLED, 0.2 * duration)), samples[-1])
     first, last = settled, samples[-1]
@@ -209,8 +219,10 @@ def _result(
     ]
     p99 = [float(np.percentile(part, 99)) for part in (late[:tenth], late[-tenth:])]
     fell = bool(summary["fell"])
+    seconds = (frames[-1][0] - frames[0][0]) * cycle
     good = (
         not fell
+        and done
         and all(use.growth_mb < LARGEST_GROWTH and use.descriptor_growth <= 0 for use in uses)
         and p99[1] <= p99[0] + LATER
         and abs(drift) <= LARGEST_DRIFT
@@ -219,7 +231,8 @@ def _result(
     assert isinstance(timing, dict)
     return Soak(
         passed=good,
-        seconds=(frames[-1][0] - frames[0][0]) * 0.01,
+        done=done,
+        seconds=seconds,
         fell=fell,
         steps=int(str(summary["steps"])),
         cycles=int(str(summary["cycles"])),
@@ -233,8 +246,15 @@ def _result(
     )
 
 
-def _page(context: Context, result: Soak, picture: Path) -> Page:
-    claims = [Claim("No fall", "fell" if result.fell else f"{result.steps} steps, upright", not result.fell)]
+def _page(context: Context, duration: float, result: Soak, picture: Path) -> Page:
+    claims = [
+        Claim(
+            f"It walks for {duration:g} s",
+            f"{result.seconds:.0f} s watched" + ("" if result.done else "; walker.log says why no more"),
+            result.done,
+        ),
+        Claim("No fall", "fell" if result.fell else f"{result.steps} steps, upright", not result.fell),
+    ]
     for who, use in (("robot", result.robot_use), ("walker", result.walker_use)):
         claims += [
             Claim(
@@ -276,7 +296,10 @@ def _page(context: Context, result: Soak, picture: Path) -> Page:
 
 
 def draw(
-    frames: list[tuple[int, int]], samples: list[tuple[float, list[float], list[int]]], file: Path
+    frames: list[tuple[int, int]],
+    cycle: float,
+    samples: list[tuple[float, list[float], list[int]]],
+    file: Path,
 ) -> None:
     """Memory of both processes above, lateness of the frames below, over time."""
     import matplotlib
@@ -289,8 +312,8 @@ def draw(
         above.plot([s[0] for s in samples], [s[1][i] for s in samples], label=who)
     above.set_ylabel("resident memory, MB")
     above.legend()
-    late, _ = lateness(frames, 0.01)
-    below.plot([0.01 * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
+    late, _ = lateness(frames, cycle)
+    below.plot([cycle * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
     below.set_ylabel("lateness, ms")
     below.set_xlabel("time, s")
     figure.savefig(file, dpi=120)

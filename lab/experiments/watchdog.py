@@ -25,19 +25,22 @@ from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
 from walker.parameters import controller_parameters
 
-STEPS: Final = 20
-"""Of the walk that is cut."""
+STEPS: Final = {"dynamic": 20, "static": 6}
+"""Of the walk that is cut, by gait."""
 AGAIN: Final = 4
 """Steps of the second controller."""
 LONGEST: Final = 30.0
 """s of robot time for anything to end."""
 LIMP: Final = 0.2
 """A robot at rest has no joint with more stiffness."""
+WATCHED: Final = 4.0
+"""s at rest in which it must not fall over either."""
 
 
 class Cut(msgspec.Struct, frozen=True, kw_only=True):
     """One walk that lost its controller."""
 
+    gait: str
     seed: int
     cycle: int
     """Number of the first cycle without a command."""
@@ -48,17 +51,16 @@ class Cut(msgspec.Struct, frozen=True, kw_only=True):
     fell_before: bool
     """It had fallen already while it walked."""
     fell: bool
-    """By the ground truth, before the guard had it at rest."""
+    """By the ground truth, until the guard had it at rest and `WATCHED` beyond that."""
     rest: float
     """Time from the cut until the joints had let go, s; `LONGEST`: they never did."""
     taken_over: bool
     """A second controller walked on from there; after a fall the robot was put on its feet first."""
 
 
-class WatchdogResult(msgspec.Struct, frozen=True, kw_only=True):
-    """All cuts together."""
+class GaitCuts(msgspec.Struct, frozen=True, kw_only=True):
+    """All cuts of one gait."""
 
-    name: str = "watchdog"
     passed: bool
     """Every robot came to rest, and every one was taken over."""
     gait: str
@@ -76,6 +78,14 @@ class WatchdogResult(msgspec.Struct, frozen=True, kw_only=True):
     cuts: tuple[Cut, ...]
 
 
+class WatchdogResult(msgspec.Struct, frozen=True, kw_only=True):
+    """All cuts together."""
+
+    name: str = "watchdog"
+    passed: bool
+    gaits: tuple[GaitCuts, ...]
+
+
 def _controller(body: Body, gait: str, steps: int) -> Controller:
     parameters = gait_parameters(gait, {})
     order = WalkOrder(steps=steps)
@@ -88,7 +98,7 @@ def walk_cycles(body: Body, gait: str) -> int:
     reference = plan.advance(body.cycle, go_on=True)
     while reference.phase != "stand":
         cycles += 1
-        reference = plan.advance(body.cycle, go_on=reference.step < STEPS - 1)
+        reference = plan.advance(body.cycle, go_on=reference.step < STEPS[gait] - 1)
     return cycles
 
 
@@ -117,20 +127,20 @@ class Run:
 
     def silence(self) -> tuple[bool, float]:
         """No command from now on: whether the robot fell, and how long until its joints had let go, s."""
-        fell, began = False, self.robot.time
-        while self.robot.time - began < LONGEST:
+        fell, began, rest = False, self.robot.time, LONGEST
+        while self.robot.time - began < min(rest + WATCHED, LONGEST):
             self.robot.advance(self.guard.cycle(self.robot.frame, None, owed=True))
             fell = fell or self.robot.truth().fell
             resting = self.guard.state == "rest" and not self.guard.busy
-            if resting and max(self.robot.frame.stiffness) <= LIMP:
-                return fell, self.robot.time - began
-        return fell, LONGEST
+            if rest == LONGEST and resting and max(self.robot.frame.stiffness) <= LIMP:
+                rest = self.robot.time - began
+        return fell, rest
 
 
 def run_once(body: Body, wear: WearProfile, gait: str, seed: int, share: float, settings: GuardSettings) -> Cut:
     """One walk, cut at `share` of its length."""
     with EmulatedRobot(body, seed=seed, wear=wear) as robot:
-        run, first = Run(robot, settings), _controller(body, gait, STEPS)
+        run, first = Run(robot, settings), _controller(body, gait, STEPS[gait])
         run.walk(first, 1, max(round(share * walk_cycles(body, gait)), 1))
         cut, before = robot.seq, robot.truth().fell
         fell, rest = run.silence()
@@ -139,6 +149,7 @@ def run_once(body: Body, wear: WearProfile, gait: str, seed: int, share: float, 
         second = _controller(body, gait, AGAIN)
         taken = run.walk(second, 2, round(LONGEST / body.cycle), begun=True) and not robot.truth().fell
     return Cut(
+        gait=gait,
         seed=seed,
         cycle=cut,
         phase=first.telemetry.phase,
@@ -165,12 +176,12 @@ def make(task: Task) -> Cut:
     return run_once(load_body(c.robot), load_wear(c.wear), c.gait, c.seed, task.share, c.guard)
 
 
-def judge(cuts: Sequence[Cut], gait: str) -> WatchdogResult:
-    """The verdict on some cuts; nothing passes without any."""
+def judge(cuts: Sequence[Cut], gait: str) -> GaitCuts:
+    """The verdict on the cuts of a gait; nothing passes without any."""
     at_rest = sum(cut.rest < LONGEST for cut in cuts)
     stood = sum(not cut.fell for cut in cuts)
     taken_over = sum(cut.taken_over for cut in cuts)
-    return WatchdogResult(
+    return GaitCuts(
         passed=0 < len(cuts) == at_rest == taken_over,
         gait=gait,
         n=len(cuts),
@@ -188,40 +199,50 @@ def judge(cuts: Sequence[Cut], gait: str) -> WatchdogResult:
 
 
 def experiment(context: Context) -> Outcome:
-    """One cut per seed, at moments drawn evenly over the dynamic walk."""
+    """One cut per gait and seed, at moments drawn evenly over the walk."""
     tasks = [
         Task(
-            msgspec.structs.replace(context.changes, gait="dynamic", seed=seed),
+            msgspec.structs.replace(context.changes, gait=gait, seed=seed),
             float(np.random.default_rng(seed).uniform()),
         )
         for seed in context.seeds
+        for gait in STEPS
     ]
-    result = judge(context.campaign.map("watchdog", make, tasks), "dynamic")
-    low, high = result.stood_interval
-    n = result.n
-    page = Page(
+    cuts: dict[str, list[Cut]] = {gait: [] for gait in STEPS}
+    for cut in context.campaign.map("watchdog", make, tasks):
+        cuts[cut.gait].append(cut)
+    gaits = tuple(judge(found, gait) for gait, found in cuts.items())
+    return Outcome(WatchdogResult(passed=all(g.passed for g in gaits), gaits=gaits), _page(context, gaits))
+
+
+def _page(context: Context, gaits: Sequence[GaitCuts]) -> Page:
+    claims, rows, findings = [], [], []
+    for g in gaits:
+        low, high = g.stood_interval
+        rest, over = f"{g.at_rest} of {g.n}", f"{g.taken_over} of {g.n}"
+        claims += [
+            Claim(f"{g.gait} gait: the guard brings every robot to rest.", rest, g.n == g.at_rest > 0),
+            Claim(f"{g.gait} gait: a second controller takes every one over.", over, g.n == g.taken_over > 0),
+        ]
+        rows += [(g.gait, phase, str(up), str(of)) for phase, (up, of) in g.stood_by_phase.items()]
+        findings.append(
+            f"{g.gait} gait: {g.stood} of {g.n} came to rest and stayed there without a fall (95 % interval "
+            f"{low:.0%} to {high:.0%}), {g.rest_time:.1f} s after the last command on average."
+        )
+    steps = ", ".join(f"{gait} gait with {n} steps" for gait, n in STEPS.items())
+    return Page(
         name="watchdog",
         title="Walks whose controller dies",
         source="Not in the thesis.",
         setup=(
             ("robot", f"{context.robot}, {context.wear}"),
-            ("walk", f"dynamic gait, {STEPS} steps, cut once at a moment drawn evenly over its length"),
-            ("then", f"the guard alone; a second controller walks {AGAIN} steps from where the robot rests"),
-        ),
-        claims=(
-            Claim("The guard brings every robot to rest.", f"{result.at_rest} of {n}", result.at_rest == n),
-            Claim("A second controller takes every one over.", f"{result.taken_over} of {n}", result.passed),
-        ),
-        tables=(
-            Table(
-                "By the phase that was cut",
-                ("phase", "stood", "cut"),
-                tuple((name, str(up), str(of)) for name, (up, of) in result.stood_by_phase.items()),
+            ("walks", f"{steps}, each cut once at a moment drawn evenly over its length"),
+            (
+                "then",
+                f"the guard alone, watched for {WATCHED:g} s at rest; a second controller walks {AGAIN} steps",
             ),
         ),
-        findings=(
-            f"{result.stood} of {n} came to rest without a fall (95 % interval {low:.0%} to {high:.0%}), "
-            f"{result.rest_time:.1f} s after the last command on average.",
-        ),
+        claims=tuple(claims),
+        tables=(Table("By the phase that was cut", ("gait", "phase", "stood", "cut"), tuple(rows)),),
+        findings=tuple(findings),
     )
-    return Outcome(result, page)

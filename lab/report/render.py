@@ -1,13 +1,16 @@
-"""From pages to one self-contained HTML file."""
+"""From pages to one self-contained HTML file, and the same as JSON beside it."""
 
 from __future__ import annotations
 
 import base64
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+
+import msgspec
 
 from bridge.errors import ConfigurationError
 from lab.experiments.page import Page, Picture
@@ -30,8 +33,31 @@ class Report:
     """Experiments that were not done, and why."""
 
 
+class Stored(msgspec.Struct, frozen=True, kw_only=True):
+    """The JSON: a report, when it was made and with what. Pictures are named from its folder."""
+
+    report: Report
+    made: str
+    versions: dict[str, str]
+
+
+def read_report(path: Path) -> Stored:
+    """A report's JSON.
+
+    Raises:
+        ConfigurationError: not there, or not a report.
+    """
+    try:
+        stored: Stored = msgspec.json.decode(
+            path.read_bytes(), type=Stored, dec_hook=lambda _, text: Path(text)
+        )
+    except (OSError, msgspec.DecodeError) as error:
+        raise ConfigurationError(f"{path}: is not the JSON of a report ({error}).") from None
+    return stored
+
+
 def write_report(path: Path, report: Report) -> None:
-    """Write the report.
+    """Write the report, and its JSON under the same name.
 
     Args:
         path: Of the HTML file.
@@ -53,13 +79,17 @@ def write_report(path: Path, report: Report) -> None:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
+    made, found = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), versions()
     html = environment.get_template(TEMPLATE).render(
         report=report,
         picture=embedded,
-        versions=versions(),
-        made=time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()),
+        versions=found,
+        made=made,
     )
     path.write_text(html, encoding="utf-8")
+    stored = Stored(report=report, made=made, versions=found)
+    named = msgspec.json.encode(stored, enc_hook=lambda file: os.path.relpath(file, path.parent))
+    path.with_suffix(".json").write_bytes(msgspec.json.format(named))
 
 
 def embedded(picture: Picture) -> str:

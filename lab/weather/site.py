@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ from lab.weather.line import Line
 ROBOT_ADDRESS: Final = "10.199.0.1"
 WALKER_ADDRESS: Final = "10.199.0.2"
 """In namespaces of their own: they are in nobody's way."""
+_numbers: Final = itertools.count()
 
 
 class Site:
@@ -29,7 +31,7 @@ class Site:
     def __init__(self, seed: int = 0) -> None:
         if shutil.which("ip") is None:
             raise LinkError("Network weather needs the command `ip`; install iproute2.")
-        mark = f"{os.getpid():x}"
+        mark = f"{os.getpid():x}-{next(_numbers):x}"
         self.spaces = f"nao-hil-r{mark}", f"nao-hil-w{mark}"
         self._devices = f"nhr{mark}", f"nhw{mark}"
         self.line = Line(self._devices, seed)

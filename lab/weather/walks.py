@@ -42,6 +42,13 @@ class WalkedInWeather(msgspec.Struct, frozen=True, kw_only=True):
         """Walked as told, and upright."""
         return self.done and not self.fell
 
+    @property
+    def note(self) -> str:
+        """How it ended, in a word."""
+        if self.fell:
+            return "fell"
+        return "walked" if self.done else "stopped" if self.stopped else "gave up"
+
 
 class Pair:
     """A robot and a walker at their places; both end with it.

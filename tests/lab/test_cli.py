@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from bridge.datasheet import load_body
 from bridge.recording import Recorder
+from bridge.world import Push
+from emulator.robot import EmulatedRobot
 from lab.cli.main import run
 from lab.config import RunConfig, run_config
 
@@ -68,6 +72,7 @@ def test_a_file_is_known_by_its_keys(capsys: pytest.CaptureFixture[str], path: s
         ("stps = 4\nseed = 1", "unknown key 'stps', did you mean 'steps'"),
         ("[parameters]\nl_SW = 0.12", "out of reach"),
         ("wear = 'wron'", "did you mean 'worn'"),
+        ("[parametrs]\nl_lift = 0.03", "unknown key 'parametrs', did you mean 'parameters'"),
         ("colour = 'red'", "say what it is with --kind"),
         ("steps = ", "not valid TOML"),
     ],
@@ -79,10 +84,44 @@ def test_a_wrong_file_is_told_in_one_sentence(
     assert says in refused(capsys, "config", "check", str(tmp_path / "wrong.toml"))
 
 
+@pytest.mark.parametrize(
+    ("side", "says"),
+    [
+        (("lola", "--robot", "nao-v9"), "did you mean 'nao-v"),
+        (("lola", "--robot", "nao-v5"), "`nao-hil bridge naoqi`"),
+        (("naoqi", "--url", "tcp://127.0.0.1:9559", "--robot", "nao-v9"), "did you mean 'nao-v"),
+    ],
+)
+def test_a_bridge_refuses_a_body_before_it_waits_for_a_robot(
+    capsys: pytest.CaptureFixture[str], side: tuple[str, ...], says: str
+) -> None:
+    assert says in refused(capsys, "bridge", *side)
+
+
 def test_a_misspelt_command_or_option_is_told_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert "plot" in refused(capsys, "plt")
     assert "--steps" in refused(capsys, "up", "--stps", "3")
     assert "did you mean 'torso'" in refused(capsys, "plot", "x.mcap", "--what", "torzo")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("plot", "FILE", "--from", "1"), "holds no sensor frame from 1 s to its end"),
+        (("plot", "FILE", "--from", "3", "--to", "2"), "--to 2 is not after --from 3"),
+        (("replay", "FILE", "--from", "3", "--to", "2"), "--to 2 is not after --from 3"),
+        (("record", "--out", "/no-such-folder/walk.mcap"), "/no-such-folder/walk.mcap: cannot be written"),
+        (("view", "--port", "65536"), "--port"),
+        (("up", "--view", "--port", "0"), "--port"),
+    ],
+)
+def test_what_could_never_be_is_told_before_anything_starts(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    file = tmp_path / "empty.mcap"
+    with Recorder(file, RunConfig()):
+        pass
+    assert says in refused(capsys, *(str(file) if a == "FILE" else a for a in arguments))
 
 
 def test_info_ends_with_one_json_object(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -92,9 +131,52 @@ def test_info_ends_with_one_json_object(capsys: pytest.CaptureFixture[str], tmp_
     assert contents["complete"]
     assert contents["config"]["seed"] == 9
     assert contents["cycles"] == 0
+    assert contents["diagnosis"] is None
     whole = (tmp_path / "empty.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[:-20])
     assert not json.loads(shown(capsys, "info", str(tmp_path / "cut.mcap"), "--json"))["complete"]
+
+
+def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "fall.mcap"
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot, Recorder(file, RunConfig()) as recorder:
+        robot.stage.execute(Push(impulse=(0.0, 5.0, 0.0)))
+        while not robot.truth().fell:
+            robot.advance(None)
+            recorder.sensors(robot.frame, robot.truth())
+    diagnosis = json.loads(shown(capsys, "info", str(file), "--json"))["diagnosis"]
+    assert re.match(r"The robot fell at \d\.\d+ s; first, at \d\.\d+ s, ", diagnosis)
+    assert "what went wrong" in shown(capsys, "info", str(file))
+
+
+@pytest.mark.parametrize("command", ["robots", "gaits", "scenarios", "experiments"])
+def test_what_there_is_comes_as_one_json_object_by_name(
+    capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    (line,) = shown(capsys, command, "--json").splitlines()
+    assert {"robots": "nao-v6", "gaits": "static", "scenarios": "flat", "experiments": "slope"}[
+        command
+    ] in json.loads(line)
+
+
+@pytest.mark.parametrize(
+    ("redirection", "code", "says"),
+    [
+        (
+            "> /dev/full",
+            3,
+            ["error: nothing more can be written (No space left on device); make room, or write elsewhere."],
+        ),
+        (">&-", 0, []),
+        ("| true", 0, []),
+    ],
+)
+def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, says: list[str]) -> None:
+    script = f"set -o pipefail; {sys.executable} -m lab.cli config show {redirection}"
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr.splitlines()) == (code, says)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +209,7 @@ def test_the_shell_completes_names(typed: str, offers: set[str]) -> None:
 
 def test_help_and_completion_load_no_library_of_one_command() -> None:
     """Nor PyBullet, which the walker's machine does not have."""
-    heavy = ["pybullet", "matplotlib", "viser", "qi", "optuna", "control", "cryptography"]
+    heavy = ["pybullet", "matplotlib", "viser", "qi", "optuna", "control", "cryptography", "walker.gait"]
     script = f"import sys, lab.cli.main; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=True

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from bridge.datasheet import load_body
 from bridge.guard import Guard
@@ -12,6 +13,7 @@ from bridge.playback import frames_sha256, read_recording
 from bridge.recording import Recorder
 from emulator.robot import EmulatedRobot
 from lab import inprocess
+from lab.inspection import inspect
 from lab.statistics import RunStatistics, Summary
 from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
@@ -50,3 +52,13 @@ def test_after_a_reset_everything_is_as_at_a_start(tmp_path: Path) -> None:
     for name in ("frames.mcap", "frames-2.mcap"):
         times = [item.time for item in read_recording(tmp_path / name)]
         assert times == sorted(times)
+
+
+def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) -> None:
+    with EmulatedRobot(BODY, seed=5) as robot, Recorder(tmp_path / "frames.mcap", {}) as recorder:
+        gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
+        old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
+        recorder.sensors(robot.frame, robot.truth())
+        recorder.telemetry(old)  # on its way when the robot began anew
+        walk(robot, recorder, RunStatistics(5), 2000)
+    assert inspect(tmp_path / "frames.mcap").steps == 2

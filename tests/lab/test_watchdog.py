@@ -11,7 +11,17 @@ from emulator.wear import load_wear
 from lab.experiments.watchdog import LONGEST, Cut, judge, run_once
 
 BODY = load_body("nao-v3")
-CUT = Cut(seed=0, cycle=500, phase="SSL", step=5, fell_before=False, fell=False, rest=3.0, taken_over=True)
+CUT = Cut(
+    gait="dynamic",
+    seed=0,
+    cycle=500,
+    phase="SSL",
+    step=5,
+    fell_before=False,
+    fell=False,
+    rest=3.0,
+    taken_over=True,
+)
 
 
 def test_a_dynamic_walk_cut_in_mid_step_ends_at_rest_and_goes_on_with_another_controller() -> None:
