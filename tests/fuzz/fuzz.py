@@ -7,6 +7,7 @@ file in tests/fuzz/corpus/TARGET/, and with it a test.
 
 from __future__ import annotations
 
+import logging
 import sys
 
 import atheris
@@ -21,6 +22,7 @@ def main() -> None:
         from tests.fuzz.targets import TARGETS
     if name not in TARGETS:
         sys.exit(f"error: {name!r} must be one of {', '.join(TARGETS)}.")
+    logging.disable(logging.CRITICAL)
     atheris.Setup(sys.argv, TARGETS[name])
     atheris.Fuzz()
 

@@ -5,14 +5,19 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from threading import RLock
 from typing import Any, Final
+
+import msgspec
 
 from bridge.commands import decode_command
 from bridge.config import load_toml, parse_toml
-from bridge.datasheet import Body
+from bridge.datasheet import Body, load_body
+from bridge.datasheet.postures import POSTURES
 from bridge.dcm import requests
 from bridge.dcm.wire import DcmCall, DcmCommand, DcmRead, DcmTime
 from bridge.errors import ConfigurationError, DcmRefused, FrameError, NaoHilError
@@ -35,6 +40,8 @@ from bridge.messages import (
     decode,
     encode,
 )
+from bridge.naoqi.config import RobotConfig
+from bridge.naoqi.services import Services
 from bridge.playback import is_complete, read_recording
 from bridge.walk import WalkCommand
 from bridge.world import decode_command as decode_world_command
@@ -58,6 +65,33 @@ FRAMES: Final = (
 COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest)
 DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_request)
 TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
+
+NAOQI_ROBOT: Final = RobotConfig(load_body("nao-v5"), "nao")
+STANDING: Final = SensorFrame(
+    seq=0,
+    time=0.0,
+    position=POSTURES["StandInit"],
+    stiffness=(1.0,) * 25,
+    current=(0.1,) * 25,
+    temperature=(38.0,) * 25,
+    fsr=(4.905,) * 8,
+    accelerometer=(0.0, 0.0, 9.81),
+    gyroscope=(0.0, 0.0, 0.0),
+    angle=(0.0, 0.0),
+    touch=(0.0,) * 14,
+    battery=(0.9, -1.5, 0.0, 30.0),
+    sonar=(0.5, 0.6),
+)
+
+
+class Unwalking:
+    """Of a NAOqi robot's walking side: no walker."""
+
+    has_robot = False
+
+    def methods(self) -> dict[str, Callable[..., Any]]:
+        """None."""
+        return {}
 
 
 def frames(data: bytes) -> None:
@@ -129,8 +163,25 @@ def recordings(data: bytes) -> None:
         _only(ConfigurationError, is_complete, path)
 
 
+def naoqi(data: bytes) -> None:
+    """Calls of NAOqi's clients, `[service, method, [argument, ...]]` each, and a robot's cycle after it."""
+    try:
+        calls = msgspec.msgpack.decode(data, type=list[tuple[str, str, list[Any]]])
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return
+    services = Services(
+        NAOQI_ROBOT, STANDING, RLock(), Unwalking(), lambda: None, lambda: None, lambda *_: None
+    )  # type: ignore[arg-type]
+    for seq, (service, method, arguments) in enumerate(calls):
+        _only(NaoHilError, services.call, service, method, arguments)
+        services.cycle(msgspec.structs.replace(STANDING, seq=seq + 1, time=0.01 * (seq + 1)))
+        sent = services.joints.answer()
+        assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
+
+
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
-    target.__name__: target for target in (frames, queries, lola, tables, endpoints, certificates, recordings)
+    target.__name__: target
+    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi)
 }
 
 
