@@ -44,6 +44,7 @@ $(STAMP): requirements.lock pyproject.toml
 	@touch $@
 
 demo: setup
+	@echo "Ten steps, about a minute; look at http://127.0.0.1:8080/ as soon as the page is there."
 	$(BIN)/nao-hil up --view
 
 # Tests that keep real time have the machine to themselves, before the others (pytest says 5 when it has none).

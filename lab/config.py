@@ -49,13 +49,15 @@ def run_config(
         file: TOML.
         torso: into the table `controller`.
         admittance: into the table `controller`.
-        options: fields of `RunConfig`.
+        options: fields of `RunConfig`; a duration without steps bounds the walk by time alone.
 
     Raises:
         ConfigurationError: unreadable file, unknown key, or an impossible value.
     """
     base = load_toml(file, RunConfig) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}
+    if given.get("duration"):
+        given.setdefault("steps", 0)
     switches = {k: v for k, v in (("torso", torso), ("admittance", admittance)) if v is not None}
     given["controller"] = base.controller | switches
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)

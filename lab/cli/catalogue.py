@@ -12,17 +12,16 @@ from bridge.datasheet import BODIES, load_body
 from bridge.datasheet.quantities import total_mass
 from emulator.scenarios import SCENARIOS, load_scenario
 from lab.cli import options
-from walker.gait import GAITS, gait_parameters
 
 
 def robots(as_json: options.Json = False) -> int:
     """List the robot bodies there are data sheets for."""
     bodies = [load_body(name) for name in BODIES]
     if as_json:
-        rows = [
-            {"name": b.name, "title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
+        rows = {
+            b.name: {"title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
             for b in bodies
-        ]
+        }
         print(json.dumps(rows))
         return 0
     table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
@@ -34,6 +33,9 @@ def robots(as_json: options.Json = False) -> int:
 
 def gaits(as_json: options.Json = False) -> int:
     """List the gaits and their shipped parameters."""
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from walker.gait import GAITS, gait_parameters
+
     rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
     if as_json:
         print(json.dumps(rows))
@@ -48,12 +50,12 @@ def gaits(as_json: options.Json = False) -> int:
 
 def scenarios(as_json: options.Json = False) -> int:
     """List the worlds that come with the program."""
-    rows = [{"name": name, "title": load_scenario(name).title} for name in SCENARIOS]
+    rows = {name: load_scenario(name).title for name in SCENARIOS}
     if as_json:
         print(json.dumps(rows))
         return 0
     table = Table("name", "what happens", title="Scenarios")
-    for row in rows:
-        table.add_row(row["name"], row["title"])
+    for name, title in rows.items():
+        table.add_row(name, title)
     Console().print(table)
     return 0

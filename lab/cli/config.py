@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -18,9 +19,6 @@ from emulator.scenarios.model import Scenario
 from emulator.wear import WearProfile, load_wear
 from lab.cli import options
 from lab.config import RunConfig, run_config
-from walker.gait import gait_parameters, make_gait
-from walker.parameters import controller_parameters
-from walker.walkable import check_walkable
 
 
 def show(
@@ -66,6 +64,11 @@ def show(
 
 def _check_run(settings: RunConfig) -> None:
     """Everything that a run would find wrong before the first cycle."""
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from walker.gait import gait_parameters, make_gait
+    from walker.parameters import controller_parameters
+    from walker.walkable import check_walkable
+
     body = load_body(settings.robot)
     load_wear(settings.wear)
     load_scenario(settings.scenario)
@@ -85,6 +88,9 @@ KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
 
 def _whole(settings: RunConfig) -> dict[str, Any]:
     """The configuration with the shipped parameters of gait and controllers filled in; checked."""
+    from walker.gait import gait_parameters
+    from walker.parameters import controller_parameters
+
     _check_run(settings)
     whole: dict[str, Any] = msgspec.to_builtins(settings) | {
         "parameters": msgspec.to_builtins(gait_parameters(settings.gait, settings.parameters)),
@@ -135,6 +141,9 @@ def kind_of(file: Path) -> str:
     known = {kind: len(keys & set(struct.__struct_fields__)) for kind, (struct, _) in KINDS.items()}
     best = max(known, key=lambda kind: known[kind])
     if not known[best]:
+        for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check will say so
+            if any(get_close_matches(key, struct.__struct_fields__) for key in keys):
+                return kind
         raise ConfigurationError(
             f"{file}: has no key of any file that nao-hil reads; say what it is with --kind."
         )

@@ -56,7 +56,10 @@ def emulate(
     on_signals(stop.set)
     body = load_body(settings.robot)
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
-    summary = _run(settings, body, guard, name, listen, realtime_priority, RunDirectory(out), stop, console)
+    directory = RunDirectory(out)
+    if directory.clear():
+        console.print(f"the run that was in {directory.path} is replaced", highlight=False)
+    summary = _run(settings, body, guard, name, listen, realtime_priority, directory, stop, console)
     if as_json:
         print(json.dumps(summary), flush=True)
     return 0

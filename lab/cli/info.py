@@ -13,7 +13,9 @@ from lab.cli import options
 
 
 def info(file: options.Recording, as_json: options.Json = False) -> int:
-    """Tell what is in a recording: robot, run, times, messages, how it went; also of one that was cut off.
+    """Tell what is in a recording: robot, run, times, messages, how it went and what went wrong first.
+
+    Also of a recording that was cut off.
 
     Example: nao-hil info runs/20260101T120000Z/frames.mcap
     """
@@ -48,6 +50,8 @@ def _rows(c: Any) -> list[tuple[str, str]]:
     ]
     if c.fell is not None:
         rows += [("distance", f"{c.distance:.3f} m"), ("fell", "yes" if c.fell else "no")]
+    if c.diagnosis is not None:
+        rows.append(("what went wrong", c.diagnosis))
     return [*rows, ("sha256 of the frames", c.frames_sha256)]
 
 

@@ -6,6 +6,8 @@ link or a device failed; 130 interrupted.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import sys
 import traceback
@@ -102,8 +104,16 @@ def _options(
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: every error a user can cause is one sentence on stderr and an exit code."""
     code = run(arguments)
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        if stream is None:  # closed by whoever started this
+            continue
+        try:
+            stream.flush()
+        except BrokenPipeError:  # `| head` has read enough
+            pass
+        except OSError as error:
+            _tell(f"the output cannot be written ({error.strerror}).")
+            code = 3
     # Everything that must be closed is; Python taking its libraries apart would double the time a Ctrl-C takes.
     os._exit(code)
 
@@ -114,15 +124,31 @@ def run(arguments: list[str] | None = None) -> int:
         result: Any = app(args=arguments, standalone_mode=False)
     except _ClickException as error:
         if sentence := error.format_message():  # a command without arguments has shown its help instead
-            print(f"error: {sentence}", file=sys.stderr)
+            _tell(sentence)
         return 2
     except NaoHilError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _tell(str(error))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return 130
-    except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
-        traceback.print_exc()
-        print(f"error: this is a fault of nao-hil itself: {error!r}; please report it.", file=sys.stderr)
+    except SystemExit:  # typer's way to end when `| head` has read enough; its exit code would be a fall's
+        return 0
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            return _fault(error)
+        _tell(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
         return 3
+    except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
+        return _fault(error)
     return result if isinstance(result, int) else 0
+
+
+def _fault(error: Exception) -> int:
+    traceback.print_exc()
+    _tell(f"this is a fault of nao-hil itself: {error!r}; please report it.")
+    return 3
+
+
+def _tell(sentence: str) -> None:
+    with contextlib.suppress(OSError):
+        print(f"error: {sentence}", file=sys.stderr)

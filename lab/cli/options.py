@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from bridge.errors import ConfigurationError
+
 
 def _among(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
     """What completes a name; the names are asked for when somebody presses the tab key, not before."""
@@ -95,7 +97,11 @@ Admittance = Annotated[
 ]
 Steps = Annotated[
     int | None,
-    typer.Option("--steps", help="Steps to walk, the closing one included; 0: without end.", metavar="N"),
+    typer.Option(
+        "--steps",
+        help="Steps to walk, the closing one included; 0: without end. Default: 10, with --duration 0.",
+        metavar="N",
+    ),
 ]
 Duration = Annotated[
     float | None, typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
@@ -145,4 +151,10 @@ View = Annotated[
     bool,
     typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does."),
 ]
-Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", metavar="PORT")]
+Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", min=1, max=65535, metavar="PORT")]
+
+
+def check_stretch(begin: float, end: float | None) -> None:
+    """Raises ConfigurationError unless --from is before --to."""
+    if end is not None and end <= begin:
+        raise ConfigurationError(f"--to {end:g} is not after --from {begin:g}; both are robot times in s.")

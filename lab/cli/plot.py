@@ -49,6 +49,7 @@ def plot(
     Example: nao-hil plot walk.mcap --what all --format svg --from 10 --to 15 --out pictures
     """
     names = chosen(what)
+    options.check_stretch(begin, end)
     try:
         from lab.plots.draw import draw, missing
         from lab.plots.tables import load
@@ -59,6 +60,9 @@ def plot(
     console = Console(stderr=True)
     with console.status(f"reading {file}") as status:
         tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
+        if not tables.sensors:
+            until = "its end" if end is None else f"{end:g} s"
+            raise ConfigurationError(f"{file}: holds no sensor frame from {begin:g} s to {until}.")
         folder = out if out is not None else file.parent
         _make(folder)
         files = []

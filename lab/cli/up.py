@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import threading
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -16,7 +17,6 @@ from lab.cli import options
 from lab.cli.progress import WalkProgress
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
-from lab.diagnosis import diagnose
 from lab.monitor import Monitor
 from lab.rundir import RunDirectory
 from lab.supervisor import Child, Outcome
@@ -67,6 +67,8 @@ def up(
         seed=seed,
     )
     directory = RunDirectory(out)
+    if directory.clear():
+        Console(stderr=True).print(f"the run that was in {directory.path} is replaced", highlight=False)
     directory.write_config(settings)
     file = str(directory.config)
     stop = threading.Event()
@@ -97,6 +99,11 @@ def up(
         if page is not None:
             page.end(GRACE)
     code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+    if page is not None and code != 130 and robot_result.result is not None:
+        recording = directory.last_recording(robot_result.result["resets"])
+        console.print(f"look at it again: nao-hil view --replay {recording}", highlight=False, soft_wrap=True)
+        if not serve:
+            console.print("walk it, push it: nao-hil up --serve --view", highlight=False)
     return 0 if serve and code == 130 else code  # a walker that serves has no other end
 
 
@@ -121,14 +128,23 @@ def _conclude(
         # A side that ended because the other failed has no result either: the one with the reason speaks.
         raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
     assert robot.result is not None
-    summary = robot.result | {"walker": walker.result}
+    recording = directory.last_recording(robot.result["resets"])
+    told = _diagnosis(recording) if robot.result["fell"] else None
+    summary = robot.result | {"walker": walker.result, "diagnosis": told}
     directory.write_summary(summary)
-    _show(summary, directory, console, interrupted)
+    _show(summary, recording, console, interrupted)
     if as_json:
         print(json.dumps(summary), flush=True)
     if summary["fell"] or walker.code == 1:
         return 1
     return 130 if interrupted else 0
+
+
+def _diagnosis(recording: Path) -> str | None:
+    from lab.diagnosis import diagnose  # imported late: most runs end well, and need no SciPy here
+
+    diagnosis = diagnose(recording)
+    return diagnosis.sentence if diagnosis is not None else None
 
 
 def _failure(name: str, outcome: Outcome) -> NaoHilError:
@@ -138,16 +154,18 @@ def _failure(name: str, outcome: Outcome) -> NaoHilError:
     return error
 
 
-def _show(summary: dict[str, Any], directory: RunDirectory, console: Console, interrupted: bool) -> None:
+def _show(summary: dict[str, Any], recording: Path, console: Console, interrupted: bool) -> None:
     ending = "The robot fell" if summary["fell"] else "Interrupted" if interrupted else "The robot stands"
     table = Table(title=ending, show_header=False)
+    table.add_column()
+    table.add_column(overflow="fold")
     table.add_row("steps", str(summary["steps"]))
     table.add_row("distance", f"{summary['distance']:.3f} m")
     table.add_row("speed over ground", f"{summary['speed']:.4f} m/s")
     table.add_row("largest torso tilt", f"{math.degrees(summary['torso_max']):.2f} deg")
     table.add_row("real-time factor", f"{summary['real_time_factor']:.2f}")
     table.add_row("cycles", f"{summary['cycles']}, {summary['cycles_missed']} missed")
-    table.add_row("recording", str(directory.recording))
+    table.add_row("recording", str(recording))
     console.print(table)
-    if summary["fell"] and (diagnosis := diagnose(directory.recording)) is not None:
-        console.print(diagnosis.sentence, highlight=False)
+    if summary["diagnosis"] is not None:
+        console.print(summary["diagnosis"], highlight=False)

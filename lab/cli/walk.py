@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import msgspec
 import typer
@@ -19,13 +19,10 @@ from lab.cli import options
 from lab.cli.logs import log_to_stderr
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
-from lab.ground import ground_parameters
-from walker.controller import Controller, WalkOrder
-from walker.gait import gait_parameters, make_gait
-from walker.parameters import controller_parameters
-from walker.process import MakeController, WalkerProcess
-from walker.service import WalkService
-from walker.walkable import check_walkable
+
+if TYPE_CHECKING:
+    from walker.controller import Controller
+    from walker.process import MakeController
 
 SWITCH_INTERVAL: Final = 5e-4
 """s for which a command being checked may hold up a tick; Python's own 5 ms are half a cycle."""
@@ -54,6 +51,10 @@ def walk(
 
     With --serve it stands and waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
     """
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from walker.process import WalkerProcess
+    from walker.service import WalkService
+
     settings = run_config(
         config, robot=robot, gait=gait, torso=torso, admittance=admittance, steps=steps, duration=duration
     )
@@ -90,6 +91,12 @@ def controller_maker(settings: RunConfig) -> MakeController:
     Raises:
         ConfigurationError: a wrong parameter of the gait or the controller.
     """
+    from lab.ground import ground_parameters
+    from walker.controller import Controller, WalkOrder
+    from walker.gait import gait_parameters, make_gait
+    from walker.parameters import controller_parameters
+    from walker.walkable import check_walkable
+
     stabilisers = controller_parameters(settings.gait, settings.controller)
     order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))
 

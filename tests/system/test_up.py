@@ -13,14 +13,18 @@ import pytest
 
 from bridge.datasheet import load_body
 from bridge.guard import Guard
+from bridge.link.world_client import WorldClient
 from bridge.messages import SensorFrame
 from bridge.playback import frames_sha256, read_recording
+from bridge.world import Push, Reset
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from lab.cli.main import run
 from lab.cli.walk import controller_maker
 from lab.config import run_config
+from lab.diagnosis import diagnose
 from lab.inprocess import run as run_in_process
+from lab.inspection import inspect
 from lab.monitor import Monitor
 from lab.statistics import RunStatistics
 
@@ -207,6 +211,48 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
     assert "Interrupted" in command.said and "stands" not in command.said
     assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
     assert command.result["cycles"] > 100
+
+
+def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for name in ("frames.mcap", "frames-2.mcap", "summary.json", "notes.txt"):
+        (folder / name).write_text("old")
+    up = ("up", "--mode", "lockstep", "--gait", "dynamic", "--steps", "2", "--listen", endpoint)
+    command = start(*up, "--out", str(folder), "--json")
+    assert command.wait() == 0
+    assert " ".join(command.said.split()).count("is replaced") == 1
+    assert not (folder / "frames-2.mcap").exists()
+    assert (folder / "notes.txt").read_text() == "old"
+    assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
+
+
+def test_after_a_reset_the_end_tells_of_the_last_recording_only(
+    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+) -> None:
+    folder = tmp_path / "run"
+    command = start("up", "--serve", "--mode", "lockstep", "--listen", endpoint, "--out", str(folder), "--json")
+    until(heard(monitor, lambda frame: frame.command > 100), "a robot under command")
+
+    def push_over(world: WorldClient, impulse: float) -> None:
+        world.send(Push(impulse=(0.0, impulse, 0.0)))
+        until(lambda: (frame := monitor.sensors) is not None and abs(frame.angle[0]) > 1.0, "the fall")
+
+    with WorldClient("nao", endpoint) as world:
+        push_over(world, 5.0)
+        world.send(Reset())
+        until(heard(monitor, lambda frame: 150 < frame.command < 400), "the robot that began anew")
+        push_over(world, -5.0)
+        time = until(lambda: monitor.sensors, "a frame").time
+    command.interrupt()
+    last = folder / "frames-2.mcap"
+    told = diagnose(last)
+    assert told is not None and told.fell < time + 1.0
+    assert command.result["diagnosis"] == told.sentence
+    assert last.name in "".join(command.said.replace("│", "").split())  # the table folds long paths
+    assert inspect(last).steps == command.result["steps"]
 
 
 def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start, until: Until) -> None:

@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
-from bridge.errors import LinkError, WalkRefused
+from bridge.errors import FrameError, LinkError, WalkRefused
 from bridge.link.walk_client import WalkClient
+from bridge.link.world_client import WorldClient
+from bridge.world import Push, StandUp
 
 
 @pytest.fixture
@@ -50,3 +52,27 @@ def test_a_walker_that_serves_walks_on_command(client: WalkClient, until: Callab
     assert walker.result["fell"] is False
     with pytest.raises(LinkError, match="--serve"):
         client.status()
+
+
+def test_a_robot_that_fell_under_the_walker_is_put_up_stands_and_walks_again(
+    client: WalkClient, endpoint: str, until: Callable[..., Any]
+) -> None:
+    until(lambda: client.status().state == "stand", "the stand")
+    client.walk(gait="dynamic")
+    until(lambda: client.status().steps > 2, "the walk")
+    with WorldClient("served", endpoint) as world:
+        with pytest.raises(FrameError, match="on its feet"):
+            world.send(StandUp())
+        world.send(Push(impulse=(0.0, 4.0, 0.0)))
+        until(lambda: client.status().state == "fallen", "the fall")
+        fell = client.status().seq
+        until(lambda: client.status().seq > fell + 300, "the robot that lies")
+        with pytest.raises(WalkRefused, match="stand-up"):
+            client.walk()
+        up = world.send(StandUp())
+        until(lambda: client.status().seq > up.seq + 250, "two seconds on its feet")
+        assert client.status().state == "stand"
+        begun = client.walk(steps=6)
+        until(lambda: client.status().steps > 2, "steps after the fall")
+        until(lambda: client.status().state == "stand", "the end of the walk after the fall")
+        assert client.status().position[0] > begun.position[0] + 0.1
