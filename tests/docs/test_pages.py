@@ -105,7 +105,7 @@ EXPECTED = {
         r"The robot fell .*The robot fell at 5\.\d+ s.*exit code 1",
         r"frames-torso\.png",
         r"The robot stands.*with/frames\.mcap",
-        r"torso control: robust\n.*3 s later: walk",
+        r"3 s later: walk",
     ],
     "own-controller.md": [r"the knees went 0\.(3[5-9]|4)\d* rad down", r"joints\.png"],
     "another-language.md": [r"The left knee went 0\.(1[5-9]|2\d) rad down"],
