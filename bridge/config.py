@@ -13,7 +13,7 @@ import sys
 import types
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Final, Literal, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
@@ -95,12 +95,26 @@ def _did_you_mean(name: str, known: Iterable[str]) -> str:
     return f", did you mean {folded[near[0]]!r}?" if near else ""
 
 
+_IN_WORDS: Final = {
+    "int": "a whole number",
+    "float": "a number",
+    "str": "text",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a table",
+    "null": "nothing",
+}
+"""What a person who writes a file calls msgspec's types."""
+
+
 def _convert(value: Any, kind: Any, path: str, where: str) -> Any:
     try:
         return msgspec.convert(value, kind, strict=True)
     except (msgspec.ValidationError, OverflowError) as error:
         # A check of the struct itself may name a place below this one; our path is the more exact.
-        reason = str(error).split(" - at `$")[0].replace("`object`", "`table`")
+        reason = str(error).split(" - at `$")[0]
+        for name, words in _IN_WORDS.items():
+            reason = reason.replace(f"`{name}`", words)
         raise ConfigurationError(f"{where}: {path or 'the file'}: {reason[:1].lower()}{reason[1:]}") from error
 
 

@@ -2,10 +2,32 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+from collections.abc import Iterator
+
 from bridge.errors import ConfigurationError, LinkError
 
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Without what compiled code writes to the standard streams: PyBullet tells when it was built."""
+    kept = [os.dup(descriptor) for descriptor in (1, 2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for descriptor in (1, 2):
+            os.dup2(nowhere, descriptor)
+        yield
+    finally:
+        for descriptor, copy in zip((1, 2), kept, strict=True):
+            os.dup2(copy, descriptor)
+        for descriptor in (nowhere, *kept):
+            os.close(descriptor)
+
+
 try:
-    import pybullet as bullet
+    with _silent():
+        import pybullet as bullet
 except ImportError as error:
     raise ConfigurationError(
         "PyBullet is not installed: pip install 'nao-hil[emulator]' puts the emulated robot on this machine."

@@ -45,7 +45,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool | None
     """By the ground truth; None without it."""
     distance: float | None
-    """Of the torso over ground, m; None without ground truth."""
+    """Of the torso over ground, to the fall if it fell, m; None without ground truth."""
     torso_max: float
     """Largest tilt of the torso, rad: by the ground truth, or the robot's fused angle."""
     frames_sha256: str
@@ -65,6 +65,7 @@ class _Sum:
         self.steps = self._step = 0
 
     def take(self, topic: str, message: Any) -> None:
+        """Take in the next message, which came on a topic of `bridge.recording.TOPICS`."""
         self.messages[topic] += 1
         if isinstance(message, SensorFrame):
             self.hash.sensor(message)
@@ -73,7 +74,8 @@ class _Sum:
         elif isinstance(message, ActuatorFrame):
             self.hash.actuator(message)
         elif isinstance(message, TruthFrame):
-            self.truth = (self.truth[0] if self.truth else message, message)
+            if not self.fell:
+                self.truth = (self.truth[0] if self.truth else message, message)
             self.fell = self.fell or message.fell
             self.tilt = max(self.tilt, tilt(message))
         elif isinstance(message, WalkTelemetry):

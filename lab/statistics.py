@@ -18,7 +18,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     steps: int
     """Steps completed in all walks, by the walker's word."""
     distance: float
-    """Way of the torso over ground from the first frame to the last, m."""
+    """Way of the torso over ground from the first frame to the last, or to the fall, m."""
     speed: float
     """Distance over the time from the first phase of each walk to its end, m/s."""
     torso_max: float
@@ -53,6 +53,8 @@ class RunStatistics:
         self._hash = FrameHash()
         self._first: TruthFrame | None = None
         self._last: TruthFrame | None = None
+        self._way_end: TruthFrame | None = None
+        """The last, or where it fell: what it slides after that is no walk."""
         self._fell = False
         self._torso_max = 0.0
         self._steps_before = self._step = 0
@@ -69,6 +71,8 @@ class RunStatistics:
         self._hash.sensor(frame)
         self._first = self._first or truth
         self._last, self._last_frame = truth, frame
+        if not self._fell:
+            self._way_end = truth
         self._fell = self._fell or truth.fell
         if self._has_walked:
             self._torso_max = max(self._torso_max, tilt(truth))
@@ -102,8 +106,8 @@ class RunStatistics:
 
     def summary(self, wall_seconds: float) -> Summary:
         """The summary so far; `wall_seconds` is the wall-clock length of the run."""
-        first, last = self._first, self._last
-        distance = math.dist(first.torso_position[:2], last.torso_position[:2]) if first and last else 0.0
+        first, last, end = self._first, self._last, self._way_end
+        distance = math.dist(first.torso_position[:2], end.torso_position[:2]) if first and end else 0.0
         walked = self._walked + (self._walk[1] - self._walk[0] if self._walk else 0.0)
         return Summary(
             fell=self._fell,

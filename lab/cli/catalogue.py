@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 
 import msgspec
-from rich.console import Console
 from rich.table import Table
 
 from bridge.datasheet import BODIES, load_body
 from bridge.datasheet.quantities import total_mass
 from emulator.scenarios import SCENARIOS, load_scenario
 from lab.cli import options
+from lab.cli.console import open_console
 
 
 def robots(as_json: options.Json = False) -> int:
@@ -27,7 +27,7 @@ def robots(as_json: options.Json = False) -> int:
     table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
     for b in bodies:
         table.add_row(b.name, b.title, f"{total_mass(b):.3f}", f"{1e3 * b.cycle:.0f}")
-    Console().print(table)
+    open_console(stderr=False).print(table)
     return 0
 
 
@@ -44,7 +44,7 @@ def gaits(as_json: options.Json = False) -> int:
     for name, parameters in rows.items():
         for i, (key, value) in enumerate(parameters.items()):
             table.add_row(name if i == 0 else "", key, str(value))
-    Console().print(table)
+    open_console(stderr=False).print(table)
     return 0
 
 
@@ -57,5 +57,5 @@ def scenarios(as_json: options.Json = False) -> int:
     table = Table("name", "what happens", title="Scenarios")
     for name, title in rows.items():
         table.add_row(name, title)
-    Console().print(table)
+    open_console(stderr=False).print(table)
     return 0

@@ -15,13 +15,13 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Final, Literal, TypeVar
 
 import msgspec
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
 from emulator.timing import CycleTimer, CycleTimes
 from lab.cli import options
+from lab.cli.console import open_console
 
 T = TypeVar("T")
 Verdict = Literal["good", "warning", "bad"]
@@ -205,4 +205,4 @@ def _print(findings: list[Finding]) -> None:
     table = Table("", "what", "found", "what it means", title="nao-hil doctor")
     for f in findings:
         table.add_row(f"[{_STYLES[f.verdict]}]{f.verdict}[/]", f.name, escape(f.value), escape(f.advice))
-    Console().print(table)
+    open_console(stderr=False).print(table)

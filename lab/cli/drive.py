@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
-from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
@@ -16,6 +15,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Vec3
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.cli.signals import on_signals
 from lab.drive.driver import HELP
 from lab.drive.inputs import Inputs
@@ -55,7 +55,7 @@ def drive(
     on_signals(stop.set)
     with Inputs(gamepad) as inputs, WalkClient(name, connect) as client:
         session = Session(client)
-        with Live(console=Console(stderr=True), auto_refresh=False) as live:
+        with Live(console=open_console(), auto_refresh=False) as live:
             try:
                 while not stop.is_set() and not session.wheel.leave:
                     live.update(picture(session), refresh=True)

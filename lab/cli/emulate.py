@@ -21,6 +21,7 @@ from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from bridge.recording import Recorder
 from lab import __version__
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
 from lab.rundir import RunDirectory
@@ -51,7 +52,7 @@ def emulate(
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
     settings = run_config(config, robot=robot, wear=wear, scenario=scenario, mode=mode, seed=seed)
-    console = Console(stderr=True)
+    console = open_console()
     stop = threading.Event()
     on_signals(stop.set)
     body = load_body(settings.robot)

@@ -8,12 +8,12 @@ from typing import Annotated
 
 import msgspec
 import typer
-from rich.console import Console
 
 from bridge.config import unknown_name
 from bridge.errors import ConfigurationError
 from lab.cli import options
 from lab.cli.campaign_progress import CampaignProgress
+from lab.cli.console import open_console
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
 from lab.experiments.catalogue import ALL, EXPERIMENTS
@@ -87,7 +87,7 @@ def experiment(
     from lab.campaign.campaign import Campaign
     from lab.experiments.runner import Runner
 
-    console = Console(stderr=True)
+    console = open_console()
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", workers=workers, stop=stop, progress=progress) as campaign,

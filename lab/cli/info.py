@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 import msgspec
-from rich.console import Console
 from rich.table import Table
 
 from lab.cli import options
+from lab.cli.console import open_console
 
 
 def info(file: options.Recording, as_json: options.Json = False) -> int:
@@ -21,7 +21,7 @@ def info(file: options.Recording, as_json: options.Json = False) -> int:
     """
     from lab.inspection import inspect
 
-    with Console(stderr=True).status(f"reading {file}"):
+    with open_console().status(f"reading {file}"):
         contents = inspect(file)
     if as_json:
         print(msgspec.json.encode(contents).decode(), flush=True)
@@ -31,7 +31,7 @@ def info(file: options.Recording, as_json: options.Json = False) -> int:
     table.add_column(overflow="fold")
     for name, value in _rows(contents):
         table.add_row(name, value)
-    Console().print(table)
+    open_console(stderr=False).print(table)
     return 0
 
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import msgspec
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from bridge.errors import ConfigurationError
 from bridge.link.certificates import ROLES
 from lab.cli import options
+from lab.cli.console import open_console
 
 
 def keys(
@@ -57,7 +57,7 @@ def keys(
     for one in state:
         left = f"{one.days_left:.1f}" if one.days_left > 0.0 else "[red]expired[/]"
         table.add_row(one.role, one.expires[:16].replace("T", " "), left, ", ".join(one.hosts))
-    Console(stderr=True).print(table)
+    open_console().print(table)
     if as_json:
         result = {"folder": str(folder), "made": wanted, "certificates": msgspec.to_builtins(state)}
         print(msgspec.json.encode(result).decode(), flush=True)

@@ -16,6 +16,7 @@ from rich.table import Table
 from bridge.datasheet import Body, load_body
 from bridge.errors import ConfigurationError
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.config import RunConfig, run_config
 from lab.rundir import RunDirectory
 
@@ -76,7 +77,7 @@ def plan(
     changes = settings.parameters | _assignments(values or [])
     settings = msgspec.structs.replace(settings, parameters=changes)
     body = load_body(settings.robot)
-    console = Console(stderr=True)
+    console = open_console()
     p = gait_parameters("huang", ground_parameters(settings, body))
     assert isinstance(p, HuangParameters)
     if trials or study is not None:

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
 
 from bridge.config import unknown_name
 from bridge.errors import ConfigurationError
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.plots.names import PLOTS
 
 
@@ -57,7 +57,7 @@ def plot(
         raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[lab]'.") from None
     from lab.replay import recorded_body
 
-    console = Console(stderr=True)
+    console = open_console()
     with console.status(f"reading {file}") as status:
         tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
         if not tables.sensors:

@@ -50,7 +50,8 @@ class WalkProgress:
         frame, truth, telemetry = monitor.sensors, monitor.truth, monitor.telemetry
         if frame is None:
             return {"waiting": "for the robot"}
-        self._began = self._began or (frame.time, time.monotonic())
+        if self._began is None or frame.time < self._began[0]:  # a reset begins at 0 again
+            self._began = (frame.time, time.monotonic())
         wall = time.monotonic() - self._began[1]
         values = {"time": f"{frame.time:.1f} s"}
         if telemetry is not None:

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording import Recorder
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.cli.signals import on_signals
 
 _TAKE = 0.2
@@ -48,7 +48,7 @@ def record(
         raise ConfigurationError(f"{out}: cannot be written; give a place with --out.")
     if out is not None and out.exists():
         raise ConfigurationError(f"{out}: there is such a file already; give another with --out, or remove it.")
-    console = Console(stderr=True)
+    console = open_console()
     stop = threading.Event()
     on_signals(stop.set)
     with (

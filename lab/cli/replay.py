@@ -7,10 +7,10 @@ import threading
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.cli.signals import on_signals
 
 
@@ -36,7 +36,7 @@ def replay(
     from lab.replay import Replay
 
     options.check_stretch(begin, end)
-    console = Console(stderr=True)
+    console = open_console()
     stop = threading.Event()
     on_signals(stop.set)
     last = float("inf") if end is None else end

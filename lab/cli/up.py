@@ -14,6 +14,7 @@ from rich.table import Table
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.cli.progress import WalkProgress
 from lab.cli.signals import on_signals
 from lab.config import RunConfig, run_config
@@ -68,7 +69,7 @@ def up(
     )
     directory = RunDirectory(out)
     if directory.clear():
-        Console(stderr=True).print(f"the run that was in {directory.path} is replaced", highlight=False)
+        open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)
     directory.write_config(settings)
     file = str(directory.config)
     stop = threading.Event()
@@ -80,7 +81,7 @@ def up(
     serving = ["--serve"] if serve else []
     walker = Child("walker", ["walk", "--connect", listen, *serving, *common], directory.path)
     page = LivePage(name, listen, port, directory.path) if view else None
-    console = Console(stderr=True)
+    console = open_console()
     try:
         with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
             while not stop.is_set() and emulator.running and walker.running:
@@ -116,7 +117,7 @@ def _conclude(
     as_json: bool,
 ) -> int:
     """Summary, JSON and exit code of a run."""
-    console = Console(stderr=True)
+    console = open_console()
     if interrupted and (robot.result is None or walker.result is None):
         return 130  # before both sides had begun
     failed = [

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.playback import read_recording
 from lab.cli import options
+from lab.cli.console import open_console
 from lab.cli.signals import on_signals
 from lab.view.child import READY
 from lab.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
@@ -42,7 +42,7 @@ def view(
         read_recording(replay)  # says so where it is none, before there is a page
     stop = threading.Event()
     on_signals(stop.set)
-    console = Console(stderr=True)
+    console = open_console()
     server = open_server(host, port, "nao-hil")
     os.nice(NICENESS)
     console.print(f"{READY} http://{host}:{port}/", highlight=False)

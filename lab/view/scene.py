@@ -138,8 +138,8 @@ class Scene:
         place = (0.0, 0.0, self._floor.height - 0.001)
         self._scene.add_grid(
             f"{ROOT}/floor",
-            width=8.0,
-            height=8.0,
+            width=100.0,
+            height=100.0,
             cell_size=0.1,
             section_size=0.5,
             cell_color=(62, 66, 74),

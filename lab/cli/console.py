@@ -1,0 +1,19 @@
+"""The console that commands write to."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Final
+
+from rich.console import Console
+
+WIDE: Final = 1000
+"""Columns where there is no terminal: a sentence stays in one line there, for `grep` and for logs."""
+
+
+def open_console(*, stderr: bool = True) -> Console:
+    """A console on stderr or stdout: as wide as the terminal or `COLUMNS` says, or wide in a pipe or a file."""
+    stream = sys.stderr if stderr else sys.stdout
+    terminal = stream is not None and stream.isatty()
+    return Console(stderr=stderr, width=None if terminal or os.environ.get("COLUMNS") else WIDE)
