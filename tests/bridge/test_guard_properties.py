@@ -15,6 +15,7 @@ from bridge.errors import FrameError
 from bridge.guard import Guard, GuardSettings
 from bridge.joints import JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
+from tests.frames import standing_frame
 
 BODIES = {name: load_body(name) for name in ("nao-v3", "nao-v6")}
 ROUNDING = 1e-9
@@ -27,20 +28,8 @@ def sensors(
     heat: float = 30.0,
     charge: float = 1.0,
 ) -> SensorFrame:
-    return SensorFrame(
-        seq=seq,
-        time=0.01 * seq,
-        position=position,
-        stiffness=(1.0,) * N_JOINTS,
-        current=(0.0,) * N_JOINTS,
-        temperature=(heat,) * N_JOINTS,
-        fsr=(5.0,) * 8,
-        accelerometer=(0.0, 0.0, 9.81),
-        gyroscope=(0.0, 0.0, 0.0),
-        angle=angle,
-        touch=(0.0,) * 14,
-        battery=(charge, 0.0, 0.0, 25.0),
-        sonar=(2.55, 2.55),
+    return standing_frame(
+        seq, position=position, temperature=(heat,) * N_JOINTS, angle=angle, battery=(charge, 0.0, 0.0, 25.0)
     )
 
 

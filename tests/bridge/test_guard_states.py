@@ -14,6 +14,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.guard import Guard, GuardSettings
 from bridge.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
+from tests.frames import standing_frame
 
 BODY = load_body("nao-v3")
 STAND = POSTURES["StandInit"]
@@ -29,20 +30,13 @@ def sensors(
     charge: float = 1.0,
     stiffness: float = 1.0,
 ) -> SensorFrame:
-    return SensorFrame(
-        seq=seq,
-        time=0.01 * seq,
+    return standing_frame(
+        seq,
         position=position,
         stiffness=(stiffness,) * N_JOINTS,
-        current=(0.0,) * N_JOINTS,
         temperature=(heat,) * N_JOINTS,
-        fsr=(5.0,) * 8,
-        accelerometer=(0.0, 0.0, 9.81),
-        gyroscope=(0.0, 0.0, 0.0),
         angle=angle,
-        touch=(0.0,) * 14,
         battery=(charge, 0.0, 0.0, 25.0),
-        sonar=(2.55, 2.55),
     )
 
 

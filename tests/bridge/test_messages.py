@@ -25,6 +25,7 @@ from bridge.messages import (
     decode,
     encode,
 )
+from tests.frames import standing_frame
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 COUNT = st.integers(0, 2**63 - 1)
@@ -195,21 +196,7 @@ def test_a_number_that_is_none_is_refused_by_field_index_and_joint(field: str, v
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_sensor_frame_has_finite_numbers_only(value: float) -> None:
-    frame = SensorFrame(
-        seq=0,
-        time=0.0,
-        position=ZEROS,
-        stiffness=ZEROS,
-        current=ZEROS,
-        temperature=ZEROS,
-        fsr=(0.0,) * 8,
-        accelerometer=(0.0, value, 0.0),
-        gyroscope=(0.0,) * 3,
-        angle=(0.0, 0.0),
-        touch=(0.0,) * 14,
-        battery=(0.0,) * 4,
-        sonar=(0.0, 0.0),
-    )
+    frame = standing_frame(accelerometer=(0.0, value, 0.0))
     with pytest.raises(FrameError, match=r"accelerometer\[1\]"):
         decode(encode(frame), SensorFrame)
 

@@ -18,25 +18,17 @@ from bridge.joints import N_JOINTS
 from bridge.messages import ActuatorFrame, Contact, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.playback import frames_sha256, read_recording, recorded_config
 from bridge.recording import FrameHash, Recordable, Recorder
+from tests.frames import standing_frame
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
 
 
 def sensor(k: int, wall: int = 0) -> SensorFrame:
-    return SensorFrame(
-        seq=k,
-        time=k * 0.01,
+    return standing_frame(
+        k,
         position=tuple(0.1 * j + 1e-3 * k for j in range(N_JOINTS)),
-        stiffness=(1.0,) * N_JOINTS,
-        current=(0.25,) * N_JOINTS,
-        temperature=(38.0,) * N_JOINTS,
-        fsr=(6.5,) * 8,
-        accelerometer=(0.0, 0.0, 9.81),
         gyroscope=(0.0, 1e-17 * k, -0.0),
         angle=(0.01, -0.02),
-        touch=(0.0,) * 14,
-        battery=(0.9, -1.0, 0.0, 30.0),
-        sonar=(2.55, 2.55),
         command=k - 1,
         wall=wall,
     )

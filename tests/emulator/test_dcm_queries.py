@@ -19,17 +19,14 @@ from bridge.errors import DcmRefused, FrameError, LeaseRefused, NaoHilError
 from bridge.messages import SensorFrame, decode
 from emulator.boundary import BoundaryQueue
 from emulator.dcm_queries import DcmQueries
+from tests.frames import standing_frame
 
 LED = "ChestBoard/Led/Red/Actuator/Value"
 LEASE = 4711
 REFUSED = (wire.PREFERENCES, wire.SPECIAL, wire.CALIBRATION)
 COMMANDS = (wire.CREATE_ALIAS, wire.SET, wire.SET_ALIAS)
 KEYS = (*COMMANDS, wire.GET_TIME, wire.GET_PREFIX, wire.READ, *REFUSED)
-FRAME = SensorFrame(
-    seq=0, time=0.0, position=POSTURES["Stand"], stiffness=(1.0,) * 25, current=(0.0,) * 25,
-    temperature=(25.0,) * 25, fsr=(0.0,) * 8, accelerometer=(0.0, 0.0, 9.81), gyroscope=(0.0,) * 3,
-    angle=(0.0, 0.0), touch=(0.0,) * 14, battery=(1.0, 0.0, 0.0, 25.0), sonar=(2.55, 2.55),
-)  # fmt: skip
+FRAME = standing_frame(position=POSTURES["Stand"])  # fmt: skip
 
 
 @dataclass

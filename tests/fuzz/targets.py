@@ -17,7 +17,6 @@ import msgspec
 from bridge.commands import decode_command
 from bridge.config import load_toml, parse_toml
 from bridge.datasheet import Body, load_body
-from bridge.datasheet.postures import POSTURES
 from bridge.dcm import requests
 from bridge.dcm.wire import DcmCall, DcmCommand, DcmRead, DcmTime
 from bridge.errors import ConfigurationError, DcmRefused, FrameError, NaoHilError
@@ -48,6 +47,7 @@ from bridge.world import decode_command as decode_world_command
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
 from lab.config import RunConfig
+from tests.frames import STANDING, standing_frame
 
 FRAMES: Final = (
     SensorFrame,
@@ -67,21 +67,6 @@ DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_r
 TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
 
 NAOQI_ROBOT: Final = RobotConfig(load_body("nao-v5"), "nao")
-STANDING: Final = SensorFrame(
-    seq=0,
-    time=0.0,
-    position=POSTURES["StandInit"],
-    stiffness=(1.0,) * 25,
-    current=(0.1,) * 25,
-    temperature=(38.0,) * 25,
-    fsr=(4.905,) * 8,
-    accelerometer=(0.0, 0.0, 9.81),
-    gyroscope=(0.0, 0.0, 0.0),
-    angle=(0.0, 0.0),
-    touch=(0.0,) * 14,
-    battery=(0.9, -1.5, 0.0, 30.0),
-    sonar=(0.5, 0.6),
-)
 
 
 class Unwalking:
@@ -174,7 +159,7 @@ def naoqi(data: bytes) -> None:
     )  # type: ignore[arg-type]
     for seq, (service, method, arguments) in enumerate(calls):
         _only(NaoHilError, services.call, service, method, arguments)
-        services.cycle(msgspec.structs.replace(STANDING, seq=seq + 1, time=0.01 * (seq + 1)))
+        services.cycle(standing_frame(seq + 1))
         sent = services.joints.answer()
         assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
 

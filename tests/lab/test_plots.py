@@ -16,7 +16,7 @@ from bridge.datasheet import load_body
 from bridge.datasheet.postures import POSTURES
 from bridge.errors import ConfigurationError
 from bridge.joints import N_JOINTS
-from bridge.messages import ActuatorFrame, Contact, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Contact, Notice, TruthFrame, WalkTelemetry
 from bridge.recording import Recorder
 from lab.cli.plot import chosen, complete
 from lab.plots import figures
@@ -24,6 +24,7 @@ from lab.plots.draw import draw, missing
 from lab.plots.figures import FIGURES
 from lab.plots.names import PLOTS
 from lab.plots.tables import Tables, load
+from tests.frames import standing_frame
 
 BODY = load_body("nao-v3")
 HEADING = math.radians(30.0)
@@ -39,22 +40,7 @@ def record(path: Path, *, robot_alone: bool = False) -> Path:
             time, x = k * BODY.cycle, 0.1 * k * BODY.cycle
             place = (1.0 + x * math.cos(HEADING), 2.0 + x * math.sin(HEADING))
             recorder.write_sensor(
-                SensorFrame(
-                    seq=k,
-                    time=time,
-                    position=joints,
-                    stiffness=(1.0,) * N_JOINTS,
-                    current=(0.1,) * N_JOINTS,
-                    temperature=(25.0,) * N_JOINTS,
-                    fsr=(6.0,) * 8,
-                    accelerometer=(0.0, 0.0, 9.81),
-                    gyroscope=(0.0, 0.0, 0.0),
-                    angle=(0.01, 0.02),
-                    touch=(0.0,) * 14,
-                    battery=(1.0, 0.0, 0.0, 25.0),
-                    sonar=(2.55, 2.55),
-                    command=k - 1,
-                )
+                standing_frame(k, time=time, position=joints, fsr=(6.0,) * 8, angle=(0.01, 0.02), command=k - 1)
             )
             if robot_alone:
                 continue

@@ -10,10 +10,10 @@ from contextlib import contextmanager
 import msgspec
 
 from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
 from bridge.datasheet.quantities import absent_joints
 from bridge.link import RobotLink
-from bridge.messages import Info, SensorFrame
+from bridge.messages import Info
+from tests.frames import standing_frame
 
 CYCLE = 0.01
 
@@ -34,21 +34,7 @@ class ObedientRobot:
             software="test",
         )
         self._endpoint = endpoint
-        self.frame = SensorFrame(
-            seq=0,
-            time=0.0,
-            position=POSTURES["StandInit"],
-            stiffness=(1.0,) * 25,
-            current=(0.0,) * 25,
-            temperature=(38.0,) * 25,
-            fsr=(4.905,) * 8,
-            accelerometer=(0.0, 0.0, 9.81),
-            gyroscope=(0.01, 0.02, 0.03),
-            angle=(0.01, -0.02),
-            touch=(0.0,) * 14,
-            battery=(0.9, -1.0, 0.0, 30.0),
-            sonar=(0.5, 0.6),
-        )
+        self.frame = standing_frame(gyroscope=(0.01, 0.02, 0.03), angle=(0.01, -0.02))
         self.touch = self.frame.touch
         self._thread = threading.Thread(target=self._run)
         self._thread.start()

@@ -15,6 +15,7 @@ from bridge.host import RobotHost
 from bridge.joints import N_JOINTS
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
+from tests.frames import standing_frame
 
 BODY = load_body("nao-v6")
 STAND = POSTURES["StandInit"]
@@ -23,21 +24,7 @@ PATIENT = 20.0
 
 
 def sensors(seq: int) -> SensorFrame:
-    return SensorFrame(
-        seq=seq,
-        time=BODY.cycle * seq,
-        position=STAND,
-        stiffness=(1.0,) * N_JOINTS,
-        current=(0.0,) * N_JOINTS,
-        temperature=(30.0,) * N_JOINTS,
-        fsr=(6.0,) * 8,
-        accelerometer=(0.0, 0.0, 9.81),
-        gyroscope=(0.0, 0.0, 0.0),
-        angle=(0.0, 0.0),
-        touch=(0.0,) * 14,
-        battery=(1.0, 0.0, 0.0, 25.0),
-        sonar=(2.55, 2.55),
-    )
+    return standing_frame(seq, time=BODY.cycle * seq, position=STAND)
 
 
 @contextmanager

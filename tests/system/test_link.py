@@ -23,11 +23,11 @@ from bridge.messages import (
     Info,
     LeaseRequest,
     Notice,
-    SensorFrame,
     WalkTelemetry,
     decode,
     encode,
 )
+from tests.frames import standing_frame
 
 PATIENCE = 20.0
 """s until a test gives up; what is waited for takes some 10 ms on an idle machine."""
@@ -101,24 +101,6 @@ def robot_info() -> Info:
         absent=("LWristYaw",),
         boot=secrets.randbits(31),
         software="test",
-    )
-
-
-def sensor_frame(seq: int) -> SensorFrame:
-    return SensorFrame(
-        seq=seq,
-        time=0.01 * seq,
-        position=ZEROS,
-        stiffness=ZEROS,
-        current=ZEROS,
-        temperature=ZEROS,
-        fsr=ZEROS[:8],
-        accelerometer=(0.0, 0.0, 9.81),
-        gyroscope=(0.0, 0.0, 0.0),
-        angle=(0.0, 0.0),
-        touch=ZEROS[:14],
-        battery=ZEROS[:4],
-        sonar=(0.0, 0.0),
     )
 
 
@@ -201,7 +183,7 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
 
 def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
     for seq in range(30):
-        robot.publish_sensors(sensor_frame(seq))
+        robot.publish_sensors(standing_frame(seq))
     frames = [controller.next(PATIENCE) for _ in range(30)]
     assert [f.seq for f in frames if f is not None] == list(range(30))
     assert all(f is not None and f.wall > 0 for f in frames)
@@ -210,7 +192,7 @@ def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: C
 def test_the_latest_frame_overtakes_the_others(robot: RobotLink, controller: ControllerLink) -> None:
     seen: list[int] = []
     for seq in range(30):
-        robot.publish_sensors(sensor_frame(seq))
+        robot.publish_sensors(standing_frame(seq))
     until(lambda: (f := controller.latest(0.1)) is not None and (seen.append(f.seq) or f.seq == 29))
     assert seen == sorted(set(seen))
     assert controller.latest(0.0) is None
@@ -327,7 +309,7 @@ def test_what_is_no_command_is_refused_with_a_notice_and_the_robot_goes_on(
 ) -> None:
     good = encode(command(1))
     with contextlib.closing(open_client(endpoint)) as stranger:
-        for payload in (b"", b"garbage", good[:-3], encode(sensor_frame(0)), b"\xc1" * 100_000):
+        for payload in (b"", b"garbage", good[:-3], encode(standing_frame(0)), b"\xc1" * 100_000):
             put(stranger, keys.ACTUATORS, payload)
         put(stranger, keys.ACTUATORS, good)  # valid, but without the lease
         until(lambda: robot.refused == 6)

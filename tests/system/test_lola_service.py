@@ -20,25 +20,12 @@ from bridge.link import ControllerLink, RobotLink
 from bridge.lola.address import listen, parse_address
 from bridge.lola.convert import Identity
 from bridge.lola.service import LolaService, Served
-from bridge.messages import ActuatorFrame, Info, SensorFrame
+from bridge.messages import ActuatorFrame, Info
+from tests.frames import standing_frame
 
 PATIENCE = 20.0
 ZEROS = (0.0,) * 25
-STILL = SensorFrame(
-    seq=0,
-    time=0.0,
-    position=tuple(0.01 * slot for slot in range(25)),
-    stiffness=(0.5,) * 25,
-    current=ZEROS,
-    temperature=ZEROS,
-    fsr=ZEROS[:8],
-    accelerometer=(0.0, 0.0, 9.81),
-    gyroscope=(0.0, 0.0, 0.0),
-    angle=(0.0, 0.0),
-    touch=ZEROS[:14],
-    battery=(1.0, 0.0, 0.0, 30.0),
-    sonar=(2.0, 1.0),
-)
+STILL = standing_frame(position=tuple(0.01 * slot for slot in range(25)), stiffness=(0.5,) * 25)
 
 
 def pack(**values: Any) -> bytes:

@@ -16,8 +16,9 @@ from bridge.errors import ConfigurationError, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.certificates import ROLES, with_keys
 from bridge.link.session import open_client, subscribe, try_client
-from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, SensorFrame, encode
+from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, encode
 from lab.keys import Keys
+from tests.frames import standing_frame
 
 INFO = Info(
     robot="nao",
@@ -30,21 +31,7 @@ INFO = Info(
     software="test",
 )
 ZEROS = (0.0,) * 25
-SENSORS = SensorFrame(
-    seq=0,
-    time=0.0,
-    position=ZEROS,
-    stiffness=ZEROS,
-    current=ZEROS,
-    temperature=ZEROS,
-    fsr=ZEROS[:8],
-    accelerometer=(0.0, 0.0, 9.81),
-    gyroscope=(0.0, 0.0, 0.0),
-    angle=(0.0, 0.0),
-    touch=ZEROS[:14],
-    battery=ZEROS[:4],
-    sonar=(0.0, 0.0),
-)
+SENSORS = standing_frame()
 COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)
 Until = Callable[[Callable[[], Any], str], Any]
 

@@ -9,13 +9,13 @@ import msgspec
 import pytest
 
 from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
 from bridge.datasheet.quantities import coupled_limits
 from bridge.guard import Guard
 from bridge.joints import INDEX, LEG_JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
+from tests.frames import standing_frame
 from walker.controller import Controller, WalkOrder
 from walker.gait import gait_parameters, make_gait
 from walker.parameters import controller_parameters
@@ -34,21 +34,7 @@ def frame(
     seq: int, *, fsr: tuple[float, ...] = (6.0,) * 8, angle: tuple[float, float] = (0.0, 0.0)
 ) -> SensorFrame:
     """A robot that stands, level, on both feet, unless told otherwise."""
-    return SensorFrame(
-        seq=seq,
-        time=seq * BODY.cycle,
-        position=POSTURES["StandInit"],
-        stiffness=(1.0,) * N_JOINTS,
-        current=(0.0,) * N_JOINTS,
-        temperature=(25.0,) * N_JOINTS,
-        fsr=fsr,
-        accelerometer=UPRIGHT,
-        gyroscope=(0.0, 0.0, 0.0),
-        angle=angle,
-        touch=(0.0,) * 14,
-        battery=(1.0, 0.0, 0.0, 25.0),
-        sonar=(2.55, 2.55),
-    )
+    return standing_frame(seq, time=seq * BODY.cycle, fsr=fsr, accelerometer=UPRIGHT, angle=angle)
 
 
 class Run:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from bridge.messages import SensorFrame
+from tests.frames import standing_frame
 from walker.delay import SPAN, DelayWatch, budget
 
 CYCLE = 0.01
@@ -15,22 +16,7 @@ ZEROS = (0.0,) * 25
 
 
 def frame(seq: int, command: int) -> SensorFrame:
-    return SensorFrame(
-        seq=seq,
-        time=CYCLE * seq,
-        position=ZEROS,
-        stiffness=ZEROS,
-        current=ZEROS,
-        temperature=ZEROS,
-        fsr=ZEROS[:8],
-        accelerometer=(0.0, 0.0, 9.81),
-        gyroscope=(0.0, 0.0, 0.0),
-        angle=(0.0, 0.0),
-        touch=ZEROS[:14],
-        battery=ZEROS[:4],
-        sonar=(0.0, 0.0),
-        command=command,
-    )
+    return standing_frame(seq, time=CYCLE * seq, command=command)
 
 
 def watched(in_force: Callable[[int], int], first: int = 0, last: int = 500) -> DelayWatch:

@@ -8,6 +8,7 @@ import pytest
 
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
+from tests.frames import standing_frame
 from walker.admittance import LegAdmittance, LegParameters
 from walker.estimation import ContactEstimator, Contacts, FallDetector
 from walker.estimation.attitude import Attitude
@@ -163,20 +164,11 @@ def test_damping_turns_the_stance_ankle_with_the_fall_and_never_jumps() -> None:
 def imu(seq: int, fused: float, pitch: float, shock: float) -> SensorFrame:
     """A torso at `pitch` whose fused angle is wrong, shaken along x as a walk does: no net speed."""
     g = 9.81
-    return SensorFrame(
-        seq=seq,
+    return standing_frame(
+        seq,
         time=seq * DT,
-        position=(0.0,) * 25,
-        stiffness=(1.0,) * 25,
-        current=(0.0,) * 25,
-        temperature=(25.0,) * 25,
-        fsr=(6.0,) * 8,
         accelerometer=(-g * math.sin(pitch) + shock, 0.0, g * math.cos(pitch)),
-        gyroscope=(0.0, 0.0, 0.0),
         angle=(0.0, fused),
-        touch=(0.0,) * 14,
-        battery=(1.0, 0.0, 0.0, 25.0),
-        sonar=(2.55, 2.55),
     )
 
 

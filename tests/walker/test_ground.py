@@ -10,6 +10,7 @@ import pytest
 from bridge.datasheet import Body, load_body
 from bridge.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import SensorFrame
+from tests.frames import standing_frame
 from walker.estimation.ground import GroundParameters, GroundTilt
 from walker.gait import gait_parameters, make_gait
 from walker.kinematics.com import CentreOfMass
@@ -58,21 +59,7 @@ def test_level_ground_changes_nothing(body: Body) -> None:
 
 
 def pushed(angles: tuple[float, ...], fsr: tuple[float, ...]) -> SensorFrame:
-    return SensorFrame(
-        seq=0,
-        time=0.0,
-        position=angles,
-        stiffness=(1.0,) * N_JOINTS,
-        current=(0.0,) * N_JOINTS,
-        temperature=(25.0,) * N_JOINTS,
-        fsr=fsr,  # type: ignore[arg-type]
-        accelerometer=(0.0, 0.0, 9.81),
-        gyroscope=(0.0, 0.0, 0.0),
-        angle=(0.0, 0.0),
-        touch=(0.0,) * 14,
-        battery=(1.0, 0.0, 0.0, 25.0),
-        sonar=(2.55, 2.55),
-    )
+    return standing_frame(position=angles, fsr=fsr)
 
 
 def found(

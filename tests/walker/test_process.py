@@ -9,30 +9,16 @@ import msgspec
 import pytest
 
 from bridge.datasheet import Body
-from bridge.datasheet.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.guard import GuardSettings
 from bridge.messages import SensorFrame
 from lab.cli.walk import controller_maker
 from lab.config import RunConfig
+from tests.frames import standing_frame
 from walker.controller import Controller
 from walker.process import WalkerProcess
 
-FRAME = SensorFrame(
-    seq=0,
-    time=0.0,
-    position=POSTURES["StandInit"],
-    stiffness=(1.0,) * 25,
-    current=(0.0,) * 25,
-    temperature=(38.0,) * 25,
-    fsr=(4.9,) * 8,
-    accelerometer=(0.0, 0.0, 9.81),
-    gyroscope=(0.0, 0.0, 0.0),
-    angle=(0.0, 0.0),
-    touch=(0.0,) * 14,
-    battery=(0.9, -1.5, 0.0, 30.0),
-    sonar=(0.5, 0.6),
-)
+FRAME = standing_frame()
 
 
 class Link:
