@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import socket
 import subprocess
 import sys
@@ -14,10 +13,11 @@ from concurrent.futures import Future
 from typing import Any, Final
 
 from bridge.datasheet import Body, load_body
-from bridge.errors import ConfigurationError, FrameError, LinkError, NaoHilError, NaoqiRefused, RobotSilent
+from bridge.errors import FrameError, LinkError, NaoHilError, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Info, SensorFrame
+from bridge.naoqi.address import require_free
 from bridge.naoqi.config import RobotConfig
 from bridge.naoqi.moving import Moving, Walker
 from bridge.naoqi.pipe import Pipe, Unsendable
@@ -27,44 +27,10 @@ from bridge.walk import GaitName
 
 logger = logging.getLogger(__name__)
 
-DEFAULT_URL: Final = "tcp://127.0.0.1:9559"
 SILENCE: Final = 0.5
 """s without a sensor frame after which the server looks whether the robot is still there."""
 START: Final = 30.0
 """s the front has to listen."""
-_URL: Final = re.compile(r"tcp://(\d+\.\d+\.\d+\.\d+|localhost|[A-Za-z0-9.-]+):(\d{1,5})")
-
-
-def check_url(url: str) -> tuple[str, int]:
-    """Host and port of a qi address.
-
-    Raises:
-        ConfigurationError: not `tcp://HOST:PORT`.
-    """
-    found = _URL.fullmatch(url)
-    if found is None or not 0 < int(found[2]) < 65536:
-        raise ConfigurationError(f"Address {url!r} must look like tcp://127.0.0.1:9559.")
-    return found[1], int(found[2])
-
-
-def require_free(url: str) -> None:
-    """See that nobody listens there: qi itself would abort the whole process.
-
-    Raises:
-        ConfigurationError: not an address.
-        LinkError: it cannot be listened on.
-    """
-    host, port = check_url(url)
-    try:
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((host, port))
-            probe.listen(1)
-    except OSError as error:
-        raise LinkError(
-            f"Cannot listen on {url}: {(error.strerror or str(error)).lower()}; stop what is there, or take "
-            "another port with --listen."
-        ) from None
 
 
 class Server:

@@ -16,8 +16,8 @@ from bridge.config import unknown_name
 from bridge.datasheet import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.naoqi.address import DEFAULT_URL, check_url
 from bridge.naoqi.robot import LOOK_AHEAD, BridgeSettings, NaoqiBridge, check_look_ahead
-from bridge.naoqi.server import DEFAULT_URL, Server, check_url
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from lab import __version__
 from lab.cli import options
@@ -73,6 +73,9 @@ def serve(
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
     chosen = cast(Literal["static", "dynamic"], gait)
+    # Imported late: all commands would wait for it, scipy among it.
+    from bridge.naoqi.server import Server
+
     log_to_stderr()
     stop = threading.Event()
     sys.setswitchinterval(SWITCH_INTERVAL)
