@@ -38,6 +38,7 @@ from lab.cli import (
     walk,
 )
 from lab.cli.certificates import add_keys
+from lab.cli.logs import end_log
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
@@ -104,6 +105,7 @@ def _options(
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: every error a user can cause is one sentence on stderr and an exit code."""
     code = run(arguments)
+    end_log()
     for stream in (sys.stdout, sys.stderr):
         if stream is None:  # closed by whoever started this
             continue
@@ -150,5 +152,6 @@ def _fault(error: Exception) -> int:
 
 
 def _tell(sentence: str) -> None:
+    end_log()
     with contextlib.suppress(OSError):
         print(f"error: {sentence}", file=sys.stderr)
