@@ -1,9 +1,11 @@
-"""Listens to a robot and its walker, for people: keeps the newest of each message, decides nothing."""
+"""Listens to a robot and its walker, for people: keeps the newest of each message and all notices."""
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
 from types import TracebackType
+from typing import Final
 
 import zenoh
 
@@ -11,6 +13,9 @@ from bridge.errors import FrameError
 from bridge.link import keys
 from bridge.link.session import subscribe, try_client
 from bridge.messages import M, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
+
+_NOTICES: Final = 1000
+"""Most that are kept for the next look; a robot that says more is a flood, and its oldest are dropped."""
 
 
 class Monitor:
@@ -24,6 +29,7 @@ class Monitor:
     def __init__(self, robot: str, connect: str) -> None:
         self._robot, self._endpoint = robot, connect
         self._newest: dict[str, bytes] = {}
+        self._notices: deque[bytes] = deque(maxlen=_NOTICES)
         self._session: zenoh.Session | None = None
 
     def connect(self) -> bool:
@@ -33,8 +39,10 @@ class Monitor:
             if self._session is not None:
                 self._subscribers = [
                     subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
-                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.NOTICES)
+                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY)
                 ]
+                notices = keys.key(self._robot, keys.NOTICES)
+                self._subscribers.append(subscribe(self._session, notices, self._notices.append))
         return self._session is not None
 
     def _keep(self, suffix: str, payload: bytes) -> None:
@@ -42,10 +50,7 @@ class Monitor:
 
     def _get(self, suffix: str, kind: type[M]) -> M | None:
         payload = self._newest.get(suffix)
-        try:
-            return decode(payload, kind) if payload is not None else None
-        except FrameError:
-            return None  # a stranger on the key
+        return _decoded(payload, kind) if payload is not None else None
 
     @property
     def sensors(self) -> SensorFrame | None:
@@ -62,10 +67,10 @@ class Monitor:
         """The newest word of the walker."""
         return self._get(keys.TELEMETRY, WalkTelemetry)
 
-    @property
-    def notice(self) -> Notice | None:
-        """The newest notice of the robot side."""
-        return self._get(keys.NOTICES, Notice)
+    def take_notices(self) -> list[Notice]:
+        """The notices of the robot side that have come since the last call, oldest first."""
+        found = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
+        return [notice for notice in found if notice is not None]
 
     def close(self) -> None:
         """Leave the network."""
@@ -79,3 +84,10 @@ class Monitor:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _decoded(payload: bytes, kind: type[M]) -> M | None:
+    try:
+        return decode(payload, kind)
+    except FrameError:
+        return None  # a stranger on the key

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import sys
 import traceback
 from typing import Annotated, Any
@@ -125,7 +126,9 @@ def run(arguments: list[str] | None = None) -> int:
     try:
         result: Any = app(args=arguments, standalone_mode=False)
     except _ClickException as error:
-        if sentence := error.format_message():  # a command without arguments has shown its help instead
+        if sentence := _in_words(
+            error.format_message()
+        ):  # a command without arguments has shown its help instead
             _tell(sentence)
         return 2
     except NaoHilError as error:
@@ -143,6 +146,13 @@ def run(arguments: list[str] | None = None) -> int:
     except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
         return _fault(error)
     return result if isinstance(result, int) else 0
+
+
+def _in_words(sentence: str) -> str:
+    """Typer's sentence as a person would say it."""
+    sentence = re.sub(r"Input should be a valid integer\b.*", "it must be a whole number", sentence)
+    sentence = re.sub(r"Input should be a valid number\b.*", "it must be a number", sentence)
+    return sentence.replace("Input should be ", "it must be ")
 
 
 def _fault(error: Exception) -> int:

@@ -154,6 +154,11 @@ View = Annotated[
 Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", min=1, max=65535, metavar="PORT")]
 
 
+def stretch(begin: float, end: float | None) -> str:
+    """The words for --from and --to."""
+    return f"from {begin:g} s to {'its end' if end is None else f'{end:g} s'}"
+
+
 def check_stretch(begin: float, end: float | None) -> None:
     """Raises ConfigurationError unless --from is before --to."""
     if end is not None and end <= begin:

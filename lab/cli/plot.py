@@ -61,8 +61,7 @@ def plot(
     with console.status(f"reading {file}") as status:
         tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
         if not tables.sensors:
-            until = "its end" if end is None else f"{end:g} s"
-            raise ConfigurationError(f"{file}: holds no sensor frame from {begin:g} s to {until}.")
+            raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
         folder = out if out is not None else file.parent
         _make(folder)
         files = []

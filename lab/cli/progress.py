@@ -30,16 +30,14 @@ class WalkProgress:
         self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
         self._began: tuple[float, float] | None = None
         self._next_line = time.monotonic() + LINE_INTERVAL
-        self._notice = ""
 
     def show(self, monitor: Monitor) -> None:
         """Show the newest of what the monitor has heard."""
         monitor.connect()
         values = self._values(monitor)
-        notice = monitor.notice
-        if notice is not None and notice.text != self._notice and notice.code != "guard-active":
-            self._notice = notice.text
-            self._console.print(f"the robot says: {notice.text}")
+        for notice in monitor.take_notices():
+            if notice.code != "guard-active":
+                self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
             self._live.update(_table(values), refresh=True)
         elif time.monotonic() > self._next_line and values:

@@ -51,10 +51,10 @@ def record(
     console = open_console()
     stop = threading.Event()
     on_signals(stop.set)
-    with (
-        Capture(name, connect) as capture,
-        console.status(f"waiting for robot `{name}` at {connect}") as status,
-    ):
+    waiting = f"waiting for robot `{name}` at {connect}"
+    if not console.is_terminal:  # where `status` shows nothing
+        console.print(waiting)
+    with Capture(name, connect) as capture, console.status(waiting) as status:
         info = capture.wait_robot(stop.is_set)
         if info is None:
             return 130

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from lab.cli import options
 from lab.cli.console import open_console
@@ -49,7 +50,10 @@ def replay(
             return stop.wait(seconds) if seconds > 0.0 else stop.is_set()
 
         while not stop.is_set():
-            frames += player.play(wait, speed=speed, begin=begin, end=last)
+            played = player.play(wait, speed=speed, begin=begin, end=last)
+            if not played and not stop.is_set():
+                raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
+            frames += played
             if not loop:
                 break
     if as_json:

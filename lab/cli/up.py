@@ -17,6 +17,7 @@ from lab.cli import options
 from lab.cli.console import open_console
 from lab.cli.progress import WalkProgress
 from lab.cli.signals import on_signals
+from lab.cli.walk import controller_maker
 from lab.config import RunConfig, run_config
 from lab.monitor import Monitor
 from lab.rundir import RunDirectory
@@ -67,6 +68,7 @@ def up(
         duration=duration,
         seed=seed,
     )
+    controller_maker(settings)  # refuses what the walker would, before anything has begun
     directory = RunDirectory(out)
     if directory.clear():
         open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)

@@ -215,3 +215,24 @@ def test_help_and_completion_load_no_library_of_one_command() -> None:
         [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=True
     )
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_misspelt_gait_starts_no_robot(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "unknown gait 'statc', did you mean 'static'?" in refused(capsys, "up", "--gait", "statc")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "right"),
+    [
+        (("up", "--steps", "nan"), "'--steps': it must be a whole number"),
+        (("replay", "walk.mcap", "--speed", "1e9"), "'--speed': it must be less than or equal to 1000"),
+    ],
+)
+def test_a_number_that_is_none_is_named(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], right: str
+) -> None:
+    assert right in refused(capsys, *arguments)

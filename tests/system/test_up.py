@@ -163,10 +163,11 @@ def test_a_robot_keeps_its_cycle_while_walkers_come_and_go(
     assert second.wait() == 3
     assert "held by controller `first`" in one_sentence(second.said)
 
+    monitor.take_notices()
     first.kill()
     # first that the controller is gone, then what the guard does about it
     told = ("controller-gone", "guard-hold", "guard-crouch", "guard-rest")
-    until(lambda: monitor.notice and monitor.notice.code in told, "the robot's notice")
+    until(lambda: any(n.code in told for n in monitor.take_notices()), "the robot's notice")
     before = monitor.sensors
     assert before is not None
     until(heard(monitor, lambda frame: frame.seq > before.seq + 50), "the robot's next cycles")
