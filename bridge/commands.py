@@ -11,7 +11,7 @@ from bridge.config import from_dict
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import MAX_PAYLOAD, SCHEMA_VERSION
 
-_PATTERN: Final = re.compile(r"expected `str` matching regex .*")
+_PATTERN: Final = re.compile(r"expected text matching regex .*")
 _LETTERS: Final = "1 to 64 letters, digits, `_` or `-` are expected"
 """The one pattern there is, that of names, in words."""
 
