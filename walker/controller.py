@@ -50,6 +50,7 @@ class Controller:
     ) -> None:
         p = parameters or controller_parameters(gait.name)
         walk = self._walk = ready_walk(body, gait, order or WalkOrder(), cycle, p)
+        self._spare = walk.copied()
         self._body, self._cycle, self._serves = body, cycle, order is None
         self._plan = WalkPlan(gait, walk.order, gait.stand())
         self._walking = Walking(self._plan, walk.footing(), walk.stabiliser)
@@ -59,6 +60,8 @@ class Controller:
         self._hold = math.inf
         self._fell = self._limp = False
         self._began = self._plan.reference
+        self.interruptions = 0
+        """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
         self._estimator = Estimator(body, p, cycle)
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
@@ -134,10 +137,13 @@ class Controller:
         if not isinstance(state, Walking) or walk.gait.name != now.gait.name:
             return
         if walk.parameters != now.parameters:
+            self._spare = replace(walk.copied(), gait=self._spare.gait)
             state.switch(walk.stabiliser, walk.footing())
             now = replace(now, parameters=walk.parameters, stabiliser=walk.stabiliser)
         if walk.step is not None and isinstance(now.gait, AdjustableGait):
             now.gait.set_step_length(walk.step.length)
+            assert isinstance(self._spare.gait, AdjustableGait)
+            self._spare.gait.set_step_length(walk.step.length)
             now = replace(now, step=walk.step)
         self._walk = now
 
@@ -150,8 +156,9 @@ class Controller:
         """One cycle.
 
         Args:
-            frame: newest sensor frame; frames that were lost in between are made up for in the plan's time, up
-                to `ControllerParameters.longest_gap`.
+            frame: newest sensor frame; frames that were lost in between are made up for in the plan's time.
+                Where the robot had no new answer for longer than `ControllerParameters.longest_gap`, the walk
+                goes on from a stand.
         """
         dt = self._elapsed(frame.seq)
         walking = isinstance(self._state, Walking)
@@ -169,6 +176,8 @@ class Controller:
         else:
             if self._put_up(frame):
                 self._stand_again(frame)
+            if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.longest_gap:
+                self._interrupt(self._state, frame)
             if self._next is not None and self._may_begin():
                 self._start(self._next, frame)
             self._state = self._state.advance(frame, self._estimate, dt)
@@ -216,12 +225,26 @@ class Controller:
         standing = Standing(self._walk.goal, self._walk.stabiliser)
         self._state, self._fell = Approaching(self._walk.goal, standing, frame.position), True
 
+    def _interrupt(self, walking: Walking, frame: SensorFrame) -> None:
+        """From wherever the joints are into the stand, and from there walk on to the end of the order."""
+        walk, self._spare = self._spare, self._spare.copied()
+        self._walk = replace(self._walk, gait=walk.gait, stabiliser=walk.stabiliser)
+        self._plan.gait = ContinuedGait(walk.gait, self.place[0], self._plan.reference.step)
+        self._plan.reference = self._plan.gait.stand()
+        self._walking = Walking(self._plan, walk.footing(), walk.stabiliser, walked=walking.walked)
+        if walking.name == "stopping":
+            self._walking.stop()
+        self._state = Approaching(walk.goal, self._walking, frame.position)
+        self._estimator = Estimator(self._body, walk.parameters, self._cycle)
+        self.interruptions += 1
+
     def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:
         """Begin a walk where the robot is: from its stand, or by way of the new gait's."""
         self._next = None
         before, lay = self._walk, self._state.name == "fallen"
         fell, self._fell = lay or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
+        self._spare = walk.copied()
         if same:  # the corrections that were found for this ground stay
             walk = replace(walk, stabiliser=before.stabiliser)
         self._walk = walk

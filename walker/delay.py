@@ -37,16 +37,24 @@ class DelayWatch:
         self._seq = 0
         self.mean = 0.0
         """s; weighted with exp(-age / `SPAN`), each delay at most `LONGEST`."""
+        self.gap = 0.0
+        """s by which the last answer in force was older than the mean; 0 before any was in force."""
 
     def take(self, frame: SensorFrame) -> None:
         """The next frame that is answered."""
         cycles = frame.seq - self._seq
         self._seq = frame.seq
-        if self._first is None or cycles * self._cycle > ANEW:
+        self.gap = 0.0
+        if self._first is None:
             self._first = frame.seq
             return
         # What was in force before this controller's first answer is not its own.
         late = frame.seq - 1 - max(frame.command, self._first - 1)
+        if frame.command >= self._first:
+            self.gap = max(0.0, late * self._cycle - self.mean)
+        if cycles * self._cycle > ANEW:
+            self._first = frame.seq
+            return
         weight = min(1.0, cycles * self._cycle / SPAN)
         self.mean += weight * (min(late * self._cycle, LONGEST) - self.mean)
 

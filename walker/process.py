@@ -44,6 +44,8 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     """By the fused torso angle."""
     late: bool
     """Stopped because answers came later than the gait bears, see `walker.delay`."""
+    interruptions: int
+    """How often the walk went on from a stand, or began anew, because the robot had no answer for too long."""
     ticks: int
     skipped: int
     """Sensor frames that came too fast to be answered, real time only."""
@@ -79,7 +81,7 @@ class WalkerProcess:
         self._link, self._make, self._body, self._stop = link, make_controller, body, stop
         self._controller: Controller | None = None
         self._ticks = DurationHistogram()
-        self._skipped = 0
+        self._skipped = self._interruptions = 0
         self._seq = -1
         self._late = self._dry_run = self._walked = False
         self._boot: int | None = None
@@ -157,6 +159,7 @@ class WalkerProcess:
         while not self._stop():
             if self._heed_notices():
                 logger.warning("the guard has taken the robot over; the walk begins anew")
+                self._interruptions += 1
                 self._boot = None
                 return False
             try:
@@ -175,6 +178,7 @@ class WalkerProcess:
                     "begins anew",
                     frame.seq - self._seq,
                 )
+                self._interruptions += 1
                 self._boot = None
                 return False
             elif frame.seq > self._seq:
@@ -195,10 +199,18 @@ class WalkerProcess:
         self._seq, self._walked = frame.seq, True
         if self._service is not None:
             self._service.before(controller, frame.seq)
+        before = controller.interruptions
         began = time.perf_counter()
         self._last = controller.tick(frame)
         tick = time.perf_counter() - began
         self._ticks.add(tick)
+        if controller.interruptions > before:
+            self._interruptions += 1
+            logger.warning(
+                "no answer reached the robot for over %.0f ms, more than the walk bears in mid-step: it goes "
+                "on from a stand",
+                1e3 * controller.walk.parameters.longest_gap,
+            )
         if not lockstep:
             self._heed_delay(controller)
         if self._service is not None:
@@ -259,6 +271,7 @@ class WalkerProcess:
             fell=controller is not None and controller.state == "fallen",
             done=controller is not None and controller.done and not self._late,
             ticks=ticks.count,
+            interruptions=self._interruptions,
             skipped=self._skipped,
             tick_p50=ticks.p50,
             tick_p99=ticks.p99,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import copy
+from dataclasses import dataclass, replace
 
 from bridge.datasheet import Body
 from walker.footing import FootingMachine
@@ -26,6 +27,10 @@ class ReadyWalk:
     """Joint angles of the initial stand, rad."""
     step: Step | None
     """The gait's periodic step; None where nobody asks."""
+
+    def copied(self) -> ReadyWalk:
+        """One that can be begun while this one is walked, or after it."""
+        return replace(self, gait=copy.deepcopy(self.gait), stabiliser=copy.deepcopy(self.stabiliser))
 
     def footing(self) -> FootingMachine:
         """Phases against contacts."""

@@ -169,6 +169,76 @@ def test_a_long_silence_does_not_make_the_joints_jump() -> None:
     assert max(abs(b - a) for a, b in zip(before.position, after.position, strict=True)) < 0.15
 
 
+@pytest.mark.parametrize(
+    ("silent", "heard", "stands"),
+    [
+        (10, True, False),  # 0.1 s, as long as a static walk bears
+        (12, True, True),
+        (12, False, True),  # the walker's frames were lost with its answers
+        (60, False, True),
+    ],
+)
+def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_it_was(
+    silent: int, heard: bool, stands: bool
+) -> None:
+    controller, seq = make_controller("static", WalkOrder(steps=6)), 0
+    while controller.telemetry.step < 2:
+        controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
+        seq += 1
+    last, place = seq - 1, controller.place
+    for seq in range(last + 1, last + silent + 1):
+        if heard:
+            controller.tick(msgspec.structs.replace(frame(seq), command=last))
+    seq = last + silent + 1
+    command = controller.tick(msgspec.structs.replace(frame(seq), command=last))
+    assert (controller.state == "approach") == stands == bool(controller.interruptions)
+    if stands:
+        assert controller.place == pytest.approx(place, abs=0.06)
+        assert command.position == pytest.approx(frame(seq).position, abs=0.01)  # from where the joints are
+        while controller.state == "approach":
+            seq += 1
+            controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
+        assert controller.telemetry.step == 2
+    while not controller.done:
+        seq += 1
+        controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
+    assert controller.telemetry.step == 6
+    assert controller.interruptions == stands
+
+
+def test_a_walk_that_is_only_watched_is_not_interrupted() -> None:
+    """In a rehearsal (`--dry-run`) none of the walker's answers is ever in force."""
+    controller = make_controller("static", WalkOrder(steps=2), {"admittance": False})
+    seq = 0
+    while not controller.done:
+        controller.tick(frame(seq))
+        seq += 1
+    assert controller.telemetry.step == 2
+    assert controller.interruptions == 0
+
+
+def test_a_dynamic_walk_that_a_gap_would_fell_goes_on_upright() -> None:
+    """Joints hold for 0.2 s in single support: going on in stride the robot falls, from a stand it does not."""
+    stood = {}
+    for gap in (controller_parameters("dynamic").longest_gap, 1.0):
+        controller, guard = make_controller("dynamic", WalkOrder(steps=12), {"longest_gap": gap}), Guard(BODY)
+        with EmulatedRobot(BODY, seed=0, wear=load_wear("nominal")) as robot:
+
+            def cycle(*, answered: bool) -> None:
+                answer = guard.check(controller.tick(robot.frame), robot.frame.seq) if answered else None  # noqa: B023
+                robot.advance(guard.cycle(robot.frame, answer, owed=True))  # noqa: B023
+
+            while controller.telemetry.step < 6 or controller.telemetry.phase != "SSR":
+                cycle(answered=True)
+            for _ in range(20):
+                cycle(answered=False)
+            while not (controller.done or robot.truth().fell):
+                cycle(answered=True)
+            stood[gap] = not robot.truth().fell
+        assert controller.telemetry.step == 12 or not stood[gap]
+    assert list(stood.values()) == [True, False]
+
+
 def test_a_frame_that_comes_twice_moves_no_time() -> None:
     controller = make_controller("static", WalkOrder(steps=4), {"admittance": False, "torso": "none"})
     for seq in range(300):

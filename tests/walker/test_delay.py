@@ -54,6 +54,29 @@ def test_a_cut_that_the_guard_sees_to_does_not_count_for_long() -> None:
     assert watch.mean < 1e-3
 
 
+def test_a_gap_is_how_much_older_than_usual_the_answer_in_force_is() -> None:
+    watch = DelayWatch(CYCLE)
+    for seq in range(100):
+        watch.take(frame(seq, seq - 1))
+        assert watch.gap == 0.0
+    for seq in range(100, 112):
+        watch.take(frame(seq, 98))
+        assert watch.gap == pytest.approx(max(0.0, CYCLE * (seq - 99) - watch.mean), abs=CYCLE * 0.1)
+    watch.take(frame(112, 111))
+    assert watch.gap == 0.0
+
+
+def test_a_gap_in_the_frames_is_one_in_the_answers_but_delay_is_none() -> None:
+    watch = watched(lambda seq: seq - 3)
+    assert watch.gap < 0.1 * CYCLE
+    watch.take(frame(540, 499))
+    assert watch.gap == pytest.approx(38 * CYCLE, abs=0.1 * CYCLE)
+
+
+def test_nothing_is_a_gap_before_an_answer_was_in_force() -> None:
+    assert watched(lambda seq: -1).gap == 0.0
+
+
 def test_what_was_in_force_before_the_first_answer_is_not_the_walkers() -> None:
     # A robot that has run for a minute with another's last command in force.
     watch = watched(lambda seq: max(17, seq - 1) if seq > 6001 else 17, first=6000, last=6100)

@@ -34,7 +34,9 @@ class Estimate(NamedTuple):
     ground: Vec2 = (0.0, 0.0)
     """Roll and pitch of the ground under the standing feet, rad."""
     delay: float = 0.0
-    """By which answers are late at the robot, s."""
+    """By which answers are late at the robot, in the mean, s."""
+    gap: float = 0.0
+    """By which the answer in force was older than that, s."""
 
 
 class Estimator:
@@ -80,7 +82,7 @@ class Estimator:
         moves = reference.phase != "stand"
         ground = self._ground.update(frame, angle, turned, dt, walking=moves)
         self._delay.take(frame)
-        return Estimate(contacts, zmp, angle, falling, ground, self._delay.mean)
+        return Estimate(contacts, zmp, angle, falling, ground, self._delay.mean, self._delay.gap)
 
     def take_ground(self, turn: Vec2) -> None:
         """As `GroundTilt.take`."""

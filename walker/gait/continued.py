@@ -8,15 +8,16 @@ from walker.gait.reference import Foot, Gait, Reference
 
 
 class ContinuedGait:
-    """A gait that begins where the last walk ended; steps count from 0 again.
+    """A gait that begins where the last walk ended.
 
     Args:
         gait: in its initial stand.
         x: where the feet stand, m.
+        step: number of steps that were completed before.
     """
 
-    def __init__(self, gait: Gait, x: float) -> None:
-        self._gait, self._x = gait, x
+    def __init__(self, gait: Gait, x: float, step: int = 0) -> None:
+        self._gait, self._x, self._step = gait, x, step
         self.name = gait.name
         self.quasi_static = gait.quasi_static
 
@@ -32,6 +33,7 @@ class ContinuedGait:
         x = self._x
         return replace(
             plan,
+            step=plan.step + self._step,
             left=_moved(plan.left, x),
             right=_moved(plan.right, x),
             com=(plan.com[0] + x, plan.com[1]),

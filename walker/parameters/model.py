@@ -120,5 +120,5 @@ class ControllerParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     attitude: AttitudeParameters = AttitudeParameters()
     fall: FallParameters = FallParameters()
     longest_gap: _Positive = 0.1
-    """Longest time without a frame that the plan makes up for at once, s; of a longer silence the rest is
-    waited out, because joints that jump by a tenth of a second's way are as much as the drives follow."""
+    """Longest time without an answer that reached the robot, beyond the usual delay, after which the walk goes
+    on in stride, s; the plan makes up for it at once. After a longer one the walk goes on from a stand."""

@@ -34,6 +34,7 @@ class Walking:
         stabiliser: makes joint angles of plans.
         held: joint angles held before, from which the walk is to begin without a jump, rad; None: those of the
             plan.
+        walked: time that the order was walked before, s.
     """
 
     def __init__(
@@ -42,12 +43,14 @@ class Walking:
         footing: FootingMachine,
         stabiliser: Stabiliser,
         held: tuple[float, ...] | None = None,
+        walked: float = 0.0,
     ) -> None:
         self._plan = plan
         self._footing_machine = footing
         self._stabiliser = stabiliser
         self._footing = Footing("both")
-        self._walked = 0.0
+        self.walked = walked
+        """Time that the order was walked, s."""
         self._held = held
         self._fade: Fade | None = None
         self._successor: tuple[Stabiliser, FootingMachine] | None = None
@@ -70,7 +73,7 @@ class Walking:
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle."""
-        self._walked += dt
+        self.walked += dt
         righting = self._stabiliser.righting and self._plan.reference.phase == "stand"
         if not self._footing.wait and not righting:
             self._plan.reference = self._plan.gait.advance(dt, go_on=self._go_on())
@@ -100,6 +103,6 @@ class Walking:
         """Whether another step is wanted after the one under way."""
         order = self._plan.order
         enough = bool(order.steps) and self._plan.reference.step >= order.steps - 1
-        if enough or self._walked >= order.duration:
+        if enough or self.walked >= order.duration:
             self.name = "stopping"
         return self.name == "walk"
