@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lab.experiments.soak import lateness
+from lab.experiments.soak import lateness, punctuality
 
 CYCLE = 0.01
 N = 6000
@@ -36,3 +36,23 @@ def test_skipped_cycles_are_no_drift() -> None:
     late, drift = lateness(frames(made), CYCLE)
     assert drift == pytest.approx(0.0, abs=1e-8)
     assert late.max() == pytest.approx(0.0, abs=1e-8)
+
+
+def test_punctuality_is_the_ordinary_windows_and_not_a_bursts() -> None:
+    late = np.full(N, 1e-4)
+    late[N // 2 :] = 3e-4
+    assert punctuality(late, CYCLE) == pytest.approx((1e-4, 3e-4))
+    late[100:400] = late[-1000:-500] = 0.1  # other work on the machine for some seconds
+    assert punctuality(late, CYCLE) == pytest.approx((1e-4, 3e-4))
+
+
+def test_punctuality_sees_one_cycle_in_fifty() -> None:
+    late = np.full(N, 1e-4)
+    late[N // 2 :: 50] = 0.02
+    first, last = punctuality(late, CYCLE)
+    assert first == pytest.approx(1e-4)
+    assert last > 0.01
+
+
+def test_punctuality_of_a_short_walk_has_a_first_and_a_last_third_too() -> None:
+    assert punctuality(np.array([1e-4] * 30 + [5e-4] * 30), CYCLE) == pytest.approx((1e-4, 5e-4))
