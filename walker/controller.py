@@ -236,6 +236,7 @@ class Controller:
             self._walking.stop()
         self._state = Approaching(walk.goal, self._walking, frame.position)
         self._estimator = Estimator(self._body, walk.parameters, self._cycle)
+        self._estimate = self._estimate._replace(delay=0.0)  # the gap's share in the mean is dealt with
         self.interruptions += 1
 
     def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:

@@ -194,6 +194,7 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
     assert (controller.state == "approach") == stands == bool(controller.interruptions)
     if stands:
         assert controller.place == pytest.approx(place, abs=0.06)
+        assert controller.delay == 0.0
         assert command.position == pytest.approx(frame(seq).position, abs=0.01)  # from where the joints are
         while controller.state == "approach":
             seq += 1
