@@ -1,0 +1,58 @@
+"""Walks between two network namespaces: over a slow line, and over one that is cut in mid-walk."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pybullet")
+
+from lab.campaign.campaign import Campaign
+from lab.config import RunConfig
+from lab.experiments import cuts, weather
+from lab.experiments.context import Context
+
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(
+        not hasattr(os, "geteuid")
+        or os.geteuid() != 0
+        or shutil.which("ip") is None
+        or not Path("/dev/net/tun").exists(),
+        reason="needs root, iproute2 and /dev/net/tun",
+    ),
+]
+
+
+@pytest.fixture
+def context(tmp_path: Path) -> Iterator[Context]:
+    with Campaign(workers=1) as campaign:
+        yield Context(campaign, tmp_path, (3,), RunConfig())
+
+
+def test_a_walk_over_a_slow_line_is_walked_with_every_answer_late(
+    context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in {"GAITS": ("dynamic",), "DELAYS": (0.008,), "JITTERS": (0.0,), "LOSSES": (0.0,)}.items():
+        monkeypatch.setattr(weather, name, value)
+    (cell,) = weather.experiment(context).result.cells  # type: ignore[attr-defined]
+    assert (cell.n, cell.success, cell.fell) == (1, 1, 0)
+    # 16 ms there and back: while it walks no answer is there within its cycle of 10 ms.
+    assert cell.missed > 0.3
+
+
+def test_a_dynamic_walk_whose_line_is_cut_stays_upright_and_is_walked_to_its_end(
+    context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cuts, "STEPS", {"dynamic": 24})
+    monkeypatch.setattr(cuts, "EVENTS", ("line cut for 2 s",))
+    (walk,) = cuts.experiment(context).result.walks  # type: ignore[attr-defined]
+    assert walk.walked and not walk.fell
+    assert "guard-hold" in walk.notices and "guard-crouch" in walk.notices
+    assert all(count > 1000 for count in walk.recordings)
+    log = (context.out / "walks/dynamic-line-cut-for-2-s-3/walker/walker.log").read_text()
+    assert "begins anew" in log
