@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import socket
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bridge.errors import LinkError
-from bridge.realtime import ROBOT_PRIORITY, quiet_process
-from emulator.timing import CycleTimer
+from lab.bare_loop import BareLoop
 from lab.supervisor import Child
 
 
@@ -54,22 +53,11 @@ def _walking(seconds: float) -> dict[str, float]:
 
 
 def _bare(seconds: float) -> dict[str, float]:
-    command = [sys.executable, "-c", f"from lab.bench.lateness import bare_loop; bare_loop({seconds!r})"]
-    root = Path(__file__).parents[2]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=root)
-    p50, p99, largest = (float(word) for word in done.stdout.split())
-    return {"p50": p50, "p99": p99, "max": largest}
-
-
-def bare_loop(seconds: float) -> None:
-    """Wait for 10 ms deadlines and do nothing else; prints p50, p99 and max of the lateness."""
-    timer = CycleTimer(0.01)
-    quiet_process(ROBOT_PRIORITY)
-    for _ in range(round(seconds / 0.01)):
-        timer.wait()
-    lateness = timer.times.lateness
-    print(lateness.p50, lateness.p99, lateness.max)
+    with BareLoop() as loop:
+        time.sleep(seconds)
+    late = loop.lateness
+    return {"p50": np.percentile(late, 50), "p99": np.percentile(late, 99), "max": late.max()}
 
 
 def _worst(rounds: list[dict[str, float]]) -> dict[str, float]:
-    return {name: max(r[name] for r in rounds) for name in ("p50", "p99", "max")}
+    return {name: float(max(r[name] for r in rounds)) for name in ("p50", "p99", "max")}

@@ -9,11 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
-import subprocess
-import sys
 import time
-from array import array
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -28,8 +24,7 @@ from bridge.errors import FrameError, LinkError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import SensorFrame, decode
-from bridge.realtime import ROBOT_PRIORITY, quiet_process
-from emulator.timing import CycleTimer
+from lab.bare_loop import BareLoop
 from lab.campaign.campaign import Interrupted
 from lab.experiments.context import Context
 from lab.experiments.page import Claim, Outcome, Page, Picture
@@ -128,22 +123,18 @@ def experiment(context: Context) -> Outcome:
         ],
         walker_folder,
     )
-    wakes = context.out / "bare_loop.npy"
-    bare = start_bare_loop(wakes)
     try:
-        frames, samples = _watch(context, robot, walker)
+        with BareLoop() as bare:
+            frames, samples = _watch(context, robot, walker)
     finally:
-        bare.terminate()
-        bare.wait()
         walker.ask_to_end()
         walked = walker.end(GRACE)
         lived = robot.end(GRACE)
     if walked.result is None or lived.result is None:
         raise LinkError(f"a process failed: {walked.error if walked.result is None else lived.error}")
     cycle = load_body(config.robot).cycle
-    bare_late = np.load(wakes)
     done = walked.result["done"] is True
-    result = _result(duration, cycle, frames, bare_late, samples, lived.result, done=done)
+    result = _result(duration, cycle, frames, bare.lateness, samples, lived.result, done=done)
     picture = context.out / "soak.png"
     draw(frames, cycle, samples, picture)
     return Outcome(result, _page(context, duration, result, picture))
@@ -224,24 +215,6 @@ def punctuality(late: npt.NDArray[np.float64], cycle: float) -> tuple[float, flo
     windows = [np.percentile(late[i : i + n], 99) for i in range(0, len(late) - n + 1, n)]
     third = max(1, len(windows) // 3)
     return float(np.median(windows[:third])), float(np.median(windows[-third:]))
-
-
-def start_bare_loop(file: Path) -> subprocess.Popen[bytes]:
-    """A process that waits for the robot's deadlines and does nothing else; ended, it writes `file`."""
-    code = f"from lab.experiments.soak import bare_loop; bare_loop({str(file)!r})"
-    return subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parents[2])
-
-
-def bare_loop(file: str) -> None:
-    """Wait for 10 ms deadlines until SIGTERM; writes how late each was met, s, as a numpy file."""
-    ended: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C is the parent's
-    timer, late = CycleTimer(0.01), array("d")
-    quiet_process(ROBOT_PRIORITY)
-    while not ended:
-        late.append(timer.wait())
-    np.save(file, np.array(late))
 
 
 def _result(
