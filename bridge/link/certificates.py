@@ -21,6 +21,14 @@ CERTIFICATE: Final = "certificate.pem"
 PRIVATE_KEY: Final = "key.pem"
 MARK: Final = "#keys="
 
+_FOREIGN: Final = "it is of another authority; take all folders from one `nao-hil keys DIR`"
+_IN_WORDS: Final = {
+    "unable to get local issuer certificate": _FOREIGN,
+    "self-signed certificate in certificate chain": _FOREIGN,
+    "certificate has expired": "it has expired; `nao-hil keys DIR --renew` makes a new one",
+    "unsuitable certificate purpose": "only a robot serves with a robot's certificate, and only a robot",
+}
+"""OpenSSL's words for what people do."""
 _MAKE: Final = "`nao-hil keys DIR` makes them"
 _PATIENCE: Final = 1.0
 """s for a handshake that only asks why another one failed."""
@@ -66,6 +74,8 @@ def load_certificates(folder: Path, role: str) -> Certificates:
     """
     own = folder / role if (folder / role).is_dir() else folder
     paths = [own / name for name in (CA, CERTIFICATE, PRIVATE_KEY)]
+    if not folder.is_dir():
+        raise ConfigurationError(f"There is no folder {folder} of certificates; {_MAKE}.")
     for path in paths:
         if not path.is_file():
             raise ConfigurationError(f"No {path.name} in {own} for the role {role}; {_MAKE}.")
@@ -74,6 +84,17 @@ def load_certificates(folder: Path, role: str) -> Certificates:
     if found != role and not (role == "listener" and found in ROLES and found != "robot"):
         raise ConfigurationError(f"{paths[1]} is for the role {found or 'of nobody'}; {role} is needed here.")
     return certificates
+
+
+def check_certificates(endpoint: str, role: str) -> None:
+    """Look again at the certificates that an endpoint names, if it names any.
+
+    Raises:
+        ConfigurationError: as `load_certificates`.
+    """
+    _, folder = split_endpoint(endpoint)
+    if folder is not None:
+        load_certificates(folder, role)
 
 
 def _verified_role(files: Certificates) -> str:
@@ -93,7 +114,7 @@ def _verified_role(files: Certificates) -> str:
         return _common_name(_handshake(client, server, by_server=checks is server))
     except ssl.SSLCertVerificationError as error:
         raise ConfigurationError(
-            f"{files.certificate} is refused: {error.verify_message}; `nao-hil keys DIR --renew` makes anew."
+            f"{files.certificate} is refused for the role {files.role}: {_why(error)}."
         ) from None
     except ssl.SSLError as error:
         raise ConfigurationError(
@@ -129,6 +150,10 @@ def _handshake(client: ssl.SSLContext, server: ssl.SSLContext, *, by_server: boo
     return dict(sides[by_server].getpeercert() or {})
 
 
+def _why(error: ssl.SSLCertVerificationError) -> str:
+    return _IN_WORDS.get(error.verify_message, error.verify_message.rstrip("."))
+
+
 def _common_name(certificate: dict[str, Any]) -> str:
     for part in certificate.get("subject", ()):
         for name, value in part:
@@ -157,7 +182,11 @@ def check_peer(locator: str, files: Certificates) -> None:
             link.settimeout(_PATIENCE)
             link.recv(1)  # in TLS 1.3 the server's opinion of the client comes after the handshake
     except ssl.SSLCertVerificationError as error:
-        raise LinkError(f"The robot at {locator} is not trusted: {error.verify_message}.") from None
+        why = _why(error)
+        if "mismatch" in why.lower():
+            renew = f"`nao-hil keys DIR --role robot --renew --host {host}`"
+            why = f"its certificate is not made for {host}; {renew} makes one that is"
+        raise LinkError(f"The robot at {locator} is not trusted: {why}.") from None
     except ssl.SSLError as error:
         reason = (error.reason or str(error)).lower().replace("_", " ")
         raise LinkError(f"The robot at {locator} refuses {files.certificate}: {reason}.") from None

@@ -15,6 +15,7 @@ import zenoh
 
 from bridge.errors import FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import keys
+from bridge.link.certificates import check_certificates
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask, serve_query
 from bridge.link.session import check_endpoint, subscribe, try_client
@@ -127,6 +128,7 @@ class ControllerLink:
         Raises:
             LinkError: not there within `timeout` s.
             FrameError: it speaks another version of the contract.
+            ConfigurationError: the certificates cannot be used, for example because they expired meanwhile.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while not stop():
@@ -136,6 +138,8 @@ class ControllerLink:
                 payload = self._get(keys.INFO, b"")
                 if payload is not None:
                     return decode(payload, Info)
+            else:
+                check_certificates(self.endpoint, "controller")
             if deadline is not None and time.monotonic() > deadline:
                 raise LinkError(
                     f"No robot `{self.robot}` answered at {self.endpoint} within {timeout:g} s; start one with "

@@ -55,15 +55,21 @@ def check_endpoint(endpoint: str) -> str:
     protocol, _, address = locator.partition("/")
     if protocol not in ("tcp", "tls", "udp", "ws", "unixsock-stream") or not address:
         raise ConfigurationError(f"Endpoint {endpoint!r} must look like tcp/127.0.0.1:7447.")
-    if (protocol == "tls") != (folder is not None):
+    if protocol == "tls" and folder is None:
         raise ConfigurationError(
-            f"Endpoint {endpoint!r}: certificates (--keys DIR) and an endpoint tls/HOST:PORT go together."
+            f"Endpoint {locator!r} is encrypted and needs certificates; add --keys DIR (`nao-hil keys DIR` "
+            "makes them)."
+        )
+    if protocol != "tls" and folder is not None:
+        raise ConfigurationError(
+            f"Certificates (--keys {folder}) need an encrypted endpoint; write tls/{address} in place of "
+            f"{locator}."
         )
     if protocol in ("tcp", "udp", "tls", "ws"):
         host, _, port = address.rpartition(":")
         if not host or not port.isdecimal() or len(port) > 5 or not 0 < int(port) < 65536:
             raise ConfigurationError(
-                f"Endpoint {endpoint!r} needs a host and a port, as in tcp/127.0.0.1:7447."
+                f"Endpoint {locator!r} needs a host and a port of 1 to 65535, as in {protocol}/127.0.0.1:7447."
             )
     return endpoint
 
@@ -97,8 +103,8 @@ def open_robot(listen: str) -> zenoh.Session:
         # Zenoh's own text carries source paths of its build; only the system's reason is of use to a person.
         reason = re.search(r"([A-Z][\w ]+) \(os error \d+\)", str(error))
         raise LinkError(
-            f"Cannot listen on {locator}: {reason[1] if reason else 'zenoh refused'}; stop what is there, or "
-            "take another place with --listen."
+            f"Cannot listen on {locator}: {reason[1] if reason else 'it is no place of this machine'}; stop "
+            "what is there, or take another place with --listen."
         ) from None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from pathlib import Path
 from typing import Annotated
@@ -72,12 +73,15 @@ def experiment(
     """Run an experiment over many seeds; figures, JSON and report.html go to the run's folder.
 
     Walks are kept there too: the same command with the same --out goes on where it was stopped. Exit code 1:
-    the verdict failed.
+    the verdict failed. `weather` and `cuts` make network namespaces: Linux, root and iproute2. `soak` walks by
+    the clock for --duration (300 s) with the first seed.
 
     Example: nao-hil experiment obstacle --seeds 6 --first-seed 100 --json
     """
     if name != ALL and name not in EXPERIMENTS:
         raise ConfigurationError(unknown_name("experiment", name, (*EXPERIMENTS, ALL)))
+    if duration is not None and not math.isfinite(duration):
+        raise ConfigurationError("--duration must be a finite number of seconds.")
     changes = _changes(config, robot, wear)
     directory = RunDirectory(out)
     directory.write_config(changes)

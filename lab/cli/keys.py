@@ -43,6 +43,8 @@ def keys(
         raise ConfigurationError(
             f"`nao-hil keys` needs the package {error.name}; pip install 'nao-hil[keys]' brings it."
         ) from None
+    if days <= 0.0:
+        raise ConfigurationError("--days must be over 0: a certificate is good for some time.")
     for name in role or ():
         if name not in ROLES:
             raise ConfigurationError(f"No role {name!r}; known are {', '.join(ROLES)}.")
@@ -52,12 +54,15 @@ def keys(
     ]
     for name in wanted:
         authority.issue(name, days, host or ())
+    console = open_console()
+    if not wanted:
+        console.print("All of these are there already; --renew makes new ones of the same authority.")
     state = authority.state()
     table = Table("role", "expires (UTC)", "days left", "hosts", title=f"certificates in {folder}")
     for one in state:
         left = f"{one.days_left:.1f}" if one.days_left > 0.0 else "[red]expired[/]"
         table.add_row(one.role, one.expires[:16].replace("T", " "), left, ", ".join(one.hosts))
-    open_console().print(table)
+    console.print(table)
     if as_json:
         result = {"folder": str(folder), "made": wanted, "certificates": msgspec.to_builtins(state)}
         print(msgspec.json.encode(result).decode(), flush=True)

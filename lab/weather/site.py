@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
 import shutil
 import subprocess
+from pathlib import Path
 from types import TracebackType
 from typing import Final
 
@@ -31,6 +33,7 @@ class Site:
     def __init__(self, seed: int = 0) -> None:
         if shutil.which("ip") is None:
             raise LinkError("Network weather needs the command `ip`; install iproute2.")
+        _clear()
         mark = f"{os.getpid():x}-{next(_numbers):x}"
         self.spaces = f"nao-hil-r{mark}", f"nao-hil-w{mark}"
         self._devices = f"nhr{mark}", f"nhw{mark}"
@@ -74,6 +77,14 @@ class Site:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _clear() -> None:
+    """Take down what processes left that were killed: a namespace's name has the number of its process."""
+    listed = subprocess.run(("ip", "netns", "list"), capture_output=True, text=True, check=False).stdout
+    for space, number in re.findall(r"^(nao-hil-[rw]([0-9a-f]+)-[0-9a-f]+)\b", listed, re.MULTILINE):
+        if not Path(f"/proc/{int(number, 16)}").exists():
+            subprocess.run(("ip", "netns", "del", space), capture_output=True, check=False)
 
 
 def _ip(*arguments: str) -> None:

@@ -46,13 +46,13 @@ def test_a_role_is_not_taken_for_another(folder: Path) -> None:
     with pytest.raises(ConfigurationError, match="for the role listener; controller is needed"):
         load_certificates(folder / "listener", "controller")
     # A client's certificate does not make a robot: it must not serve.
-    with pytest.raises(ConfigurationError, match="unsuitable certificate purpose"):
+    with pytest.raises(ConfigurationError, match="refused for the role robot: only a robot"):
         load_certificates(folder / "controller", "robot")
 
 
 def test_an_expired_certificate_is_named_with_the_way_out(folder: Path) -> None:
     Keys(folder).issue("controller", days=0.0)
-    with pytest.raises(ConfigurationError, match=r"certificate has expired.*--renew"):
+    with pytest.raises(ConfigurationError, match=r"it has expired.*--renew"):
         load_certificates(folder, "controller")
 
 

@@ -135,9 +135,9 @@ def test_a_world_operator_touches_the_world_and_does_not_command(
 
 
 def test_without_a_certificate_nobody_gets_in(robot: RobotLink, endpoint: str, place: str) -> None:
-    with pytest.raises(ConfigurationError, match=r"--keys DIR.*go together"):
+    with pytest.raises(ConfigurationError, match=r"add --keys DIR"):
         try_client(endpoint.replace("tcp/", "tls/"))
-    with pytest.raises(ConfigurationError, match=r"--keys DIR.*go together"):
+    with pytest.raises(ConfigurationError, match=r"write tls/127\.0\.0\.1:\d+ in place of tcp/"):
         try_client(place.replace("tls/", "tcp/"))
     # In plain text at the encrypted port: as if nobody listened.
     assert try_client(endpoint) is None
@@ -148,7 +148,7 @@ def test_another_authority_is_told_who_does_not_trust_whom(
 ) -> None:
     foreign = Keys(tmp_path)
     foreign.issue("controller", days=1.0)
-    with pytest.raises(LinkError, match="is not trusted"):
+    with pytest.raises(LinkError, match="is not trusted: it is of another authority"):
         try_client(with_keys(endpoint.replace("tcp/", "tls/"), tmp_path), "controller")
 
 
@@ -167,8 +167,23 @@ def test_a_certificate_of_a_foreign_authority_that_trusts_the_robot_is_refused(
 def test_a_robot_under_another_name_is_not_trusted(endpoint: str, folder: Path) -> None:
     port = endpoint.rpartition(":")[2]
     place = with_keys(f"tls/127.0.0.2:{port}", folder)
-    with RobotLink(INFO, place), pytest.raises(LinkError, match=r"not trusted: .*127\.0\.0\.2"):
+    words = r"not trusted: its certificate is not made for 127\.0\.0\.2; .*--host 127\.0\.0\.2"
+    with RobotLink(INFO, place), pytest.raises(LinkError, match=words):
         try_client(place)
+
+
+def test_who_waits_for_a_robot_with_a_certificate_that_expired_meanwhile_is_told(
+    endpoint: str, tmp_path: Path, until: Until
+) -> None:
+    authority = Keys(tmp_path)
+    authority.issue("robot", days=1.0)
+    place = with_keys(endpoint.replace("tcp/", "tls/"), tmp_path)
+    with RobotLink(INFO, place), ControllerLink(connect=place) as controller:
+        authority.issue("controller", days=8.0 / 86400.0)
+        assert controller.wait_robot(timeout=10.0) is not None
+        until(lambda: not controller.robot_alive, "the session to end with its certificate")
+        with pytest.raises(ConfigurationError, match=r"it has expired; .* --renew"):
+            controller.wait_robot(timeout=10.0)
 
 
 def test_a_robot_that_is_not_there_is_waited_for(endpoint: str, folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from lab.campaign.campaign import Campaign
 from lab.config import RunConfig
 from lab.experiments import cuts, weather
 from lab.experiments.context import Context
+from lab.weather import Site
 
 pytestmark = [
     pytest.mark.realtime,
@@ -32,6 +34,19 @@ pytestmark = [
 def context(tmp_path: Path) -> Iterator[Context]:
     with Campaign(workers=1) as campaign:
         yield Context(campaign, tmp_path, (3,), RunConfig())
+
+
+def test_namespaces_of_a_process_that_was_killed_are_taken_down() -> None:
+    def listed() -> str:
+        return subprocess.run(("ip", "netns", "list"), capture_output=True, text=True, check=True).stdout
+
+    left = "nao-hil-r7ffffffe-0"  # no process has a number as high as that
+    subprocess.run(("ip", "netns", "add", left), check=True)
+    with Site() as site:
+        assert left not in listed()
+        with Site() as other:  # of this very process
+            assert all(space in listed() for space in (*site.spaces, *other.spaces))
+    assert not any(space in listed() for space in (*site.spaces, *other.spaces))
 
 
 def test_a_walk_over_a_slow_line_is_walked_with_every_answer_late(
