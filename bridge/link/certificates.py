@@ -26,7 +26,7 @@ _IN_WORDS: Final = {
     "unable to get local issuer certificate": _FOREIGN,
     "self-signed certificate in certificate chain": _FOREIGN,
     "certificate has expired": "it has expired; `nao-hil keys DIR --renew` makes a new one",
-    "unsuitable certificate purpose": "only a robot serves with a robot's certificate, and only a robot",
+    "unsuitable certificate purpose": "it is made for another role",
 }
 """OpenSSL's words for what people do."""
 _MAKE: Final = "`nao-hil keys DIR` makes them"

@@ -46,7 +46,7 @@ def test_a_role_is_not_taken_for_another(folder: Path) -> None:
     with pytest.raises(ConfigurationError, match="for the role listener; controller is needed"):
         load_certificates(folder / "listener", "controller")
     # A client's certificate does not make a robot: it must not serve.
-    with pytest.raises(ConfigurationError, match="refused for the role robot: only a robot"):
+    with pytest.raises(ConfigurationError, match="refused for the role robot: it is made for another role"):
         load_certificates(folder / "controller", "robot")
 
 
