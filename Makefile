@@ -10,12 +10,13 @@ HAS_WHEEL := import sys, platform as p; \
 	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test browser-test check docs bench images compose-test lock clean
+.PHONY: help setup demo test realtime-test browser-test check docs bench images compose-test lock clean
 
 help:
 	@echo "make setup   .venv with everything needed to run and test"
 	@echo "make demo    setup, then a walk: robot and walker in two processes"
-	@echo "make test    setup, then all tests but those of the page in a browser"
+	@echo "make test    setup, then all tests but those in real time and those of the page in a browser"
+	@echo "make realtime-test  tests by the wall clock; they need the machine to themselves"
 	@echo "make browser-test  the page in a headless browser; needs Chromium"
 	@echo "make check   ruff, mypy, import-linter, and the docs with every link"
 	@echo "make docs    the documentation as pages: site/index.html"
@@ -47,10 +48,12 @@ demo: setup
 	@echo "Ten steps, about a minute; look at http://127.0.0.1:8080/ as soon as the page is there."
 	$(BIN)/nao-hil up --view
 
-# Tests that keep real time have the machine to themselves, before the others (pytest says 5 when it has none).
 test: setup
-	$(BIN)/pytest -m realtime || test $$? -eq 5
 	$(BIN)/pytest -n auto -m "not realtime and not browser"
+
+# One after the other, with the machine to themselves.
+realtime-test: setup
+	$(BIN)/pytest -m realtime -rs
 
 browser-test: setup
 	$(BIN)/pytest -m browser
@@ -65,7 +68,7 @@ docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 bench: setup
-	$(BIN)/python -m lab.bench
+	$(BIN)/python -m nao_hil.bench
 
 images:
 	cd docker && for target in emulator walker bridge view; do \

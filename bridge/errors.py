@@ -6,7 +6,7 @@ from typing import ClassVar
 
 
 class NaoHilError(Exception):
-    """Base of all errors with a message meant for the user: what is wrong, and what would be right."""
+    """Base of all errors with a message for the user, which says the fault and the remedy."""
 
     exit_code: ClassVar[int] = 3
 

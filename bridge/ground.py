@@ -11,7 +11,7 @@ from typing import Annotated
 
 import msgspec
 
-Vec2 = tuple[float, float]
+from bridge.types import Vec2
 
 
 class Patch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -8,14 +8,14 @@ from typing import Final
 
 import msgspec
 
-SMALLEST: Final = 1e-6
+MIN_DURATION: Final = 1e-6
 """Upper edge of the first bin, s; everything at or below it is counted there."""
-LARGEST: Final = 10.0
+MAX_DURATION: Final = 10.0
 """Upper edge of the last but one bin, s; longer durations fall into the last."""
 BINS_PER_DECADE: Final = 20
 """A bin is 12 % wide: as exact as a percentile of scheduling noise needs to be."""
 
-_N_EDGES: Final = round(math.log10(LARGEST / SMALLEST) * BINS_PER_DECADE) + 1
+_N_EDGES: Final = round(math.log10(MAX_DURATION / MIN_DURATION) * BINS_PER_DECADE) + 1
 
 
 class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
@@ -28,7 +28,7 @@ class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class DurationHistogram:
-    """Durations counted in fixed bins with the upper edges `SMALLEST * 10 ** (i / BINS_PER_DECADE)`."""
+    """Durations counted in fixed bins with the upper edges `MIN_DURATION * 10 ** (i / BINS_PER_DECADE)`."""
 
     def __init__(self) -> None:
         self._counts = [0] * (_N_EDGES + 1)
@@ -37,10 +37,10 @@ class DurationHistogram:
 
     def add(self, duration: float) -> None:
         """Count one duration, s; negative ones count as zero."""
-        if duration <= SMALLEST:
+        if duration <= MIN_DURATION:
             self._counts[0] += 1
         else:
-            decades = math.log10(duration / SMALLEST)
+            decades = math.log10(duration / MIN_DURATION)
             # The small allowance keeps a duration that lies on an edge in the bin that ends there.
             self._counts[min(math.ceil(decades * BINS_PER_DECADE - 1e-9), _N_EDGES)] += 1
         self._count += 1
@@ -48,21 +48,21 @@ class DurationHistogram:
 
     @property
     def counts(self) -> Sequence[int]:
-        """Durations per bin; the last bin holds those over `LARGEST`."""
+        """Durations per bin; the last bin holds those over `MAX_DURATION`."""
         return tuple(self._counts)
 
-    def quantile(self, share: float) -> float:
-        """Upper edge of the bin that holds the given share of the durations, at most the longest one, s.
+    def quantile(self, fraction: float) -> float:
+        """Upper edge of the bin that holds the given fraction of the durations, at most the longest one, s.
 
         Args:
-            share: 0..1, for example 0.99.
+            fraction: 0..1, for example 0.99.
         """
-        rank = max(1, math.ceil(share * self._count))
+        rank = max(1, math.ceil(fraction * self._count))
         seen = 0
         for i, count in enumerate(self._counts[:-1]):
             seen += count
             if count and seen >= rank:
-                return min(SMALLEST * math.pow(10.0, i / BINS_PER_DECADE), self._max)
+                return min(MIN_DURATION * math.pow(10.0, i / BINS_PER_DECADE), self._max)
         return self._max
 
     def percentiles(self) -> Percentiles:

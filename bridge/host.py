@@ -29,18 +29,18 @@ from bridge.guard import ArmRequest, Guard, StopRequest
 from bridge.link import RobotLink, keys
 from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, decode, encode
-from bridge.observer import Observer
+from bridge.recording.observer import Observer
 
-CONFIRMED: Final = 0.5
-"""s a query waits until the loop has done what it asked for."""
-CROUCH: Final = 15.0
-"""s in which a robot that still stands is brought down when its bridge is to end."""
+CONFIRM_TIMEOUT: Final = 0.5
+"""s for which a query waits until the loop has carried it out."""
+DESCENT_TIMEOUT: Final = 15.0
+"""s for the descent of a robot that still stands when its bridge ends."""
 
 logger = logging.getLogger(__name__)
 
 
 class RobotHost:
-    """Publishes a robot's frames, and answers what is to be done; one thread calls it, the robot's loop.
+    """Publishes a robot's frames and returns the guarded commands; one thread calls it, the robot's loop.
 
     Serves the queries `guard`, `stop` and `arm`.
 
@@ -57,7 +57,7 @@ class RobotHost:
         self.link, self.guard = link, guard
         self._observers, self._dry_run = observers, dry_run
         self._asked: Holder | None = None
-        self._give_up: float | None = None
+        self._deadline: float | None = None
         self.in_force = -1
         """`reply_to` of the command in force; -1: none yet."""
         self.missed = 0
@@ -67,7 +67,7 @@ class RobotHost:
         link.serve(keys.ARM, self._on_arm)
 
     def exchange(self, frame: SensorFrame, *, wait: float = 0.0) -> ActuatorFrame | None:
-        """One cycle of a robot that sets the pace: publish its frame, give what it is to do now.
+        """One cycle of a robot that sets the pace: publish its frame, return its command.
 
         Args:
             frame: what the robot measured; its `command` and `missed` are filled in here.
@@ -85,10 +85,10 @@ class RobotHost:
             command = self.link.newest_command()
             self._count(command, frame.seq - 1)
             self._publish_counted(frame)
-        return self.decide(frame, self.admit(command, frame.seq), owed=self.held)
+        return self.decide(frame, self.admit(command, frame.seq), supervised=self.supervised)
 
-    def ends(self, stop: threading.Event) -> bool:
-        """Whether a bridge's loop is to end: asked to, and the robot is down or has had its time for that.
+    def should_end(self, stop: threading.Event) -> bool:
+        """Whether a bridge's loop ends now: it was asked to, and the robot is down or had its time.
 
         Args:
             stop: set when the loop is to end; the robot is brought down then.
@@ -97,11 +97,11 @@ class RobotHost:
             return False
         if self._dry_run or self.guard.state in ("idle", "rest"):
             return True
-        if self._give_up is None:
+        if self._deadline is None:
             logger.info("bringing the robot down; Ctrl-C again ends at once and leaves it as it is")
             self.guard.stop("crouch", "the end of the bridge")
-            self._give_up = time.monotonic() + CROUCH
-        return time.monotonic() > self._give_up
+            self._deadline = time.monotonic() + DESCENT_TIMEOUT
+        return time.monotonic() > self._deadline
 
     def _publish_counted(self, frame: SensorFrame) -> None:
         self.publish(msgspec.structs.replace(frame, command=self.in_force, missed=self.missed))
@@ -122,19 +122,19 @@ class RobotHost:
 
     @property
     def expected(self) -> bool:
-        """The controller that holds the robot held it when the newest frame went out: it was to answer that."""
+        """An answer to the newest frame is expected: one controller has held the robot since it went out."""
         return self._asked is not None and self._asked == self.link.holder
 
     @property
-    def held(self) -> bool:
-        """Somebody holds the robot, or died holding it."""
-        return self.link.holder is not None or self.link.leases.deserted
+    def supervised(self) -> bool:
+        """Somebody holds the robot, or died holding it: the watchdog counts."""
+        return self.link.holder is not None or self.link.leases.abandoned
 
     @property
-    def alone(self) -> bool:
-        """The guard has to go on without a controller, also on a robot that waits for answers."""
+    def needs_cycle(self) -> bool:
+        """The guard has to go on without a controller, also on a robot that waits for answers (lockstep)."""
         moving = self.guard.state not in ("idle", "rest")
-        return self.guard.busy or (self.link.leases.deserted and moving)
+        return self.guard.busy or (self.link.leases.abandoned and moving)
 
     def publish(self, frame: SensorFrame, truth: TruthFrame | None = None) -> None:
         """Publish a frame, and the truth of the same instant where there is one."""
@@ -163,18 +163,20 @@ class RobotHost:
             self.link.notice("clipped", self.guard.clipped)
         return command
 
-    def decide(self, frame: SensorFrame, command: ActuatorFrame | None, *, owed: bool) -> ActuatorFrame | None:
-        """What is put in force in the cycle that begins at `frame`; None: what is in force stays.
+    def decide(
+        self, frame: SensorFrame, command: ActuatorFrame | None, *, supervised: bool
+    ) -> ActuatorFrame | None:
+        """The command of the cycle that begins at `frame`; None: what is in force stays.
 
         Args:
             frame: of the present boundary.
             command: as `admit` gave it.
-            owed: whether the watchdog counts: `held` in real time.
+            supervised: whether the watchdog counts; in real time the property `supervised`.
         """
         for telemetry in self.link.telemetry():
             for observer in self._observers:
                 observer.telemetry(telemetry)
-        given = self.guard.cycle(frame, command, owed=owed)
+        given = self.guard.cycle(frame, command, supervised=supervised)
         if given is not None:
             for observer in self._observers:
                 observer.command(given)
@@ -199,9 +201,8 @@ class RobotHost:
 
     def _confirmed(self, done: threading.Event) -> bytes:
         self.link.wake()
-        if not done.wait(CONFIRMED):
+        if not done.wait(CONFIRM_TIMEOUT):
             raise LinkError(
-                f"The robot's loop has not come by for {CONFIRMED:g} s; the request is kept and is carried out "
-                "at its next cycle."
+                f"The robot's loop did not run within {CONFIRM_TIMEOUT:g} s; its next cycle carries this out."
             )
         return encode(self.guard.status)

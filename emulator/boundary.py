@@ -16,7 +16,7 @@ from bridge.errors import LinkError
 
 T = TypeVar("T")
 
-PATIENCE: Final = 0.8
+MAX_WAIT: Final = 0.8
 """s a handler waits for the next boundary; a controller waits longer for its answer, and so hears why."""
 
 
@@ -25,11 +25,11 @@ class BoundaryQueue:
 
     Args:
         wake: called after a call was put in, so that a loop that waits for something else looks here.
-        patience: s that a caller waits.
+        max_wait: s that a caller waits.
     """
 
-    def __init__(self, wake: Callable[[], None] = lambda: None, patience: float = PATIENCE) -> None:
-        self._wake, self._patience = wake, patience
+    def __init__(self, wake: Callable[[], None] = lambda: None, max_wait: float = MAX_WAIT) -> None:
+        self._wake, self._max_wait = wake, max_wait
         self._waiting: queue.SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = queue.SimpleQueue()
 
     def call(self, work: Callable[[], T]) -> T:
@@ -42,11 +42,11 @@ class BoundaryQueue:
         self._waiting.put((done, work))
         self._wake()
         try:
-            return done.result(self._patience)
+            return done.result(self._max_wait)
         except FutureTimeoutError:
             if done.cancel():
                 raise LinkError(
-                    f"The robot reached no cycle boundary within {self._patience:g} s and dropped the request; "
+                    f"The robot reached no cycle boundary within {self._max_wait:g} s and dropped the request; "
                     "send it again when it runs."
                 ) from None
             return done.result()

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from bridge.dcm import Dcm, wire
+from bridge.dcm import Dcm
 from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.errors import DcmRefused
 from bridge.messages import SensorFrame, decode, encode
+from bridge.messages import dcm as wire
 from emulator.boundary import BoundaryQueue
 
 Handler = Callable[[bytes], bytes]

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from bridge.datasheet import Body
-from bridge.joints import INDEX
+from bridge.body import Body
+from bridge.body.joints import INDEX
 
 OPENING_TIME: Final = 0.5
 """From closed to open, s (assumed)."""

@@ -15,8 +15,8 @@ from bridge.guard import Guard
 from bridge.host import RobotHost
 from bridge.link import RobotLink
 from bridge.messages import ActuatorFrame
-from bridge.observer import Observer
-from bridge.world import COMMAND
+from bridge.messages.world import COMMAND
+from bridge.recording.observer import Observer
 from emulator.boundary import BoundaryQueue
 from emulator.dcm_queries import DcmQueries
 from emulator.robot import EmulatedRobot
@@ -57,7 +57,7 @@ class RobotProcess:
         self._stop = stop
         self._began: float | None = None
         self.boundary = BoundaryQueue(wake=link.wake)
-        """Where handlers of queries leave what touches the robot."""
+        """Queue in which handlers of queries leave work on the robot."""
         self._world = WorldQueries(robot, self.boundary, guard)
         link.serve(COMMAND, self._world.answer)
         for suffix, answer in DcmQueries(robot, self.boundary, self._require).handlers().items():
@@ -70,7 +70,7 @@ class RobotProcess:
 
     def _require(self, lease: int, what: str) -> None:
         self._link.require_lease(lease, what)
-        self._host.guard.timed(self._robot.seq)
+        self._host.guard.accept_timed(self._robot.seq)
 
     def real_time(self, timer: CycleTimer) -> None:
         """Cycle by the wall clock until stopped."""
@@ -79,7 +79,7 @@ class RobotProcess:
             timer.wait()
             self._at_boundary()
             if not self._world.stands_still and not self._robot.run_stalled():
-                self._cycle(self._link.newest_command(), owed=self._host.held)
+                self._cycle(self._link.newest_command(), supervised=self._host.supervised)
         self._world.close()
 
     def lockstep(self) -> None:
@@ -89,8 +89,8 @@ class RobotProcess:
             self._at_boundary()
             if self._world.stands_still:
                 self._stop.wait(IDLE)
-            elif self._host.alone or (self._world.steps and self._link.holder is None):
-                self._cycle(self._link.newest_command(), owed=self._link.leases.deserted)
+            elif self._host.needs_cycle or (self._world.steps and self._link.holder is None):
+                self._cycle(self._link.newest_command(), supervised=self._link.leases.abandoned)
             else:
                 self._serve(self._link.wait_command(RESEND))
         # So that a run that its controller ended has the same frames, however fast the stop follows.
@@ -100,7 +100,7 @@ class RobotProcess:
         self._world.close()
 
     def _at_boundary(self) -> None:
-        """Between two cycles: what queries want of the robot."""
+        """Do the work of queries between two cycles."""
         self.boundary.run()
         if self._world.began_anew:
             self._world.began_anew = False
@@ -115,17 +115,17 @@ class RobotProcess:
         elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
             accepted = self._host.admit(command, self._robot.frame.seq)
             if accepted is not None:
-                self._run(accepted, owed=False)
+                self._run(accepted, supervised=False)
 
-    def _cycle(self, command: ActuatorFrame | None, *, owed: bool) -> None:
+    def _cycle(self, command: ActuatorFrame | None, *, supervised: bool) -> None:
         """One cycle whether or not a command came."""
-        self._run(self._host.admit(command, self._robot.frame.seq), owed=owed)
+        self._run(self._host.admit(command, self._robot.frame.seq), supervised=supervised)
 
-    def _run(self, command: ActuatorFrame | None, *, owed: bool) -> None:
+    def _run(self, command: ActuatorFrame | None, *, supervised: bool) -> None:
         if self._began is None:
             self._began = time.monotonic()
         expected = self._host.expected
-        given = self._host.decide(self._robot.frame, command, owed=owed)
+        given = self._host.decide(self._robot.frame, command, supervised=supervised)
         self._robot.advance(given, expected=expected)
         self._publish()
         self._world.cycle_done()
@@ -135,7 +135,7 @@ class RobotProcess:
         self._tell()
 
     def _tell(self) -> None:
-        """Pass on what the robot says of its world."""
+        """Pass on the robot's notices about its world."""
         for notice in self._robot.take_notices():
             self._link.publish_notice(notice)
             for observer in self._observers:

@@ -8,42 +8,34 @@ from types import TracebackType
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.datasheet import Body, joint_tree
+from bridge.body import Body, joint_tree
+from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.dcm import Dcm
 from bridge.errors import ConfigurationError
-from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
-from bridge.messages import (
-    ActuatorFrame,
-    Notice,
-    Quaternion,
-    SensorFrame,
-    TruthFrame,
-    require_finite,
-)
-from emulator.engine import bullet, connect, disconnect
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
+from bridge.messages.codec import require_finite
+from bridge.types import Quaternion
+from emulator.engine.catalogue import ENGINES, open_engine
+from emulator.engine.values import PhysicsSettings
 from emulator.faults import Faults
 from emulator.hands import Hands
-from emulator.mechanics import Mechanics
-from emulator.model import build_model
+from emulator.sampling import FrameSampler
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
-from emulator.servo import Servo
+from emulator.servo.servo import Servo
 from emulator.start import place, start_posture
-from emulator.stops import Stops
 from emulator.truth import truth_frame
 from emulator.wear import WearProfile
-from emulator.world import WorldParameters
 from emulator.world.stage import Stage
 from emulator.world.timeline import build_world, timeline
 
-DEFAULT_WORLD: Final = WorldParameters()
+SETTINGS: Final = PhysicsSettings()
 IDEAL: Final = WearProfile(name="ideal")
 
 
 class EmulatedRobot:
-    """A robot that is not there.
+    """A NAO in a physics engine, behind its emulated DCM.
 
     It starts in its posture with full stiffness and holds it until a command comes.
 
@@ -51,8 +43,9 @@ class EmulatedRobot:
         body: Data sheet.
         seed: Of the one random generator that everything random here draws from.
         posture: Start posture by name, or 25 angles in frame order, rad; None: the scenario's.
-        world: Physics settings.
-        scenario: Ground, and what happens when.
+        settings: Of the physics.
+        engine: Name of the physics engine.
+        scenario: Ground, and the events.
         wear: State of the drives and sensors.
         settle: Time in which the robot may settle into its posture before `seq` 0, s.
         orientation: Of the torso at the start; None: soles level.
@@ -60,7 +53,8 @@ class EmulatedRobot:
         held: The torso is nailed to the world (test benches).
 
     Raises:
-        ConfigurationError: unknown posture, or a cycle that is no whole number of physics steps.
+        ConfigurationError: unknown posture, a cycle that is no whole number of physics steps, or no such
+        engine.
     """
 
     def __init__(
@@ -69,7 +63,8 @@ class EmulatedRobot:
         *,
         seed: int,
         posture: str | Sequence[float] | None = None,
-        world: WorldParameters = DEFAULT_WORLD,
+        settings: PhysicsSettings = SETTINGS,
+        engine: str = ENGINES[0],
         scenario: Scenario = FLAT,
         wear: WearProfile = IDEAL,
         settle: float = 0.5,
@@ -82,77 +77,76 @@ class EmulatedRobot:
         self.posture = start_posture(scenario.start.posture if posture is None else posture)
         """Where it starts, and stands up to: 25 angles in frame order, rad."""
         self._scenario = scenario
-        self._world_parameters, self._wear = world, wear
+        self._wear = wear
         self._settle = round(settle / body.cycle)
         self._orientation, self._lift, self._held = orientation, lift, held
-        self._steps = round(body.cycle / world.step)
-        if self._steps < 1 or abs(self._steps * world.step - body.cycle) > 1e-9:
+        self._steps = round(body.cycle / settings.step)
+        if self._steps < 1 or abs(self._steps * settings.step - body.cycle) > 1e-9:
             raise ConfigurationError(
-                f"A physics step of {world.step:g} s does not divide the {body.cycle:g} s cycle of {body.name}."
+                f"A physics step of {settings.step:g} s does not divide the {body.cycle:g} s cycle "
+                f"of {body.name}."
             )
-        self._client = connect()
+        self.engine = open_engine(engine, settings)
+        """The physics; its robot and its scene are new ones after a reset."""
         self._build()
 
     def _build(self) -> None:
         """Everything that a reset makes anew."""
+        body, engine, wear = self.body, self.engine, self._wear
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""
         # children draw from streams of their own: a scenario does not change the noise of the sensors
         terrain, chance = self.random.spawn(2)
-        self.world = build_world(self._client, self._world_parameters, self._scenario, terrain)
-        joints = tuple(joint_tree(self.body))
-        self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
-        request = np.array(self.posture)[self._slots]
-        servo = Servo(self.body, joints, self._wear.servo, request, self._world_parameters.step)
-        model = build_model(
-            self._client, self.body, rotor_inertia=servo.rotor_inertia.tolist(), fixed=self._held
-        )
+        self.world = build_world(engine, self._scenario, terrain)
+        joints = tuple(joint_tree(body))
+        request = np.array([self.posture[INDEX_WITH_MIRROR[name]] for name in joints])
+        self.servo = Servo(body, joints, wear.servo, request, engine.settings.step)
+        """The drives of all joints."""
+        engine.add_robot(body, self.servo.rotor_inertia, held=self._held)
         start = self._scenario.start
-        at = (start.x, start.y, math.radians(start.yaw))
-        place(model, self.body, self.posture, self._orientation, self._lift, self.world, at)
-        stops = Stops(self.body, joints, servo.rotor_inertia, self._world_parameters.step)
-        self.mechanics = Mechanics(model, servo, self._steps, stops)
-        self._hands = Hands(self.body, self.posture)
-        self.dcm = Dcm(self.body, self.posture)
+        self._place((start.x, start.y, math.radians(start.yaw)))
+        self._hands = Hands(body, self.posture)
+        self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames go through it too."""
-        present = set(self._slots) | self._hands.slots
-        self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
-        """Joints of the frame that this body does not have."""
-        self._torso = self.mechanics.torso()
-        self.sensors = Sensors(
-            self.body,
-            self._wear.sensors,
-            self.random,
-            model,
-            self._world_parameters.gravity,
-            self._torso,
-            charger=self._scenario.charger,
-        )
+        self._torso = engine.robot.torso()
+        self.sensors = Sensors(body, wear.sensors, self.random, engine, charger=self._scenario.charger)
         """Everything that measures; `sensors.touch` presses buttons."""
-        self._currents = self._by_slot(servo.current())
+        self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
+        self.absent = self._sampler.absent
+        """Joints of the frame that this body does not have."""
         for _ in range(self._settle):
             self._run_cycle()
-        self._contacts = self.mechanics.contacts(self.world)
+        self._contacts = engine.contacts()
         self._start_height = self.world.clearance(self._torso.position)
         self._seq = 0
         self._notices: list[Notice] = []
-        self.stage = Stage(self.world, self.mechanics, self.body, timeline(self._scenario), self._say)
-        """Carries out what happens in the world."""
-        self.faults = Faults(
-            self.mechanics, self.sensors.inertial.rezero, self._scenario.faults, chance, self._say
-        )
-        """What goes wrong."""
+        self.stage = Stage(self.world, body, timeline(self._scenario), self._say)
+        """Carries out the events in the world."""
+        rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
+        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._say)
+        """Faults in force and to come."""
         self._command = -1
         self._missed = 0
         self.frame = self._sample()
         """The present boundary's sensor frame."""
 
+    def _place(self, at: tuple[float, float, float]) -> None:
+        """Put the robot into its start posture at x, y (m) and yaw (rad) of the floor."""
+        place(self.world, self.body, self.posture, self._orientation, self._lift, at)
+
     def _run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
-        self.mechanics.run_cycle(before_step)
+        """Servo and physics over one cycle; the world may act before every physics step."""
+        engine, robot, servo = self.engine, self.engine.robot, self.servo
+        engine.begin_cycle()
+        for _ in range(self._steps):
+            torque = servo.torque(robot.position, robot.velocity)
+            if before_step is not None:
+                before_step()
+            engine.step(torque)
+        servo.end_cycle()
         self._hands.run_cycle(self.body.cycle)
-        self._torso = self.mechanics.torso()
-        self._currents = self._by_slot(self.mechanics.servo.current())
-        self.sensors.update(self._torso, self.mechanics.servo.drawn())
+        self._torso = robot.torso()
+        self.sensors.update(self._torso, servo.drawn())
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
         """Latch the command, run one cycle, sample.
@@ -180,7 +174,7 @@ class EmulatedRobot:
             self._missed += 1
         targets = self.dcm.run_cycle()
         if targets is not None:
-            self.mechanics.servo.latch(targets.position, targets.stiffness)
+            self.servo.latch(targets.position, targets.stiffness)
             self._hands.latch(targets.position, targets.stiffness)
         self._world_cycle()
         self.frame = self._sample()
@@ -200,7 +194,7 @@ class EmulatedRobot:
 
     def _world_cycle(self) -> None:
         self._run_cycle(self.stage.begin_cycle(self.time))
-        self._contacts = self.mechanics.contacts(self.world)
+        self._contacts = self.engine.contacts()
         self._seq += 1
 
     @property
@@ -217,43 +211,16 @@ class EmulatedRobot:
         self._notices.append(Notice(seq=self._seq, level="info", code=code, text=text))
 
     def take_notices(self) -> list[Notice]:
-        """What has been said about world and faults since the last call."""
+        """Sentences about world and faults since the last call."""
         notices, self._notices = self._notices, []
         return notices
 
-    def _by_slot(self, values: NDArray[np.float64]) -> list[float]:
-        """Values of the mechanical joints in frame order; the two hips share the left one's slot."""
-        slots = [0.0] * N_JOINTS
-        # backwards, so that the left hip, first in the model, has the last word
-        for slot, value in zip(reversed(self._slots), reversed(values.tolist()), strict=True):
-            slots[slot] = value
-        return slots
-
-    def _temperatures(self) -> tuple[float, ...]:
-        """Of the motors in frame order, degrees Celsius; hands stay cool, absent joints read 0."""
-        heat = self.mechanics.servo.heat
-        temperature = self._by_slot(heat.temperature)
-        for slot in self._hands.slots:
-            temperature[slot] = self._wear.servo.heating.room
-        return tuple(temperature)
-
     def _sample(self) -> SensorFrame:
-        servo, sensors = self.mechanics.servo, self.sensors
-        inertial = sensors.inertial.sample
-        frame = SensorFrame(
+        frame = self._sampler.sample(
+            self.engine.robot.position,
+            self._contacts,
             seq=self._seq,
-            time=self._seq * self.body.cycle,
-            position=self._hands.put(self._by_slot(sensors.encoders.read(self.mechanics.position))),
-            stiffness=self._hands.put_stiffness(self._by_slot(servo.stiffness)),
-            current=tuple(self._currents),
-            temperature=self._temperatures(),
-            fsr=sensors.forces(self._contacts),
-            accelerometer=inertial.acceleration,
-            gyroscope=inertial.rate,
-            angle=inertial.angle,
-            touch=sensors.touch.read(self._contacts.bumped),
-            battery=sensors.battery.read(),
-            sonar=sensors.sonars.read(),
+            time=self.time,
             command=self._command,
             missed=self._missed,
         )
@@ -262,32 +229,28 @@ class EmulatedRobot:
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
         height = self.world.clearance(self._torso.position) / self._start_height
-        joints = self._hands.put(self._by_slot(self.mechanics.position))
-        com = self.mechanics.com()
+        joints = self._sampler.angles(self.engine.robot.position)
+        com = self.engine.robot.com()
         return truth_frame(self._seq, self.time, self._torso, self._contacts, joints, com, height)
 
     def stand_up(self) -> None:
         """Put the robot where it lies back on its feet, held in its start posture with full stiffness."""
-        position, turn = self._torso.position, self._torso.rotation
-        heading = math.atan2(turn[3], turn[0])
-        x, y, _ = self.world.to_floor(position)[0]
-        model = self.mechanics.model
-        place(model, self.body, self.posture, self._orientation, self._lift, self.world, (x, y, heading))
-        self.mechanics.take_pose()
+        turn = self._torso.rotation
+        x, y, _ = self.world.to_floor(self._torso.position)
+        self._place((x, y, math.atan2(turn[3], turn[0])))
+        self.servo.start(self.engine.robot.position)
         self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
-        self._torso = self.mechanics.torso()
+        self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
 
     def reset(self) -> None:
         """Begin anew: same posture, same seed, `seq` 0."""
-        bullet.resetSimulation(physicsClientId=self._client)
+        self.engine.reset()
         self._build()
 
     def close(self) -> None:
-        """Free the physics client; may be called twice."""
-        if self._client >= 0:
-            disconnect(self._client)
-            self._client = -1
+        """Free the physics engine; may be called twice."""
+        self.engine.close()
 
     def __enter__(self) -> EmulatedRobot:
         return self

@@ -1,13 +1,13 @@
-"""Ground truth: what no sensor tells."""
+"""Ground truth, which no controller receives."""
 
 from __future__ import annotations
 
 import math
 from typing import Final
 
-from bridge.messages import Contact, TruthFrame, Vec3
-from emulator.contacts import FootLoad, GroundContacts
-from emulator.mechanics import TorsoState
+from bridge.messages import Contact, TruthFrame
+from bridge.types import Vec3
+from emulator.engine.values import FootLoad, GroundContacts, TorsoState
 
 FALLEN_TILT: Final = math.cos(math.radians(45.0))
 FALLEN_HEIGHT: Final = 0.5
@@ -31,7 +31,7 @@ def truth_frame(
         contacts: Ground reactions.
         joints: True angles in frame order, rad.
         com: Centre of mass, world frame, m.
-        height: Of the torso over the floor, as a share of that at the start.
+        height: Of the torso over the floor, as a fraction of that at the start.
     """
     tilted = torso.rotation[8] < FALLEN_TILT
     return TruthFrame(
@@ -46,7 +46,7 @@ def truth_frame(
         zmp=contacts.zmp,
         left=_contact(contacts.feet["L"]),
         right=_contact(contacts.feet["R"]),
-        fell=contacts.fallen or tilted or height < FALLEN_HEIGHT,
+        fell=bool(contacts.touching) or tilted or height < FALLEN_HEIGHT,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bridge.messages import Vec3
+from bridge.types import Vec3
 
 Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """Rotation matrix, row by row."""

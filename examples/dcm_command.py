@@ -7,9 +7,9 @@ python examples/dcm_command.py    # in another
 import sys
 import time
 
-from bridge.dcm import wire
-from bridge.joints import INDEX
+from bridge.body.joints import INDEX
 from bridge.link import DEFAULT_ENDPOINT, ControllerLink
+from bridge.messages import dcm as wire
 from bridge.messages import decode, encode
 
 HEAD = "HeadYaw/Position/Actuator/Value"

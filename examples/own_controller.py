@@ -4,48 +4,32 @@ nao-hil emulate                      # in one terminal
 python examples/own_controller.py    # in another
 """
 
-import math
 import sys
 
-from bridge.joints import INDEX, N_JOINTS
-from bridge.link import DEFAULT_ENDPOINT, ControllerLink
-from bridge.messages import ActuatorFrame
+import numpy as np
+
+import nao_hil
 
 PERIOD = 4.0  # s
 DEPTH = 0.4  # rad of the knees
-SHARES = {"HipPitch": -0.5, "KneePitch": 1.0, "AnklePitch": -0.5}  # together they keep torso and soles level
+BEND = np.zeros(len(nao_hil.JOINTS))  # per rad of the knees; together these keep torso and soles level
+for side in "LR":
+    for joint, ratio in {"HipPitch": -0.5, "KneePitch": 1.0, "AnklePitch": -0.5}.items():
+        BEND[nao_hil.JOINTS.index(side + joint)] = ratio
 
 
-def squat(start: tuple[float, ...], time: float) -> tuple[float, ...]:
-    """Joint angles some seconds after the beginning, rad."""
-    bend = 0.5 * DEPTH * (1.0 - math.cos(2.0 * math.pi * time / PERIOD))
-    angles = list(start)
-    for side in "LR":
-        for joint, share in SHARES.items():
-            angles[INDEX[side + joint]] += share * bend
-    return tuple(angles)
-
-
-def main(endpoint: str) -> None:
+def main(*endpoint: str) -> None:
     """Squat once, and say how deep the knees went."""
-    knee, first = INDEX["LKneePitch"], None
-    with ControllerLink(connect=endpoint, name="squatter") as link:
-        info = link.wait_robot()
-        link.acquire()  # one controller at a time
-        receive = link.next if info.mode == "lockstep" else link.latest
-        knees, time = [], 0.0
-        while time < PERIOD:
-            frame = receive(1.0)  # None: nothing came within a second
-            if frame is None:
-                continue
-            first = first or frame
-            time = frame.time - first.time
+    knee = nao_hil.JOINTS.index("LKneePitch")
+    with nao_hil.connect(*endpoint, name="squatter", patience=60.0) as robot:  # waits for it
+        first = frame = robot.frame
+        knees = []
+        while (time := frame.time - first.time) < PERIOD:
+            bend = 0.5 * DEPTH * (1.0 - np.cos(2.0 * np.pi * time / PERIOD))
+            frame = robot.step(first.position + bend * BEND)
             knees.append(frame.position[knee])
-            angles = squat(first.position, time)
-            link.send(ActuatorFrame(reply_to=frame.seq, position=angles, stiffness=(1.0,) * N_JOINTS))
-        link.release()
-    print(f"{info.body}: the knees went {max(knees) - knees[0]:.3f} rad down in {len(knees)} cycles")
+        print(f"{robot.info.body}: the knees went {max(knees) - knees[0]:.3f} rad down in {len(knees)} cycles")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else DEFAULT_ENDPOINT)
+    main(*sys.argv[1:])

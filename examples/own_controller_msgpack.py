@@ -38,7 +38,7 @@ with zenoh.open(config) as session:
     info = ask(session, "info")
     ticket = secrets.randbits(63)
     token = session.liveliness().declare_token(f"{ROOT}/alive/controller/shaker.{ticket:016x}")
-    request = {"version": 1, "op": "acquire", "controller": "shaker", "ticket": ticket}
+    request = {"version": 2, "op": "acquire", "controller": "shaker", "ticket": ticket}
     lease = ask(session, "lease", request)
     if not lease["granted"]:
         raise SystemExit(lease["message"])
@@ -49,7 +49,7 @@ with zenoh.open(config) as session:
         heads.append(frame["position"][0])  # slot 0 is HeadYaw
         wanted = list(first["position"])
         wanted[0] = 0.3 * math.sin(math.pi * (frame["time"] - first["time"]))
-        answer = {"version": 1, "reply_to": frame["seq"], "lease": lease["lease"]}
+        answer = {"version": 2, "reply_to": frame["seq"], "lease": lease["lease"]}
         answer |= {"position": wanted, "stiffness": [1.0] * 25}
         session.put(f"{ROOT}/actuators", msgpack.packb(answer))
     ask(session, "lease", request | {"op": "release"})

@@ -8,18 +8,17 @@ import sys
 import time
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from bridge.link.walk_client import WalkClient
-from bridge.link.world_client import WorldClient
-from bridge.world import Push, Reset, Status
-from lab.monitor import Monitor
+from bridge.messages.world import Push, Reset, Status
+from nao_hil import WalkClient, WorldClient
+from nao_hil.runs.monitor import Monitor
 
 WATCH = 2.0  # s of robot time after each push
 
 
 def main(endpoint: str) -> None:
     """Push to the left, by 0.5 N s more each time."""
-    with WorldClient(connect=endpoint) as world, Monitor(DEFAULT_ROBOT, endpoint) as ear:
-        ear.connect()
+    with WorldClient(connect=endpoint) as world, Monitor(DEFAULT_ROBOT, endpoint) as monitor:
+        monitor.connect()
         with WalkClient(connect=endpoint) as walker:
             while walker.status().state != "stand":
                 time.sleep(0.02)
@@ -29,7 +28,7 @@ def main(endpoint: str) -> None:
             pushed = world.send(Push(impulse=(0.0, impulse, 0.0), duration=0.1))
             while world.send(Status()).time < pushed.time + WATCH:
                 time.sleep(0.02)
-                fell = fell or (ear.truth is not None and ear.truth.fell)
+                fell = fell or (monitor.truth is not None and monitor.truth.fell)
             print(f"{impulse:.1f} N s: {'falls' if fell else 'stands'}")
         print(world.send(Reset()).text)
 

@@ -9,7 +9,7 @@ import time
 
 from bridge.errors import WalkRefused
 from bridge.link import DEFAULT_ENDPOINT
-from bridge.link.walk_client import WalkClient
+from nao_hil import WalkClient
 
 
 def arrive(client: WalkClient, x: float) -> float:

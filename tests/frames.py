@@ -6,8 +6,8 @@ from typing import Any, Final
 
 import msgspec
 
-from bridge.datasheet.postures import POSTURES
-from bridge.joints import N_JOINTS
+from bridge.body.joints import N_JOINTS
+from bridge.body.postures import POSTURES
 from bridge.messages import SensorFrame
 
 STANDING: Final = SensorFrame(

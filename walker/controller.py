@@ -9,18 +9,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
-from bridge.datasheet import Body
-from bridge.joints import LEG_SLOTS, N_JOINTS
-from bridge.messages import ActuatorFrame, SensorFrame, Vec3, WalkTelemetry
-from walker.estimation import Contacts, Estimate, Estimator
-from walker.gait import Foot, Gait, Reference
-from walker.gait.continued import ContinuedGait
-from walker.gait.reference import AdjustableGait
-from walker.order import WalkOrder
-from walker.parameters import ControllerParameters, controller_parameters
-from walker.ready import ReadyWalk, ready_walk
-from walker.states import Approaching, Fallen, Standing, State, StateName, Walking, WalkPlan
+from bridge.body import Body
+from bridge.body.joints import LEG_SLOTS, N_JOINTS
+from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
+from bridge.types import Pose
+from walker.estimation import Contacts, Corrections, Estimate, Estimator
+from walker.planning import Foothold, Gait, Plan, SolePose
+from walker.planning.order import WalkOrder
+from walker.planning.planner import WalkPlanner
+from walker.stabilization.parameters import ControllerParameters, controller_parameters
+from walker.states import Approaching, Fallen, Standing, State, StateName, Walking
+from walker.states.ready import ReadyWalk, ready_walk
 
 __all__ = ["Controller", "WalkOrder"]
 
@@ -30,7 +31,7 @@ class Controller:
 
     Args:
         body: data sheet of the robot.
-        gait: phase machine in its initial stand.
+        gait: to walk by.
         order: how far to walk; None: stand, and wait for `begin`.
         cycle: of the robot, s.
         parameters: of the controllers; None: the gait's shipped ones.
@@ -43,23 +44,22 @@ class Controller:
     def __init__(
         self,
         body: Body,
-        gait: Gait,
+        gait: Gait[Any],
         order: WalkOrder | None,
         cycle: float,
         parameters: ControllerParameters | None = None,
     ) -> None:
         p = parameters or controller_parameters(gait.name)
         walk = self._walk = ready_walk(body, gait, order or WalkOrder(), cycle, p)
-        self._spare = walk.copied()
         self._body, self._cycle, self._serves = body, cycle, order is None
-        self._plan = WalkPlan(gait, walk.order, gait.stand())
-        self._walking = Walking(self._plan, walk.footing(), walk.stabiliser)
-        after = self._walking if order is not None else Standing(walk.goal, walk.stabiliser)
+        self._planner = WalkPlanner(gait, walk.order)
+        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer)
+        after = self._walking if order is not None else Standing(walk.goal, walk.stabilizer, Corrections())
         self._state: State = Approaching(walk.goal, after)
         self._next: ReadyWalk | None = None
         self._hold = math.inf
         self._fell = self._limp = False
-        self._began = self._plan.reference
+        self._began = self.plan
         self.interruptions = 0
         """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
         self._estimator = Estimator(body, p, cycle)
@@ -79,12 +79,12 @@ class Controller:
         """
         if self._serves or self._state.name not in ("stand", "fallen"):
             return False
-        return self._state.settled >= self._plan.order.settle
+        return self._state.settled >= self._planner.order.settle
 
     @property
-    def reference(self) -> Reference:
-        """The plan of the last tick."""
-        return self._plan.reference
+    def plan(self) -> Plan:
+        """Of the last tick."""
+        return self._planner.plan
 
     @property
     def walk(self) -> ReadyWalk:
@@ -102,14 +102,14 @@ class Controller:
         return self._estimate.delay
 
     @property
-    def place(self) -> Vec3:
-        """x, y, yaw of the middle between the planned feet since the first tick, m, m, rad."""
-        return *_middle(self._plan.reference), 0.0
+    def place(self) -> Foothold:
+        """Middle between the planned feet since the first tick."""
+        return self.plan.middle
 
     @property
     def walked(self) -> float:
         """Way of this walk, or the last one, by the plan, m."""
-        return math.dist(_middle(self._plan.reference), _middle(self._began))
+        return math.dist(self.plan.middle[:2], self._began.middle[:2])
 
     def begin(self, walk: ReadyWalk, hold: float = math.inf) -> None:
         """Walk: from a stand at once, in stride where the gait can, otherwise after closing the feet.
@@ -117,13 +117,13 @@ class Controller:
         A walk with bounds of its own begins at a stand. A robot that fell begins once it is upright again.
 
         Args:
-            walk: in its initial stand, new.
+            walk: new.
             hold: time after which the walk ends unless `begin` came again, s.
         """
         self._hold = hold
         if isinstance(self._state, Walking) and self._in_stride(walk):
             self.adjust(walk)
-            self._plan.order = walk.order
+            self._planner.order = walk.order
         else:
             self._next = walk
             self._walking.stop()  # also one that is yet to begin, behind an approach
@@ -137,13 +137,10 @@ class Controller:
         if not isinstance(state, Walking) or walk.gait.name != now.gait.name:
             return
         if walk.parameters != now.parameters:
-            self._spare = replace(walk.copied(), gait=self._spare.gait)
-            state.switch(walk.stabiliser, walk.footing())
-            now = replace(now, parameters=walk.parameters, stabiliser=walk.stabiliser)
-        if walk.step is not None and isinstance(now.gait, AdjustableGait):
-            now.gait.set_step_length(walk.step.length)
-            assert isinstance(self._spare.gait, AdjustableGait)
-            self._spare.gait.set_step_length(walk.step.length)
+            state.switch(walk.stabilizer, walk.support_machine())
+            now = replace(now, parameters=walk.parameters, stabilizer=walk.stabilizer)
+        if walk.step is not None and now.gait.adjustable:
+            self._planner.velocity = (walk.step.velocity, 0.0, 0.0)
             now = replace(now, step=walk.step)
         self._walk = now
 
@@ -157,14 +154,12 @@ class Controller:
 
         Args:
             frame: newest sensor frame; frames that were lost in between are made up for in the plan's time.
-                Where the robot had no new answer for longer than `ControllerParameters.longest_gap`, the walk
+                Where the robot had no new answer for longer than `ControllerParameters.max_gap`, the walk
                 goes on from a stand.
         """
         dt = self._elapsed(frame.seq)
         walking = isinstance(self._state, Walking)
-        self._estimate = self._estimator.update(
-            frame, dt, self._plan.reference, self._walk.stabiliser.corrections.soles, walking=walking
-        )
+        self._estimate = self._estimator.update(frame, dt, self.plan, self._state.corrections, walking=walking)
         if walking:
             self._hold -= dt
             if self._hold <= 0.0:
@@ -176,13 +171,11 @@ class Controller:
         else:
             if self._put_up(frame):
                 self._stand_again(frame)
-            if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.longest_gap:
+            if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.max_gap:
                 self._interrupt(self._state, frame)
             if self._next is not None and self._may_begin():
                 self._start(self._next, frame)
             self._state = self._state.advance(frame, self._estimate, dt)
-        if isinstance(self._state, Walking):
-            self._estimator.take_ground(self._walk.stabiliser.corrections.shared)
         return ActuatorFrame(
             reply_to=frame.seq,
             position=self._state.position,
@@ -193,7 +186,7 @@ class Controller:
         """Time since the last frame, s."""
         cycles = seq - self._seq if self._seq is not None else 0
         self._seq = seq
-        return min(max(cycles, 0) * self._cycle, max(self._walk.parameters.longest_gap, self._cycle))
+        return min(max(cycles, 0) * self._cycle, max(self._walk.parameters.max_gap, self._cycle))
 
     def _in_stride(self, walk: ReadyWalk) -> bool:
         """Whether the walk under way can turn into this one without a stand."""
@@ -202,7 +195,7 @@ class Controller:
             self._state.name == "walk"
             and walk.gait.name == now.gait.name
             and not walk.order.bounded
-            and (walk.step == now.step or isinstance(now.gait, AdjustableGait))
+            and (walk.step == now.step or now.gait.adjustable)
         )
 
     def _may_begin(self) -> bool:
@@ -221,22 +214,21 @@ class Controller:
     def _stand_again(self, frame: SensorFrame) -> None:
         """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""
         self._estimator = Estimator(self._body, self._walk.parameters, self._cycle)
-        self._plan.reference = ContinuedGait(self._walk.gait, self.place[0]).stand()
-        standing = Standing(self._walk.goal, self._walk.stabiliser)
+        self._planner = WalkPlanner(self._walk.gait, self._walk.order, self.place, self.plan.step)
+        standing = Standing(self._walk.goal, self._walk.stabilizer, Corrections())
         self._state, self._fell = Approaching(self._walk.goal, standing, frame.position), True
 
     def _interrupt(self, walking: Walking, frame: SensorFrame) -> None:
         """From wherever the joints are into the stand, and from there walk on to the end of the order."""
-        walk, self._spare = self._spare, self._spare.copied()
-        self._walk = replace(self._walk, gait=walk.gait, stabiliser=walk.stabiliser)
-        self._plan.gait = ContinuedGait(walk.gait, self.place[0], self._plan.reference.step)
-        self._plan.reference = self._plan.gait.stand()
-        self._walking = Walking(self._plan, walk.footing(), walk.stabiliser, walked=walking.walked)
+        walk = self._walk = self._walk.anew(self._body, self._cycle)
+        before = self._planner
+        self._planner = WalkPlanner(walk.gait, before.order, self.place, self.plan.step, before.velocity)
+        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, walked=walking.walked)
         if walking.name == "stopping":
             self._walking.stop()
         self._state = Approaching(walk.goal, self._walking, frame.position)
         self._estimator = Estimator(self._body, walk.parameters, self._cycle)
-        self._estimate = self._estimate._replace(delay=0.0)  # the gap's share in the mean is dealt with
+        self._estimate = self._estimate._replace(delay=0.0)  # the mean begins anew
         self.interruptions += 1
 
     def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:
@@ -245,35 +237,33 @@ class Controller:
         before, lay = self._walk, self._state.name == "fallen"
         fell, self._fell = lay or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
-        self._spare = walk.copied()
         if same:  # the corrections that were found for this ground stay
-            walk = replace(walk, stabiliser=before.stabiliser)
+            walk = replace(walk, stabilizer=before.stabilizer)
         self._walk = walk
-        self._plan.gait = ContinuedGait(walk.gait, self.place[0])
-        self._plan.order = walk.order
-        self._plan.reference = self._began = self._plan.gait.stand()
-        held = self._state.position
-        self._walking = Walking(self._plan, walk.footing(), walk.stabiliser, held if same else None)
+        self._planner = WalkPlanner(walk.gait, walk.order, self.place)
+        self._began = self.plan
+        state = self._state
+        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, state if same else None)
         self._state = self._walking
         if not same:
-            self._state = Approaching(walk.goal, self._walking, frame.position if lay else held)
+            self._state = Approaching(walk.goal, self._walking, frame.position if lay else state.position)
         if fell:
             self._estimator = Estimator(self._body, walk.parameters, self._cycle)
 
     @property
     def telemetry(self) -> WalkTelemetry:
         """Plan, estimates and corrections of the last tick."""
-        r, e, c = self._plan.reference, self._estimate, self._walk.stabiliser.corrections
+        p, e, c = self.plan, self._estimate, self._state.corrections
         return WalkTelemetry(
             seq=self._seq or 0,
             state=self._state.name,
-            phase=r.phase,
-            step=r.step,
-            steps=self._plan.order.steps,
-            zmp=r.zmp,
-            com=r.com,
-            left=_place(r.left),
-            right=_place(r.right),
+            phase=p.phase,
+            step=p.step,
+            steps=self._planner.order.steps,
+            zmp=p.zmp,
+            com=p.com,
+            left=_pose(p.left),
+            right=_pose(p.right),
             angle=e.angle,
             zmp_measured=e.zmp,
             contact=e.contacts,
@@ -284,9 +274,5 @@ class Controller:
         )
 
 
-def _place(foot: Foot) -> tuple[float, float, float]:
-    return foot.x, foot.y, foot.z
-
-
-def _middle(plan: Reference) -> tuple[float, float]:
-    return 0.5 * (plan.left.x + plan.right.x), 0.5 * (plan.left.y + plan.right.y)
+def _pose(sole: SolePose) -> Pose:
+    return sole.x, sole.y, sole.z, sole.roll, sole.pitch, sole.yaw

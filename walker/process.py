@@ -9,16 +9,16 @@ from collections.abc import Callable
 
 import msgspec
 
-from bridge.datasheet import Body, load_body
+from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError, FrameError, LinkError, RobotSilent
 from bridge.guard import GuardSettings
-from bridge.guard.messages import GuardStatus
 from bridge.histogram import DurationHistogram
 from bridge.link import ControllerLink, keys
 from bridge.messages import ActuatorFrame, Info, SensorFrame, decode
+from bridge.messages.guard import GuardStatus
 from bridge.realtime import quiet_process
 from walker.controller import Controller
-from walker.delay import budget
+from walker.planning.catalogue import gait_kind
 from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
@@ -27,7 +27,7 @@ SILENCE = 0.5
 """s without a sensor frame after which the walker looks whether the robot is still there."""
 _AGAIN = 0.2
 """s between two looks whether a robot was armed."""
-GUARDED = GuardSettings().watchdog.silence + GuardSettings().watchdog.hold
+GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
 """Cycles without an answer after which a guard has the robot, whether or not its notice came through."""
 MakeController = Callable[[Body, float], Controller]
 """Body and cycle time (s) to a controller at the beginning of its order."""
@@ -43,7 +43,7 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """By the fused torso angle."""
     late: bool
-    """Stopped because answers came later than the gait bears, see `walker.delay`."""
+    """Stopped because answers came later than the gait bears, see `walker.estimation.delay`."""
     interruptions: int
     """How often the walk went on from a stand, or began anew, because the robot had no answer for too long."""
     ticks: int
@@ -209,7 +209,7 @@ class WalkerProcess:
             logger.warning(
                 "no answer reached the robot for over %.0f ms, more than the walk bears in mid-step: it goes "
                 "on from a stand",
-                1e3 * controller.walk.parameters.longest_gap,
+                1e3 * controller.walk.parameters.max_gap,
             )
         if not lockstep:
             self._heed_delay(controller)
@@ -226,7 +226,7 @@ class WalkerProcess:
 
     def _heed_delay(self, controller: Controller) -> None:
         """Close the feet on a link that is worse than a walk bears."""
-        bears = budget(controller.walk.gait.name)
+        bears = gait_kind(controller.walk.gait.name).max_delay
         if not self._dry_run and controller.delay > bears and controller.state in ("approach", "walk"):
             self._late = True
             controller.stop()

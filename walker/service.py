@@ -14,18 +14,17 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from bridge.commands import decode_command
-from bridge.datasheet import Body
+from bridge.body import Body
 from bridge.errors import ConfigurationError, WalkRefused
-from bridge.messages import encode
-from bridge.walk import WalkCommand, WalkStatus
+from bridge.messages import decode_command, encode
+from bridge.messages.walk import WalkCommand, WalkStatus
 from walker.controller import Controller
-from walker.gait import gait_parameters, make_gait
-from walker.gait.speed import step_of, with_velocity
-from walker.order import WalkOrder
-from walker.parameters import ControllerParameters, controller_parameters
-from walker.ready import ReadyWalk, ready_walk
-from walker.walkable import check_walkable
+from walker.planning import Gait, gait_parameters, make_gait
+from walker.planning.order import WalkOrder
+from walker.planning.parameters import GaitParameters
+from walker.planning.walkable import check_walkable
+from walker.stabilization.parameters import ControllerParameters, controller_parameters
+from walker.states.ready import ReadyWalk, ready_walk
 
 _TAKEN: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
@@ -85,7 +84,7 @@ class WalkService:
         self._robot: tuple[Body, float] | None = None
         self._seen: _Seen | None = None
         self._distance_bound = False
-        self._walkable: set[tuple[str, msgspec.Struct]] = set()
+        self._walkable: dict[tuple[str, GaitParameters], Gait[Any]] = {}
         self._gait_parameters(self._wish)
         self._controllers(self._wish)
 
@@ -99,9 +98,8 @@ class WalkService:
             self._orders.clear()
             self._robot, self._seen = (body, cycle), None
             self._walkable.clear()
-        name, parameters = self._wish.gait, self._gait_parameters(self._wish)
-        check_walkable(body, make_gait(name, parameters, body))
-        return Controller(body, make_gait(name, parameters, body), None, cycle, self._controllers(self._wish))
+        gait = _walkable_gait(self._wish.gait, self._gait_parameters(self._wish), body)
+        return Controller(body, gait, None, cycle, self._controllers(self._wish))
 
     def before(self, controller: Controller, seq: int) -> None:
         """Carry out, before the tick of frame `seq`, the orders that are due; in the controller's thread."""
@@ -124,7 +122,7 @@ class WalkService:
             torso=walk.parameters.torso,
             admittance=walk.parameters.admittance,
             velocity=(speed, 0.0, 0.0),
-            steps=controller.reference.step,
+            steps=controller.plan.step,
             distance=controller.walked,
             position=controller.place,
         )
@@ -133,7 +131,7 @@ class WalkService:
             order.taken.set()
 
     def answer(self, payload: bytes) -> bytes:
-        """A `bridge.walk.WalkCommand` to a `WalkStatus`, both as msgpack; any thread.
+        """A `bridge.messages.walk.WalkCommand` to a `WalkStatus`, both as msgpack; any thread.
 
         Raises:
             FrameError: not a walk command.
@@ -204,21 +202,22 @@ class WalkService:
         assert self._robot is not None
         body, cycle = self._robot
         parameters = self._gait_parameters(wish)
-        self._check(wish, parameters)
-        step, order = step_of(wish.gait, parameters), _steps(command.steps or 0)
+        gait = self._gait(wish, parameters)
+        step, order = parameters.periodic_step, _steps(command.steps or 0)
         if command.distance is not None:
+            if not step.length:
+                raise WalkRefused(f"The {wish.gait} gait stays where it is; leave the distance out.")
             count = math.ceil(command.distance / step.length - 1e-9)
             order = _steps(min(command.steps or count + 1, count + 1))
-            parameters = with_velocity(wish.gait, parameters, command.distance / count / step.duration)
-            self._check(wish, parameters)
-            step = step_of(wish.gait, parameters)
-        gait = make_gait(wish.gait, parameters, body)
+            parameters = parameters.with_velocity(command.distance / count / step.duration)
+            gait = self._gait(wish, parameters)
+            step = parameters.periodic_step
         return ready_walk(body, gait, order, cycle, self._controllers(wish), step)
 
-    def _gait_parameters(self, wish: Wish) -> msgspec.Struct:
+    def _gait_parameters(self, wish: Wish) -> GaitParameters:
         parameters = gait_parameters(wish.gait, self._changes if wish.gait == self._first else None)
         if wish.velocity is not None:
-            parameters = with_velocity(wish.gait, parameters, wish.velocity)
+            parameters = parameters.with_velocity(wish.velocity)
         return parameters
 
     def _controllers(self, wish: Wish) -> ControllerParameters:
@@ -226,30 +225,30 @@ class WalkService:
         switches = (("torso", wish.torso), ("admittance", wish.admittance))
         return controller_parameters(wish.gait, own | {k: v for k, v in switches if v is not None})
 
-    def _check(self, wish: Wish, parameters: msgspec.Struct) -> None:
-        """Refuse what the body cannot walk; a walk that was found good is not checked again."""
+    def _gait(self, wish: Wish, parameters: GaitParameters) -> Gait[Any]:
+        """The gait; refuses what the body cannot walk, and checks each walk once."""
         assert self._robot is not None
         body, known = self._robot[0], (wish.gait, parameters)
-        if known in self._walkable:
-            return
-        try:
-            check_walkable(body, make_gait(wish.gait, parameters, body))
-        except ConfigurationError as error:
-            raise WalkRefused(f"{_sentence(str(error))}{self._fastest(wish.gait, parameters, body)}") from None
-        self._walkable.add(known)
+        if known not in self._walkable:
+            try:
+                self._walkable[known] = _walkable_gait(wish.gait, parameters, body)
+            except ConfigurationError as error:
+                fastest = self._fastest(wish.gait, parameters, body)
+                raise WalkRefused(f"{_sentence(str(error))}{fastest}") from None
+        return self._walkable[known]
 
-    def _fastest(self, gait: str, parameters: msgspec.Struct, body: Body) -> str:
-        """What of the refused velocity would do, in words."""
-        refused = step_of(gait, parameters).velocity
+    def _fastest(self, gait: str, parameters: GaitParameters, body: Body) -> str:
+        """The part of a refused velocity that the body can walk, in words."""
+        refused = parameters.periodic_step.velocity
         low, high = 0.0, 1.0
         for _ in range(_HALVINGS):
-            share = 0.5 * (low + high)
+            middle = 0.5 * (low + high)
             try:
-                check_walkable(body, make_gait(gait, with_velocity(gait, parameters, share * refused), body))
+                _walkable_gait(gait, parameters.with_velocity(middle * refused), body)
             except ConfigurationError:
-                high = share
+                high = middle
             else:
-                low = share
+                low = middle
         if low == 0.0:
             return ""
         return f" {refused:.3g} m/s are too fast; {low * refused:.3f} m/s would do."
@@ -272,6 +271,12 @@ class WalkService:
                 status, gait=self._wish.gait, torso=p.torso, admittance=p.admittance
             )
         return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`.")
+
+
+def _walkable_gait(name: str, parameters: GaitParameters, body: Body) -> Gait[Any]:
+    gait = make_gait(name, parameters, body)
+    check_walkable(body, gait)
+    return gait
 
 
 def _steps(steps: int) -> WalkOrder:

@@ -1,6 +1,6 @@
-"""The DCM: NAOqi's timed commands, aliases and interpolation, without physics; and its messages (`wire`).
+"""The DCM (Device Communication Manager): NAOqi's timed commands, aliases and interpolation, without physics.
 
-On either side: an emulated robot has one in its cycle, and a served robot that has none gets one in front.
+An emulated robot has one in its cycle. The NAOqi adapter puts one before a robot that has none.
 """
 
 from bridge.dcm.unit import Dcm, Targets

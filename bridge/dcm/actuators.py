@@ -11,19 +11,19 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from bridge.datasheet import Body
-from bridge.datasheet.quantities import HANDS, absent_joints, limits
-from bridge.dcm.wire import PREFIX
-from bridge.joints import JOINTS
+from bridge.body import Body
+from bridge.body.joints import JOINTS
+from bridge.body.quantities import HANDS, absent_joints, limits
+from bridge.messages.dcm import PREFIX
 
 ANGLE_GAIN: Final = 2.0 * math.pi / 65536.0
 """rad per count"""
-SHARE_GAIN: Final = 1.0 / 32768.0
+FRACTION_GAIN: Final = 1.0 / 32768.0
 """Stiffness, and opening of a hand, per count."""
 LED_GAIN: Final = 1.0 / 256.0
 """Brightness per count."""
-LARGEST_MODE: Final = 127.0
-"""Largest number that the discrete actuators take (sonar: bits 1, 2, 4, 8 and 64 are known)."""
+MAX_MODE: Final = 127.0
+"""Largest integer that the discrete actuators take (sonar: bits 1, 2, 4, 8 and 64 are known)."""
 
 IGNORED: Final = frozenset({"RHipYawPitch/Position/Actuator/Value"})
 """Names that are accepted without an actuator behind them: one motor drives both hips."""
@@ -61,14 +61,14 @@ def actuators(body: Body) -> tuple[Actuator, ...]:
     joints = driven_joints(body)
     positions = [
         Actuator(
-            f"{joint}/Position{_VALUE}", *limits(body, joint), SHARE_GAIN if joint in HANDS else ANGLE_GAIN
+            f"{joint}/Position{_VALUE}", *limits(body, joint), FRACTION_GAIN if joint in HANDS else ANGLE_GAIN
         )
         for joint in joints
     ]
-    hardness = [Actuator(f"{joint}/Hardness{_VALUE}", -1.0, 1.0, SHARE_GAIN) for joint in joints]
+    hardness = [Actuator(f"{joint}/Hardness{_VALUE}", -1.0, 1.0, FRACTION_GAIN) for joint in joints]
     leds = [Actuator(f"{led}{_VALUE}", 0.0, 1.0, LED_GAIN) for led in led_names()]
     modes = [
-        Actuator(f"{name}{_VALUE}", 0.0, LARGEST_MODE, 1.0, interpolates=False)
+        Actuator(f"{name}{_VALUE}", 0.0, MAX_MODE, 1.0, interpolates=False)
         for name in ("ChestBoard/Led/State", "US")
     ]
     return (*positions, *hardness, *leds, *modes)

@@ -1,4 +1,4 @@
-"""Timed commands of one actuator: how updates change the buffer, and what a cycle sends from it."""
+"""Timed commands of one actuator: updates of its buffer, and the value of a cycle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class TimedCommand(NamedTuple):
 
 
 class Update(Enum):
-    """How new commands meet those that are waiting (vendor's page on `set`)."""
+    """How new commands are combined with those that are waiting (vendor's page on `set`)."""
 
     MERGE = "Merge"
     CLEAR_ALL = "ClearAll"
@@ -26,7 +26,13 @@ class Update(Enum):
 
 
 def updated(waiting: Sequence[TimedCommand], update: Update, new: Sequence[TimedCommand]) -> list[TimedCommand]:
-    """The buffer after an update, in order of time; of equal times the one received last comes last."""
+    """The buffer after an update, in order of time; of equal times the one received last comes last.
+
+    Args:
+        waiting: the buffer before.
+        update: how they are combined.
+        new: commands received, in any order.
+    """
     if update is Update.CLEAR_ALL:
         kept: Sequence[TimedCommand] = ()
     elif update is Update.MERGE or not new:

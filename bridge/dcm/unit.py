@@ -1,4 +1,4 @@
-"""The DCM's command side as a whole: what is asked for goes in, what the boards get each cycle comes out."""
+"""The DCM's command side: requests go in, the values of the motor boards come out each cycle."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.datasheet import Body
-from bridge.dcm.actuators import IGNORED, Actuator, actuators, driven_joints, short
+from bridge.body import Body
+from bridge.body.joints import N_JOINTS
+from bridge.dcm.actuators import IGNORED, Actuator, short
 from bridge.dcm.buffer import TimedCommand, Update, interpolated, passed, updated
 from bridge.dcm.clock import Clock
 from bridge.dcm.requests import AliasRequest, SetAliasRequest, SetRequest, shown
-from bridge.dcm.wire import PREFIX
+from bridge.dcm.table import ActuatorTable
 from bridge.errors import DcmRefused
-from bridge.joints import INDEX, N_JOINTS
+from bridge.messages.dcm import PREFIX
 
 BUFFER_LIMIT: Final = 512
 """Timed commands per actuator (vendor's 2.x page; the page of 2010 says 4096)."""
@@ -26,7 +26,7 @@ MAX_ALIASES: Final = 256
 
 @dataclass(frozen=True)
 class Targets:
-    """What the motor boards get in one cycle, in frame order; 0 for joints that the body lacks."""
+    """Values that the motor boards get in one cycle, in frame order; 0 for joints that the body lacks."""
 
     position: tuple[float, ...]
     """rad (hands: 0..1)"""
@@ -49,26 +49,20 @@ class Dcm:
         self.clock = Clock(body.cycle, start)
         self._cycle = 1000.0 * body.cycle
         self._limit = limit
-        self.table: tuple[Actuator, ...] = actuators(body)
-        """All actuators of the body."""
-        self._index = {actuator.name: i for i, actuator in enumerate(self.table)}
-        self._slots = [INDEX[joint] for joint in driven_joints(body)]
-        self._joints = len(self._slots)
-        self._gain = np.array([actuator.gain for actuator in self.table])
-        self._offset = np.array([actuator.offset for actuator in self.table])
-        # Inwards, so that no integer stands for a value beyond the range.
-        lower = np.array([actuator.lower for actuator in self.table])
-        upper = np.array([actuator.upper for actuator in self.table])
-        self._lower = np.ceil((lower - self._offset) / self._gain - 1e-9)
-        self._upper = np.floor((upper - self._offset) / self._gain + 1e-9)
-        self._last = np.zeros(len(self.table))
+        self._table = ActuatorTable(body)
+        self._last = np.zeros(len(self._table.rows))
         """Value computed last for each actuator, in counts but not rounded."""
         self._buffers: dict[int, list[TimedCommand]] = {}
         self._aliases: dict[str, tuple[int | None, ...]] = {}
         self.modes_sent: dict[str, float] = {}
-        """What was sent in the last cycle to actuators that do not interpolate (the sonar's mode)."""
+        """Values sent in the last cycle to actuators that do not interpolate (the sonar's mode)."""
         self.put_frame(position, (1.0,) * N_JOINTS)
         self._framed = False
+
+    @property
+    def table(self) -> tuple[Actuator, ...]:
+        """All actuators of the body."""
+        return self._table.rows
 
     def create_alias(self, request: AliasRequest) -> list[str | list[str]]:
         """Make or remake an alias; the reply repeats the request, with "" for every unknown actuator.
@@ -78,8 +72,8 @@ class Dcm:
         """
         if request.alias not in self._aliases and len(self._aliases) >= MAX_ALIASES:
             raise DcmRefused(f"createAlias: there are {MAX_ALIASES} aliases already; reuse the name of one.")
-        self._aliases[request.alias] = tuple(self._index.get(short(name)) for name in request.names)
-        known = self._index.keys() | IGNORED
+        self._aliases[request.alias] = tuple(self._table.index.get(short(name)) for name in request.names)
+        known = self._table.index.keys() | IGNORED
         return [request.alias, [name if short(name) in known else "" for name in request.names]]
 
     def set(self, request: SetRequest) -> None:
@@ -91,7 +85,7 @@ class Dcm:
         name = short(request.name)
         if name in IGNORED:
             return
-        index = self._index.get(name)
+        index = self._table.index.get(name)
         targets = (index,) if index is not None else self._aliases.get(request.name)
         if targets is None:
             raise DcmRefused(f"set: {shown(request.name)} is neither an actuator of this body nor an alias.")
@@ -120,7 +114,7 @@ class Dcm:
             if index is None:
                 continue
             waiting = changed[index] if index in changed else self._buffers.get(index, [])
-            buffer = updated(waiting, update, [self._in_counts(index, command) for command in new])
+            buffer = updated(waiting, update, [self._scheduled(index, command) for command in new])
             if len(buffer) > self._limit:
                 raise DcmRefused(
                     f"The buffer of `{self.table[index].name}` takes {self._limit} timed commands; with this "
@@ -133,18 +127,19 @@ class Dcm:
             else:
                 self._buffers.pop(index, None)
 
-    def _in_counts(self, index: int, command: TimedCommand) -> TimedCommand:
-        actuator = self.table[index]
-        counts = round(min(max((command.value - actuator.offset) / actuator.gain, -1e9), 1e9))
-        clipped = min(max(counts, self._lower[index]), self._upper[index])
-        return TimedCommand(self.clock.since_start(command.time), float(clipped))
+    def _scheduled(self, index: int, command: TimedCommand) -> TimedCommand:
+        """A command as the buffer keeps it: ms since the start, counts."""
+        return TimedCommand(self.clock.since_start(command.time), self._table.to_counts(index, command.value))
 
     def put_frame(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
-        """An actuator frame: ClearAll at the time of now, for all positions (rad) and stiffnesses."""
-        count = 2 * self._joints
-        wanted = np.concatenate((np.array(position)[self._slots], np.array(stiffness)[self._slots]))
-        counts = np.rint((wanted - self._offset[:count]) / self._gain[:count])
-        self._last[:count] = np.minimum(np.maximum(counts, self._lower[:count]), self._upper[:count])
+        """An actuator frame: ClearAll at the time of now, for all positions and stiffnesses.
+
+        Args:
+            position: 25 in frame order, rad (hands: 0..1).
+            stiffness: 25 in frame order.
+        """
+        count = 2 * self._table.n_joints
+        self._last[:count] = self._table.frame_counts(position, stiffness)
         for index in [i for i in self._buffers if i < count]:
             del self._buffers[index]
         self._framed = True
@@ -158,18 +153,18 @@ class Dcm:
         moved, self._framed = self._framed, False
         self.modes_sent = {}
         for index in list(self._buffers):
-            moved |= index < 2 * self._joints
+            moved |= index < 2 * self._table.n_joints
             self._run(index)
         self.clock.tick()
-        return self._targets(self._last) if moved else None
+        return Targets(*self._table.frame_values(self._last)) if moved else None
 
     def ahead(self) -> Targets:
-        """What `run_cycle` would send now, by the requests so far; changes nothing."""
+        """Values that `run_cycle` would send now, by the requests so far; changes nothing."""
         last = self._last.copy()
         for index in self._buffers:
-            if index < 2 * self._joints:  # all of them interpolate
+            if index < 2 * self._table.n_joints:  # all of them interpolate
                 last[index] = self._computed(index)[0]
-        return self._targets(last)
+        return Targets(*self._table.frame_values(last))
 
     def skip_cycle(self) -> None:
         """One cycle passes without the DCM (it is paused): nothing is sent, its clock goes on."""
@@ -194,15 +189,6 @@ class Dcm:
             return interpolated(buffer, due, last, self.clock.previous, now), due
         return buffer[due - 1].value if due else last, due
 
-    def _targets(self, values: NDArray[np.float64]) -> Targets:
-        count = 2 * self._joints
-        sent = (np.rint(values[:count]) * self._gain[:count] + self._offset[:count]).tolist()
-        position, stiffness = [0.0] * N_JOINTS, [0.0] * N_JOINTS
-        for i, slot in enumerate(self._slots):
-            position[slot] = sent[i]
-            stiffness[slot] = sent[i + self._joints]
-        return Targets(tuple(position), tuple(stiffness))
-
     def read(self, names: Iterable[str], measured: Sequence[float]) -> list[float]:
         """Values behind keys of actuators and of the DCM.
 
@@ -224,7 +210,7 @@ class Dcm:
         if name in times:
             return times[name]
         base, _, item = short(name).rpartition("/")
-        index = self._index.get(f"{base}/Value")
+        index = self._table.index.get(f"{base}/Value")
         if index is not None:
             actuator = self.table[index]
             if item == "Value":
@@ -240,12 +226,12 @@ class Dcm:
         raise DcmRefused(f"read: {shown(name)} is no key of an actuator of this body, nor of the DCM itself.")
 
     def _value(self, index: int, measured: Sequence[float]) -> float:
-        if index < self._joints and self._sent(index + self._joints) <= 0.0:
-            return float(measured[self._slots[index]])
+        if index < self._table.n_joints and self._sent(index + self._table.n_joints) <= 0.0:
+            return float(measured[self._table.slots[index]])
         return self._sent(index)
 
     def _sent(self, index: int) -> float:
-        return float(np.rint(self._last[index]) * self._gain[index] + self._offset[index])
+        return self._table.value(index, self._last[index])
 
     def prefixes(self) -> list[str]:
         """Reply of `getPrefix`."""
@@ -253,4 +239,4 @@ class Dcm:
 
     def waiting(self, name: str) -> tuple[TimedCommand, ...]:
         """The buffer of an actuator: times in ms since the start, values in counts."""
-        return tuple(self._buffers.get(self._index[short(name)], ()))
+        return tuple(self._buffers.get(self._table.index[short(name)], ()))

@@ -2,6 +2,6 @@
 
 from bridge.guard.config import GuardSettings
 from bridge.guard.guard import Guard
-from bridge.guard.messages import ArmRequest, GuardStatus, Reason, State, StopRequest
+from bridge.messages.guard import ArmRequest, GuardStatus, Reason, State, StopRequest
 
 __all__ = ["ArmRequest", "Guard", "GuardSettings", "GuardStatus", "Reason", "State", "StopRequest"]

@@ -1,4 +1,4 @@
-"""The guard of one robot: what a command must be, and what becomes of the robot without one.
+"""The guard of one robot: decides what reaches the motors, and brings the robot to rest without a controller.
 
 One object for emulated and real robots. It reads no clock: it is told of each cycle, and counts them. The same
 cycles give the same answers, so runs in process and in lockstep stay the same.
@@ -12,74 +12,69 @@ from typing import Final, Literal
 
 import msgspec
 
-from bridge.datasheet import Body
-from bridge.datasheet.postures import POSTURES
-from bridge.datasheet.quantities import HANDS, absent_joints
+from bridge.body import Body
+from bridge.body.joints import N_JOINTS
+from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
 from bridge.guard.config import GuardSettings
 from bridge.guard.descent import Descent
-from bridge.guard.messages import GuardStatus, Reason, State
-from bridge.guard.ranges import Ranges
-from bridge.guard.speed import SpeedLimiter
-from bridge.guard.stance import stands
-from bridge.guard.vigilance import FallWatch, Supplies, legs_stiff
-from bridge.guard.words import sentence
-from bridge.joints import JOINTS, N_JOINTS
+from bridge.guard.fall import FallMonitor
+from bridge.guard.output import JointOutput
+from bridge.guard.stance import legs_stiff, stands
+from bridge.guard.status import StatusLog
+from bridge.guard.supplies import SupplyMonitor
+from bridge.guard.watchdog import Watchdog
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
+from bridge.messages.guard import GuardStatus, Reason, State
 
-REACHED: Final = 0.01
+ARRIVED: Final = 0.01
 """rad; an approach this close to the command has arrived."""
 _WEAK: Final = 0.2
 """A joint with less stiffness is where it is measured, not where it was last asked to be."""
-STOOD_UP: Final = 0.15
-"""s in which a robot that was put on its feet is held there, for its controller to notice; short, because the
+STAND_UP_HOLD: Final = 0.15
+"""s for which a robot that was put on its feet is held, so that its controller notices; short, because the
 controller moves on meanwhile."""
 _DEFAULT: Final = GuardSettings()
 _Request = tuple[Literal["crouch", "limp", "arm"], str, threading.Event]
 
 
 class Guard:
-    """Between whoever commands and the motors.
-
-    Each cycle: `check` what came, then `cycle` with it or with None; what comes out goes to the motors.
+    """Each cycle: `check` a received command, then `cycle` with it or with None; the result goes to the motors.
 
     Args:
         body: data sheet: ranges, couplings, speeds.
         settings: bounds and times.
         armed: commands are taken from the start; False for real robots, until `arm`.
-        dry_run: said in the status; whoever has the motors then sends them nothing.
+        dry_run: said in the status; the owner of the motors then sends them nothing.
     """
 
     def __init__(
         self, body: Body, settings: GuardSettings = _DEFAULT, *, armed: bool = True, dry_run: bool = False
     ) -> None:
-        self._body, self._s, self._dry_run = body, settings, dry_run
-        self._crouch = Ranges(body).clip(POSTURES[settings.crouch.posture])
-        absent = absent_joints(body)
-        self._turning = [i for i, j in enumerate(JOINTS) if j not in absent and j not in HANDS]
+        self._body, self._s = body, settings
+        self._log = StatusLog(armed=armed, dry_run=dry_run)
         self._requests: queue.SimpleQueue[_Request] = queue.SimpleQueue()
-        self._notices: list[Notice] = []
         self._revoke = False
-        self.armed = armed
-        """Commands are taken."""
         self.reset()
 
     def reset(self) -> None:
         """The robot began anew (`seq` 0): all is forgotten but whether it is armed."""
-        self._ranges = Ranges(self._body)
-        self._limiter = SpeedLimiter(self._body, self._s.speed)
-        self._fall = FallWatch(self._s.fall)
-        self._supplies = Supplies(self._body, self._s.temperature, self._s.battery)
+        self._output = JointOutput(self._body, self._s.speed_ratio)
+        self._crouch = self._output.ranges.clip(POSTURES[self._s.crouch.posture])
+        self._fall = FallMonitor(self._s.fall)
+        self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
+        self._watchdog = Watchdog(self._s.watchdog)
         self._descent: Descent | None = None
-        self._stiffness: tuple[float, ...] | None = None
         self._lease: int | None = None
-        self._silent: int | None = None
-        self._down = 0
+        self._blocked = 0
+        """Cycles in which no command is taken."""
         self._reply_to = 0
-        self.status = GuardStatus(
-            seq=0, state="idle", armed=self.armed, dry_run=self._dry_run, text=sentence("idle", "", self.armed)
-        )
-        """As `guard` answers it."""
+        self._log.reset()
+
+    @property
+    def status(self) -> GuardStatus:
+        """As the query `guard` answers it."""
+        return self._log.status
 
     @property
     def state(self) -> State:
@@ -87,9 +82,14 @@ class Guard:
         return self.status.state
 
     @property
+    def armed(self) -> bool:
+        """Commands are taken."""
+        return self._log.armed
+
+    @property
     def clipped(self) -> str:
         """One sentence on what the last `check` had to clip; empty when nothing."""
-        return self._ranges.clipped
+        return self._output.ranges.clipped
 
     @property
     def busy(self) -> bool:
@@ -101,47 +101,56 @@ class Guard:
         """The joints are under command, or on the way down."""
         return self.state in ("approach", "active", "hold", "crouch")
 
-    def stood_up(self, seq: int, posture: tuple[float, ...]) -> None:
-        """Somebody put the robot on its feet, stiff: what was done about its fall or its rest is over.
+    @property
+    def position(self) -> tuple[float, ...] | None:
+        """25 positions put out last, rad; None: the joints are left alone."""
+        return self._output.position
 
-        No command is taken for `STOOD_UP`: the newest may still be a fallen robot's.
+    @property
+    def stiffness(self) -> tuple[float, ...] | None:
+        """25 stiffnesses put out last; None: the joints are left alone."""
+        return self._output.stiffness
+
+    def stood_up(self, seq: int, posture: tuple[float, ...]) -> None:
+        """Somebody put the robot on its feet, stiff: a fall or a rest is over.
+
+        No command is taken for `STAND_UP_HOLD`: the newest may still be a fallen robot's.
 
         Args:
             seq: of the present sensor frame.
             posture: 25 positions it is held in, rad.
         """
-        self._descent, self._silent = None, None
-        self._limiter.last, self._stiffness = self._ranges_of(posture), (1.0,) * N_JOINTS
-        self._down = round(STOOD_UP / self._body.cycle)
-        self._enter(seq, "idle", "", "The robot was put on its feet.")
-
-    @property
-    def position(self) -> tuple[float, ...] | None:
-        """25 positions put out last, rad; None: the joints are left alone."""
-        return self._limiter.last if self._stiffness is not None else None
-
-    @property
-    def stiffness(self) -> tuple[float, ...] | None:
-        """25 stiffnesses put out last."""
-        return self._stiffness
+        self._descent = None
+        self._watchdog.reset()
+        self._output.set_position(self._output.ranges.clip(posture))
+        self._output.stiffness = (1.0,) * N_JOINTS
+        self._blocked = round(STAND_UP_HOLD / self._body.cycle)
+        self._log.enter(seq, "idle", "", "The robot was put on its feet.")
 
     def stop(self, how: Literal["crouch", "limp"], who: str = "") -> threading.Event:
-        """Emergency stop, at the next cycle; any thread may call this. The event is set when it has begun."""
-        return self._ask(how, who)
+        """Emergency stop at the next cycle; any thread may call this.
+
+        Args:
+            how: `crouch`: go down, then release the joints; `limp`: release them at once.
+            who: said in the notice.
+
+        Returns:
+            Set when the stop has begun.
+        """
+        return self._request(how, who)
 
     def arm(self, who: str = "") -> threading.Event:
         """Take commands from the next cycle on; any thread may call this. The event is set when it is done."""
-        return self._ask("arm", who)
+        return self._request("arm", who)
 
-    def _ask(self, what: Literal["crouch", "limp", "arm"], who: str) -> threading.Event:
+    def _request(self, request: Literal["crouch", "limp", "arm"], who: str) -> threading.Event:
         done = threading.Event()
-        self._requests.put((what, who, done))
+        self._requests.put((request, who, done))
         return done
 
     def take_notices(self) -> list[Notice]:
-        """What has been said since the last call: one notice per change of state, and warnings."""
-        notices, self._notices = self._notices, []
-        return notices
+        """The notices since the last call: one per change of state, and warnings."""
+        return self._log.take_notices()
 
     def take_revocation(self) -> bool:
         """Whether the lease is to be withdrawn since the last call: its holder was silent, or a stop came."""
@@ -161,38 +170,38 @@ class Guard:
         """
         if not self.armed:
             raise FrameError(f"ActuatorFrame refused: {self.status.text}")
-        return self._ranges.check(frame, seq)
+        return self._output.ranges.check(frame, seq)
 
     def cycle(
-        self, frame: SensorFrame, command: ActuatorFrame | None, *, owed: bool = False
+        self, frame: SensorFrame, command: ActuatorFrame | None, *, supervised: bool = False
     ) -> ActuatorFrame | None:
         """One cycle.
 
         Args:
             frame: of the present boundary.
             command: newest one, as `check` gave it; None: none has come.
-            owed: the watchdog counts when none has come: somebody holds the robot, or died holding it.
+            supervised: the watchdog counts when none has come: somebody holds the robot, or died holding it.
 
         Returns:
             What is put in force now; None: what is in force stays.
         """
-        self._heed_requests(frame)
+        self._handle_requests(frame)
         for text in self._supplies.update(frame):
-            self._say(frame.seq, "guard-warning", text)
+            self._log.say(frame.seq, "guard-warning", text)
         if self._fall.update(frame) and self.state not in ("idle", "rest"):
-            self._fall_down(frame)
-        elif (self._supplies.hot or self._supplies.empty) and self.state in ("approach", "active", "hold"):
-            self._go_down(frame, "temperature" if self._supplies.hot else "battery")
-        self._watch(frame, command, owed)
-        self._down = max(self._down - 1, 0)
+            self._go_limp(frame)
+        elif self._supplies.fault and self.state in ("approach", "active", "hold"):
+            self._descend(frame, self._supplies.fault)
+        self._supervise(frame, command, supervised)
+        self._blocked = max(self._blocked - 1, 0)
         if command is not None:
             self._reply_to = command.reply_to
-            if self._takes:
-                return self._take(frame, command)
-        return self._own(frame)
+            if self._takes_commands:
+                return self._follow(frame, command)
+        return self._advance_descent(frame)
 
-    def timed(self, seq: int) -> None:
-        """Commands with times of their own (a DCM's) come beside the frames; the watchdog does not count them.
+    def accept_timed(self, seq: int) -> None:
+        """A command with a time of its own (a DCM's) came beside the frames; the watchdog does not count it.
 
         Args:
             seq: of the newest sensor frame.
@@ -200,138 +209,92 @@ class Guard:
         Raises:
             FrameError: no command is taken now; says why.
         """
-        if not self._takes:
+        if not self._takes_commands:
             raise FrameError(f"A timed command was refused: {self.status.text}")
-        self._silent, self._descent, self._stiffness = None, None, None
+        self._watchdog.reset()
+        self._descent, self._output.stiffness = None, None
         if self.state != "active":
-            self._enter(seq, "active", "")
+            self._log.enter(seq, "active", "")
 
     @property
-    def _takes(self) -> bool:
-        return self.armed and not self._supplies.hot and not self._supplies.empty and self._down == 0
+    def _takes_commands(self) -> bool:
+        return self.armed and not self._supplies.fault and self._blocked == 0
 
-    def _heed_requests(self, frame: SensorFrame) -> None:
+    def _handle_requests(self, frame: SensorFrame) -> None:
         while not self._requests.empty():
             request, who, done = self._requests.get()
             by = f" by {who}" if who else ""
-            self.armed = request == "arm"
+            self._log.armed = request == "arm"
             if request == "arm":
-                self._enter(frame.seq, self.state, self.status.reason, f"The robot was armed{by}.")
+                self._log.enter(frame.seq, self.state, self.status.reason, f"The robot was armed{by}.")
             else:
                 self._revoke = True
-                self._say(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")
-                self._go_down(frame, "stop", limp=request == "limp")
+                self._log.say(frame.seq, "guard-stop", f"Emergency stop ({request}){by}.")
+                self._descend(frame, "stop", limp=request == "limp")
             done.set()
 
-    def _watch(self, frame: SensorFrame, command: ActuatorFrame | None, owed: bool) -> None:
-        """The watchdog."""
-        if command is not None:
-            self._silent = 0
-        elif not owed:
-            self._silent = None
-        elif self._silent is not None:
-            self._silent += 1
-        dog = self._s.watchdog
-        silent = self._silent or 0
-        if not dog.enabled or silent < dog.silence:
-            return
-        if self.state in ("approach", "active"):
-            self._enter(frame.seq, "hold", "silence")
-        if silent >= dog.silence + dog.hold and (
-            self.state == "hold" or (self.state == "fallen" and self._down == 0)
-        ):
+    def _supervise(self, frame: SensorFrame, command: ActuatorFrame | None, supervised: bool) -> None:
+        """Act on what the watchdog says."""
+        demand = self._watchdog.update(received=command is not None, supervised=supervised)
+        if demand and self.state in ("approach", "active"):
+            self._log.enter(frame.seq, "hold", "silence")
+        if demand == "descend" and (self.state == "hold" or (self.state == "fallen" and self._blocked == 0)):
             self._revoke = True
-            self._go_down(frame, "silence")
+            self._descend(frame, "silence")
 
-    def _go_down(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
-        """Crouch if the robot stands by its legs; else let go where it is, of a crouched one not quite."""
-        s = self._s.crouch
-        stiffness = self._stiffness or frame.stiffness
-        standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
-        start = self._start_from(frame, _WEAK)
-        moving = standing and legs_stiff(stiffness)
+    def _descend(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
+        """Crouch if the robot stands by its legs; otherwise release the joints where it is."""
+        settings = self._s.crouch
         if limp:
-            s = msgspec.structs.replace(s, fade=0.0)
+            settings = msgspec.structs.replace(settings, release_time=0.0)
+        stiffness = self._output.stiffness or frame.stiffness
+        standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
+        start = self._output.start(frame, _WEAK)
+        moving = standing and legs_stiff(stiffness)
         self._descent = Descent(
-            start, stiffness, self._crouch, s, self._body.cycle, moving=moving, standing=standing
+            start, stiffness, self._crouch, settings, self._body.cycle, moving=moving, standing=standing
         )
-        self._limiter.last = start
-        self._enter(frame.seq, "crouch" if moving else "rest", reason)
+        self._output.set_position(start)
+        self._log.enter(frame.seq, "crouch" if moving else "rest", reason)
 
-    def _fall_down(self, frame: SensorFrame) -> None:
+    def _go_limp(self, frame: SensorFrame) -> None:
         self._descent = None
-        self._limiter.last = self._ranges_of(frame.position)
-        self._stiffness = (self._s.fall.stiffness,) * N_JOINTS
-        self._down = max(round(self._s.fall.rest / self._body.cycle), 1)
-        self._enter(frame.seq, "fallen", "fall")
+        self._output.set_position(self._output.ranges.clip(frame.position))
+        self._output.stiffness = (self._s.fall.stiffness,) * N_JOINTS
+        self._blocked = max(round(self._s.fall.rest_time / self._body.cycle), 1)
+        self._log.enter(frame.seq, "fallen", "fall")
 
-    def _take(self, frame: SensorFrame, command: ActuatorFrame) -> ActuatorFrame:
+    def _follow(self, frame: SensorFrame, command: ActuatorFrame) -> ActuatorFrame:
         """Put a command in force, from where the robot is."""
+        output = self._output
         begins = self.state not in ("approach", "active") or command.lease != self._lease
-        start = self._start_from(frame, _WEAK if begins else 0.0)
-        self._limiter.last, self._lease, self._descent = start, command.lease, None
-        if begins or self._stiffens(command):
-            far = self._distance(start, command) > self._s.approach.tolerance
+        start = output.start(frame, _WEAK if begins else 0.0)
+        output.set_position(start)
+        self._lease, self._descent = command.lease, None
+        if begins or output.stiffens(command):
+            far = output.max_distance(start, command) > self._s.approach.tolerance
             if begins or far:
-                self._enter(frame.seq, "approach" if far else "active", "")
-        slow = self._s.approach.speed if self.state == "approach" else None
-        position = self._limiter.follow(command.position, slow)
-        if self.state == "approach" and self._distance(position, command) <= REACHED:
-            self._enter(frame.seq, "active", "")
-        self._stiffness = command.stiffness
+                self._log.enter(frame.seq, "approach" if far else "active", "")
+        speed = self._s.approach.speed if self.state == "approach" else None
+        position = output.move_towards(command.position, speed)
+        if self.state == "approach" and output.max_distance(position, command) <= ARRIVED:
+            self._log.enter(frame.seq, "active", "")
+        output.stiffness = command.stiffness
         if position == command.position:
             return command
         return msgspec.structs.replace(command, position=position)
 
-    def _own(self, frame: SensorFrame) -> ActuatorFrame | None:
+    def _advance_descent(self, frame: SensorFrame) -> ActuatorFrame | None:
         """What the guard itself asks of the joints, if anything."""
+        output = self._output
         if self._descent is not None:
-            position, self._stiffness = self._descent.advance()
-            self._limiter.follow(self._ranges_of(position))
+            position, output.stiffness = self._descent.advance()
+            output.move_towards(output.ranges.clip(position))
             if self._descent.done:
                 self._descent = None
                 if self.state != "rest":
-                    self._enter(frame.seq, "rest", self.status.reason)
-        elif self._down == 0 or self.state not in ("fallen", "idle"):
+                    self._log.enter(frame.seq, "rest", self.status.reason)
+        elif self._blocked == 0 or self.state not in ("fallen", "idle"):
             return None
-        assert self._limiter.last is not None and self._stiffness is not None
-        return ActuatorFrame(reply_to=self._reply_to, position=self._limiter.last, stiffness=self._stiffness)
-
-    def _start_from(self, frame: SensorFrame, weak: float) -> tuple[float, ...]:
-        """25 positions a motion begins from: put out last, or measured for joints not stiffer than `weak`."""
-        last, stiffness = self._limiter.last, self._stiffness
-        if last is None or stiffness is None:
-            return self._ranges_of(frame.position)
-        free = [i for i in self._turning if stiffness[i] <= weak]
-        if not free:
-            return last
-        start = list(last)
-        for i in free:
-            start[i] = frame.position[i]
-        return self._ranges_of(start)
-
-    def _stiffens(self, command: ActuatorFrame) -> bool:
-        """Whether a joint that was free is not to be free any more."""
-        old = self._stiffness or command.stiffness
-        return any(old[i] <= 0.0 < command.stiffness[i] for i in self._turning)
-
-    def _distance(self, start: tuple[float, ...], command: ActuatorFrame) -> float:
-        """Farthest way of a joint that is not free, rad."""
-        ways = (abs(start[i] - command.position[i]) for i in self._turning if command.stiffness[i] > 0.0)
-        return max(ways, default=0.0)
-
-    def _ranges_of(self, position: tuple[float, ...] | list[float]) -> tuple[float, ...]:
-        said = self._ranges.clipped
-        inside = self._ranges.clip(position)
-        self._ranges.clipped = said
-        return inside
-
-    def _enter(self, seq: int, state: State, reason: Reason, why: str = "") -> None:
-        text = " ".join(filter(None, (why, sentence(state, reason, self.armed))))
-        self.status = GuardStatus(
-            seq=seq, state=state, reason=reason, armed=self.armed, dry_run=self._dry_run, text=text
-        )
-        self._say(seq, f"guard-{state}", text, "info" if reason == "" else "warning")
-
-    def _say(self, seq: int, code: str, text: str, level: str = "warning") -> None:
-        self._notices.append(Notice(seq=seq, level=level, code=code, text=text))
+        assert output.position is not None and output.stiffness is not None
+        return ActuatorFrame(reply_to=self._reply_to, position=output.position, stiffness=output.stiffness)

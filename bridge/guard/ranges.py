@@ -1,4 +1,4 @@
-"""What an actuator frame must be before anything else is asked: finite, known, inside the joints' ranges."""
+"""First checks of an actuator frame: finite numbers, stiffnesses, joint ranges."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import Final
 
 import msgspec
 
-from bridge.datasheet import Body
-from bridge.datasheet.quantities import COUPLED_TO, absent_joints, coupled_limits, limits
+from bridge.body import Body
+from bridge.body.joints import INDEX, JOINTS, N_JOINTS
+from bridge.body.quantities import COUPLED_TO, absent_joints, coupled_limits, limits
 from bridge.errors import FrameError
-from bridge.joints import INDEX, JOINTS, N_JOINTS
-from bridge.messages import ActuatorFrame, require_finite
+from bridge.messages import ActuatorFrame
+from bridge.messages.codec import require_finite
 
 TOLERANCE: Final = math.radians(0.05)
-"""rad beyond a limit that are clipped without a word: less than the sentence on it would show."""
+"""rad beyond a limit that are clipped without a notice: less than its text would show."""
 
 
 class Ranges:
@@ -51,12 +52,17 @@ class Ranges:
             raise FrameError(
                 f"ActuatorFrame refused: reply_to is {frame.reply_to}, but the newest sensor frame is {seq}."
             )
-        return msgspec.structs.replace(frame, position=self.clip(frame.position))
+        position, self.clipped = self._clip(frame.position)
+        return msgspec.structs.replace(frame, position=position)
 
     def clip(self, wanted: Sequence[float]) -> tuple[float, ...]:
-        """25 positions inside their ranges, the nearest to the wanted ones; `clipped` says which was not."""
+        """The 25 positions inside their ranges that are nearest to the wanted ones, rad."""
+        return self._clip(wanted)[0]
+
+    def _clip(self, wanted: Sequence[float]) -> tuple[tuple[float, ...], str]:
+        """As `clip`, and one sentence on the first joint that was outside."""
         position = [0.0] * N_JOINTS
-        self.clipped = ""
+        sentence = ""
         for joint in self._order:
             slot = INDEX[joint]
             asked = wanted[slot]
@@ -64,13 +70,13 @@ class Ranges:
             if joint in COUPLED_TO:
                 lower, upper = coupled_limits(self._body, joint, position[INDEX[COUPLED_TO[joint]]])
             position[slot] = min(max(asked, lower), upper)
-            if not self.clipped and abs(position[slot] - asked) > TOLERANCE:
-                self.clipped = (
+            if not sentence and abs(position[slot] - asked) > TOLERANCE:
+                sentence = (
                     f"{joint} was asked to {math.degrees(asked):.1f} deg and clipped to "
                     f"{math.degrees(position[slot]):.1f} deg; its range here is {math.degrees(lower):.1f} to "
                     f"{math.degrees(upper):.1f} deg."
                 )
-        return tuple(position)
+        return tuple(position), sentence
 
     def _require_numbers(self, frame: ActuatorFrame) -> None:
         require_finite("position", frame.position)

@@ -1,4 +1,4 @@
-"""No joint is asked to move faster than it can: the way from what was put out last to what is wanted now."""
+"""Speed limit of the joints: bounds the way from the last output to the wanted position in each cycle."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.datasheet import Body
-from bridge.datasheet.quantities import COUPLED_TO, coupled_limits, joint_no_load_speed
-from bridge.joints import INDEX, N_JOINTS
+from bridge.body import Body
+from bridge.body.joints import INDEX, N_JOINTS
+from bridge.body.quantities import COUPLED_TO, coupled_limits, joint_no_load_speed
 
 _ROUNDING: Final = 1e-12
 
@@ -22,22 +22,22 @@ class SpeedLimiter:
 
     Args:
         body: data sheet; its motors' no-load speeds over the gears are the limit.
-        share: times that speed.
+        ratio: times that speed.
     """
 
-    def __init__(self, body: Body, share: float = 1.0) -> None:
+    def __init__(self, body: Body, ratio: float = 1.0) -> None:
         self._body = body
         self._couplings = [(j, INDEX[j], INDEX[o]) for j, o in COUPLED_TO.items() if j in body.joints]
         self.steps: NDArray[np.float64] = np.full(N_JOINTS, np.inf)
-        """Largest way of each joint in one cycle, rad."""
+        """Longest way of each joint in one cycle, rad."""
         for joint in body.joints:
             if joint in INDEX:
-                self.steps[INDEX[joint]] = share * joint_no_load_speed(body, joint) * body.cycle
+                self.steps[INDEX[joint]] = ratio * joint_no_load_speed(body, joint) * body.cycle
         self.last: tuple[float, ...] | None = None
         """What was put out last, 25 slots; None: nothing yet."""
 
     def follow(self, wanted: Sequence[float], speed: float | None = None) -> tuple[float, ...]:
-        """One cycle towards `wanted`.
+        """Move one cycle towards `wanted`.
 
         Args:
             wanted: 25 positions inside their ranges.
@@ -55,8 +55,8 @@ class SpeedLimiter:
             limited = np.isfinite(limits)
             limits = np.where(limited, np.minimum(limits, speed * self._body.cycle), limits)
             farthest = float(np.abs(way[limited]).max(initial=0.0))
-            share = min(1.0, speed * self._body.cycle / farthest) if farthest > 0.0 else 1.0
-            steps = np.minimum(limits, np.where(limited, share * np.abs(way), np.inf))
+            fraction = min(1.0, speed * self._body.cycle / farthest) if farthest > 0.0 else 1.0
+            steps = np.minimum(limits, np.where(limited, fraction * np.abs(way), np.inf))
         if (np.abs(way) <= steps).all():
             self.last = tuple(wanted)
         else:
@@ -69,7 +69,16 @@ class SpeedLimiter:
     def _couple(
         self, joint: str, slot: int, other: int, out: list[float], wanted: float, paces: tuple[float, float]
     ) -> None:
-        """Keep a joint in its range at the other's position: by a longer step, or the other waits."""
+        """Keep a coupled joint in its range: by a longer step, or the other joint waits.
+
+        Args:
+            joint: the coupled one.
+            slot: its slot.
+            other: slot of the joint that its range depends on.
+            out: 25 positions of this cycle, rad; changed in place.
+            wanted: goal of the joint, rad.
+            paces: steps to try, rad.
+        """
         assert self.last is not None
         lower, upper = coupled_limits(self._body, joint, out[other])
         start, way = self.last[slot], min(max(wanted, lower), upper) - self.last[slot]

@@ -30,7 +30,7 @@ _IN_WORDS: Final = {
 }
 """OpenSSL's words for what people do."""
 _MAKE: Final = "`nao-hil keys DIR` makes them"
-_PATIENCE: Final = 1.0
+_HANDSHAKE_TIMEOUT: Final = 1.0
 """s for a handshake that only asks why another one failed."""
 
 
@@ -176,10 +176,10 @@ def check_peer(locator: str, files: Certificates) -> None:
     context.load_cert_chain(files.certificate, files.private_key)
     try:
         with (
-            socket.create_connection((host, int(port)), _PATIENCE) as plain,
+            socket.create_connection((host, int(port)), _HANDSHAKE_TIMEOUT) as plain,
             context.wrap_socket(plain, server_hostname=host) as link,
         ):
-            link.settimeout(_PATIENCE)
+            link.settimeout(_HANDSHAKE_TIMEOUT)
             link.recv(1)  # in TLS 1.3 the server's opinion of the client comes after the handshake
     except ssl.SSLCertVerificationError as error:
         why = _why(error)

@@ -19,7 +19,7 @@ class Client:
     Args:
         robot: id of the robot.
         connect: Zenoh endpoint of the robot.
-        patience: s to wait for somebody to listen there.
+        connect_timeout: s to wait for somebody to listen there.
         role: whose certificate an encrypted link is opened with.
 
     Raises:
@@ -27,9 +27,11 @@ class Client:
         RobotSilent: nobody listens there.
     """
 
-    def __init__(self, robot: str, connect: str, patience: float, role: Literal["controller", "world"]) -> None:
+    def __init__(
+        self, robot: str, connect: str, connect_timeout: float, role: Literal["controller", "world"]
+    ) -> None:
         self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
-        self._session = open_client(connect, patience, role)
+        self._session = open_client(connect, connect_timeout, role)
 
     def _ask(self, suffix: str, payload: bytes, timeout: float, refused: type[NaoHilError]) -> bytes | None:
         """As `ask`, of a key below the robot's."""

@@ -34,7 +34,7 @@ from bridge.messages import (
 _QUEUE: Final = 64
 _QUERY: Final = 1.0
 """s a query may take."""
-_PATIENCE: Final = 0.05
+_RETRY_INTERVAL: Final = 0.05
 """s between two looks for a robot that is not there."""
 
 
@@ -133,8 +133,8 @@ class ControllerLink:
         deadline = None if timeout is None else time.monotonic() + timeout
         while not stop():
             if not self._connect():
-                time.sleep(_PATIENCE)
-            elif self._alive.wait(_PATIENCE):
+                time.sleep(_RETRY_INTERVAL)
+            elif self._alive.wait(_RETRY_INTERVAL):
                 payload = self._get(keys.INFO, b"")
                 if payload is not None:
                     return decode(payload, Info)
@@ -168,8 +168,8 @@ class ControllerLink:
                 self._ask("release")
         self.lease = 0
 
-    def desert(self) -> None:
-        """Give the robot up as a controller that died does: it is free, and its guard's watchdog counts."""
+    def abandon(self) -> None:
+        """Leave the robot as a controller that died does: it is free, and its guard's watchdog counts."""
         if self._session is not None and self.lease:
             self._token.undeclare()
             self._ticket = secrets.randbits(63)
@@ -237,7 +237,7 @@ class ControllerLink:
             try:
                 found.append(decode(payload, Notice))
             except FrameError:
-                continue  # a stranger on the key; the robot side itself sends only valid ones
+                continue  # of another program; the robot side sends only valid ones
         return found
 
     def close(self) -> None:

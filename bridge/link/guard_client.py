@@ -6,10 +6,11 @@ import time
 from typing import Final, Literal
 
 from bridge.errors import LinkError, RobotSilent
-from bridge.guard.messages import ArmRequest, GuardStatus, StopRequest
 from bridge.link import keys
 from bridge.link.client import Client
-from bridge.messages import Info, LeaseReply, LeaseRequest, M, decode, encode
+from bridge.messages import Info, LeaseReply, LeaseRequest, decode, encode
+from bridge.messages.codec import M
+from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
 
 _ANSWER: Final = 2.0
 """s until nobody answers."""
@@ -23,7 +24,7 @@ class GuardClient(Client):
     Args:
         robot: id of the robot.
         connect: Zenoh endpoint of the robot.
-        patience: s to wait for somebody to listen there.
+        connect_timeout: s to wait for somebody to listen there.
 
     Raises:
         ConfigurationError: bad id or endpoint.
@@ -34,9 +35,9 @@ class GuardClient(Client):
         self,
         robot: str = keys.DEFAULT_ROBOT,
         connect: str = keys.DEFAULT_ENDPOINT,
-        patience: float = 3.0,
+        connect_timeout: float = 3.0,
     ) -> None:
-        super().__init__(robot, connect, patience, "controller")
+        super().__init__(robot, connect, connect_timeout, "controller")
 
     def status(self) -> GuardStatus:
         """What the guard does.

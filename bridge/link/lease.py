@@ -1,4 +1,4 @@
-"""Who may command: one controller at a time.
+"""The lease: one controller at a time may command the robot.
 
 A lease is granted by name and ticket (a number the controller draws at its start, also in its liveliness
 token), so two controllers of the same name are still two. It ends when it is given back, when the holder's
@@ -15,7 +15,7 @@ from typing import Final
 from bridge.messages import LeaseReply
 
 SILENCE: Final = 3.0
-"""s of wall clock without a sign of life of the holder, after which another controller may take over."""
+"""s of wall clock of silence of the holder, after which another controller may take over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class LeaseBook:
         self._last = first
         self._holder: Holder | None = None
         self._heard = 0.0
-        self.deserted = False
+        self.abandoned = False
         """The last holder did not give the robot back: it died, or the lease was taken from it."""
 
     @property
@@ -49,7 +49,13 @@ class LeaseBook:
         return self._holder
 
     def acquire(self, name: str, ticket: int, now: float) -> LeaseReply:
-        """Grant the lease, or refuse it naming the holder; asking again shows life and grants the same."""
+        """Grant the lease, or refuse it naming the holder; asking again ends the silence and grants the same.
+
+        Args:
+            name: of the controller.
+            ticket: number it drew at its start.
+            now: monotonic time, s.
+        """
         with self._lock:
             holder = self._holder
             if holder is not None and holder.ticket == ticket:
@@ -63,7 +69,7 @@ class LeaseBook:
                 )
             self._last += 1
             self._holder = Holder(name, ticket, self._last)
-            self.deserted = False
+            self.abandoned = False
             self._heard = now
             return self._reply(True, f"`{name}` holds the robot.")
 
@@ -73,7 +79,8 @@ class LeaseBook:
             if self._holder is not None and self._holder.ticket == ticket:
                 self._holder = None
             return self._reply(
-                False, "Nobody holds the robot." if self._holder is None else "Not yours to give."
+                False,
+                "Nobody holds the robot." if self._holder is None else "Another controller holds the robot.",
             )
 
     def status(self) -> LeaseReply:
@@ -88,17 +95,22 @@ class LeaseBook:
         with self._lock:
             ended = self._holder is not None and self._holder.ticket == ticket
             if ended:
-                self._holder, self.deserted = None, True
+                self.abandoned, self._holder = True, None
             return ended
 
     def revoke(self) -> None:
         """Take the lease from whoever holds it; it may ask again, as anyone may."""
         with self._lock:
             if self._holder is not None:
-                self._holder, self.deserted = None, True
+                self.abandoned, self._holder = True, None
 
     def heard(self, lease: int, now: float) -> bool:
-        """A frame with this lease number came; True if it is the holder's."""
+        """A frame came; True if it is the holder's.
+
+        Args:
+            lease: number in the frame.
+            now: monotonic time, s.
+        """
         with self._lock:
             if self._holder is None or self._holder.lease != lease:
                 return False

@@ -1,4 +1,4 @@
-"""Items handed from Zenoh's thread to the loop's: bounded, ordered, with a wait that ends."""
+"""A bounded queue from Zenoh's thread to the loop's, with a wait that times out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bound on how often something may happen, for what strangers on the wire can cause."""
+"""A limit on the rate of events that other programs on the network can cause."""
 
 from __future__ import annotations
 

@@ -40,9 +40,9 @@ _QUEUE: Final = 64
 RATE: Final = 5000.0
 """1/s; actuator frames taken in the long run, several times what lockstep reaches."""
 BURST: Final = 1000
-"""Actuator frames taken at once, as they come after a cut of the network."""
+"""Actuator frames taken at once, as they come after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0
-"""s; the same kind of notice is published at most this often."""
+"""s; the same kind of notice is published once per interval."""
 
 
 class RobotLink:
@@ -222,7 +222,7 @@ class RobotLink:
         try:
             ended = self.leases.gone(int(ticket, 16))
         except ValueError:
-            return  # a stranger's token
+            return  # a token of another program
         if ended:
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 

@@ -7,17 +7,22 @@ from typing import Any
 from bridge.errors import LinkError, WalkRefused
 from bridge.link import keys
 from bridge.link.client import Client
-from bridge.messages import Vec3, decode, encode
-from bridge.walk import COMMAND, GaitName, TorsoName, WalkCommand, WalkStatus
+from bridge.messages import decode, encode
+from bridge.messages.walk import COMMAND, TorsoName, WalkCommand, WalkStatus
+from bridge.types import Vec3
 
 
 class WalkClient(Client):
     """Commands the walker of one robot; close it, or use it as a context manager.
 
+    Example:
+        with nao_hil.WalkClient() as walker:
+            print(walker.walk((0.015, 0.0, 0.0), distance=0.1).text)
+
     Args:
         robot: id of the robot.
         connect: Zenoh endpoint of the robot.
-        patience: s to wait for somebody to listen there.
+        connect_timeout: s to wait for somebody to listen there.
 
     Raises:
         ConfigurationError: bad id or endpoint.
@@ -28,9 +33,9 @@ class WalkClient(Client):
         self,
         robot: str = keys.DEFAULT_ROBOT,
         connect: str = keys.DEFAULT_ENDPOINT,
-        patience: float = 10.0,
+        connect_timeout: float = 10.0,
     ) -> None:
-        super().__init__(robot, connect, patience, "controller")
+        super().__init__(robot, connect, connect_timeout, "controller")
 
     def walk(
         self,
@@ -38,13 +43,13 @@ class WalkClient(Client):
         *,
         steps: int | None = None,
         distance: float | None = None,
-        gait: GaitName | None = None,
+        gait: str | None = None,
         torso: TorsoName | None = None,
         admittance: bool | None = None,
         hold: float | None = None,
         at: int | None = None,
     ) -> WalkStatus:
-        """Walk; the fields of `bridge.walk.WalkCommand`.
+        """Walk; the fields of `bridge.messages.walk.WalkCommand`.
 
         Raises:
             WalkRefused: the walker cannot; its own sentence, which names the bound.

@@ -8,14 +8,19 @@ from bridge.errors import FrameError, LinkError
 from bridge.link import keys
 from bridge.link.client import Client
 from bridge.messages import decode, encode
-from bridge.world import COMMAND, WorldCommand, WorldReply
+from bridge.messages.world import COMMAND, WorldCommand
+from bridge.messages.world_state import WorldReply
 
-_PATIENCE: Final = 10.0
+_CONNECT_TIMEOUT: Final = 10.0
 """s to wait for somebody to listen there."""
 
 
 class WorldClient(Client):
     """Commands the world of one emulated robot; close it, or use it as a context manager.
+
+    Example:
+        with nao_hil.WorldClient() as world:
+            print(world.send(Push(impulse=(0.0, 1.5, 0.0), duration=0.1)).text)
 
     Args:
         robot: Id of the robot.
@@ -23,7 +28,7 @@ class WorldClient(Client):
     """
 
     def __init__(self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT) -> None:
-        super().__init__(robot, connect, _PATIENCE, "world")
+        super().__init__(robot, connect, _CONNECT_TIMEOUT, "world")
 
     def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
         """Carry out a command, and say how the world is then.

@@ -1,4 +1,4 @@
-"""Faults: what goes wrong between controller and robot, in its sensors and in its joints."""
+"""Faults of the way between controller and robot, of sensors and of joints."""
 
 from emulator.faults.faults import Faults
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bridge.faults import (
+from bridge.messages import ActuatorFrame
+from bridge.messages.faults import (
     CommandDuplicated,
     CommandFault,
     CommandJitter,
@@ -14,11 +15,10 @@ from bridge.faults import (
     CommandLost,
     CommandReordered,
 )
-from bridge.messages import ActuatorFrame
 
 
 class CommandChannel:
-    """Carries commands, each to arrive some cycles after it was sent; what arrives last is in force.
+    """Carries commands, each to arrive some cycles after it was sent; the last to arrive is in force.
 
     Args:
         random: decides which commands suffer.

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bridge.errors import FrameError
-from bridge.faults import (
+from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.messages.faults import (
     CommandDuplicated,
     CommandFault,
     CommandJitter,
@@ -19,8 +20,8 @@ from bridge.faults import (
     DcmPause,
     Fault,
     InertialRezero,
+    JointBacklash,
     JointHot,
-    JointPlay,
     JointStuck,
     JointWeak,
     PowerLoss,
@@ -29,16 +30,16 @@ from bridge.faults import (
     SensorOffset,
     SensorStuck,
 )
-from bridge.messages import ActuatorFrame, SensorFrame
+from emulator.engine.multibody import Multibody
 from emulator.faults.commands import CommandChannel
 from emulator.faults.joints import JointFaults
 from emulator.faults.sensors import FrameFault, FrameFaults
-from emulator.mechanics import Mechanics
-from emulator.scenarios.model import FaultEvent
+from emulator.scenarios.events import FaultEvent
+from emulator.servo.servo import Servo
 
 _COMMANDS = (CommandLost, CommandLate, CommandDuplicated, CommandReordered, CommandJitter)
 _SENSORS = (SensorStuck, SensorDead, SensorNoisy, SensorOffset, PowerLoss)
-_JOINTS = (JointStuck, JointWeak, JointHot, JointPlay)
+_JOINTS = (JointStuck, JointWeak, JointHot, JointBacklash)
 
 
 @dataclass(frozen=True)
@@ -52,16 +53,18 @@ class Faults:
     """Keeps the faults and puts them where they work. Without faults a cycle costs a few comparisons.
 
     Args:
-        mechanics: The robot.
+        robot: Whose faults.
+        servo: Its drives.
         rezero: Starts the inertial unit anew.
         planned: Faults of the scenario.
-        random: Decides what is left to chance.
+        random: Source of everything random in the faults.
         say: Told in one sentence when a fault begins and ends, with a short code.
     """
 
     def __init__(
         self,
-        mechanics: Mechanics,
+        robot: Multibody,
+        servo: Servo,
         rezero: Callable[[], None],
         planned: Sequence[FaultEvent],
         random: np.random.Generator,
@@ -73,7 +76,7 @@ class Faults:
         chance = random.spawn(2)
         self._channel = CommandChannel(chance[0])
         self._frames = FrameFaults(chance[1])
-        self._joints = JointFaults(mechanics)
+        self._joints = JointFaults(robot, servo)
         self.stalled = False
         """The DCM stands still."""
         self._of_commands: list[CommandFault] = []
@@ -101,7 +104,12 @@ class Faults:
         self._look_ahead()
 
     def start(self, fault: Fault, time: float, duration: float) -> str:
-        """Begin a fault at `time`; it lasts for `duration` s, 0: until it is ended. Returns its name.
+        """Begin a fault, and return its name.
+
+        Args:
+            fault: Which.
+            time: Robot time now, s.
+            duration: s; 0: until it is ended.
 
         Raises:
             FrameError: the body has no such joint, or a pause of the DCM without an end.

@@ -1,4 +1,4 @@
-"""Faults between the sensors and the frame: stuck, dead, noisy, offset, and what a loss of power leaves."""
+"""Faults between the sensors and the frame: stuck, dead, noisy, offset, without power."""
 
 from __future__ import annotations
 
@@ -8,16 +8,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from bridge.faults import (
-    PowerLoss,
-    SensorDead,
-    SensorNoisy,
-    SensorOffset,
-    SensorStuck,
-    sensor_slots,
-)
-from bridge.joints import N_JOINTS
+from bridge.body.joints import N_JOINTS
 from bridge.messages import SensorFrame
+from bridge.messages.elements import sensor_slots
+from bridge.messages.faults import PowerLoss, SensorDead, SensorNoisy, SensorOffset, SensorStuck
 
 FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | PowerLoss
 
@@ -32,7 +26,7 @@ class FrameFaults:
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
         self._held: dict[str, tuple[float, ...]] = {}
-        """By fault: what a stuck sensor repeats."""
+        """Values that a stuck sensor repeats, by fault."""
 
     def forget(self, name: str) -> None:
         """A fault has ended, or begins anew."""

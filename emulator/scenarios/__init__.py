@@ -7,9 +7,11 @@ from typing import Final
 
 import msgspec
 
-from bridge.config import load_toml, unknown_name
+from bridge.config import load_toml
 from bridge.errors import ConfigurationError
-from emulator.scenarios.model import Heightfield, PlacedBox, Scenario
+from bridge.validation import unknown_name
+from emulator.scenarios.ground import Heightfield, PlacedBox
+from emulator.scenarios.model import Scenario
 
 _FOLDER: Final = Path(__file__).parent
 SCENARIOS: Final = tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))

@@ -1,1 +1,1 @@
-"""What the robot measures, each from the true mechanics: encoders, force sensors, inertial unit."""
+"""Sensors, each measured from the true mechanics: encoders, force sensors, inertial unit, and more."""

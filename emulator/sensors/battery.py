@@ -21,7 +21,7 @@ class Battery:
         parameters: Its numbers.
         energy: Of a full one as good as new, W h.
         cycle: Time between two updates, s.
-        charger: The charger bears what is drawn; the charge stays.
+        charger: The charger supplies the current; the charge stays.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class Battery:
         self._per_ampere = cycle * p.voltage / holds if holds > 0.0 and not charger else 0.0
         self._status = CHARGING if charger else DISCHARGING
         self._idle, self._heating, self._room = p.idle_current, p.heating, p.room
-        self._share = min(1.0, cycle / p.heating_time)
+        self._gain = min(1.0, cycle / p.heating_time)
         self.charge = p.charge
         """0..1; may be set from outside."""
         self.temperature = p.room
@@ -49,7 +49,7 @@ class Battery:
         self._current = -current
         self.charge = max(0.0, self.charge - current * self._per_ampere)
         target = self._room + self._heating * current * current
-        self.temperature += self._share * (target - self.temperature)
+        self.temperature += self._gain * (target - self.temperature)
 
     def read(self) -> tuple[float, float, float, float]:
         """Charge 0..1, current A (negative: flows out), status, temperature in degrees Celsius."""

@@ -1,4 +1,4 @@
-"""What the eight force cells make of the forces on them."""
+"""Readings of the eight force cells for the forces on them."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class ForceCells:
     The drift of each cell is a first-order Gauss-Markov process that has been going on before the start.
 
     Args:
-        largest: Range of a cell, N (data sheet).
+        max_force: Range of a cell, N (data sheet).
         cycle: Time between two readings, s.
         parameters: Imperfections.
         random: A generator of their own.
     """
 
     def __init__(
-        self, largest: float, cycle: float, parameters: FsrParameters, random: np.random.Generator
+        self, max_force: float, cycle: float, parameters: FsrParameters, random: np.random.Generator
     ) -> None:
         constants, drift, noise = random.spawn(3)
         p = parameters
@@ -35,7 +35,7 @@ class ForceCells:
         """Reading per force, cell by cell."""
         self.offset: list[float] = (p.offset * constants.standard_normal(CELLS)).tolist()
         """N"""
-        self._largest = largest if p.saturation else math.inf
+        self._max_force = max_force if p.saturation else math.inf
         self._step, self._dead_band, self._noise = p.step, p.dead_band, p.noise
         self._drifts, self._noises = NormalRows(drift, CELLS), NormalRows(noise, CELLS)
         self._keep = math.exp(-cycle / p.drift_time)
@@ -58,4 +58,4 @@ class ForceCells:
         if self._step > 0.0:
             readings = [round(r / self._step) * self._step for r in readings]
         # a cell can be pressed only
-        return tuple(min(max(r, 0.0), self._largest) for r in readings)
+        return tuple(min(max(r, 0.0), self._max_force) for r in readings)

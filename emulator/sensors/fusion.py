@@ -8,30 +8,30 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from bridge.messages import Vec2, Vec3
+from bridge.types import Vec2, Vec3
 from emulator.vectors import add, cross, length, scaled
 
 WINDOW: Final = 0.2
 """Time constant of the running means and variances that tell rest from motion, s."""
-HOLD: Final = 0.5
+QUIET_TIME: Final = 0.5
 """How long the samples must have been quiet before the unit believes that it rests, s."""
 QUIET_RATE: Final = 0.015
-"""Largest standard deviation of the rate at rest, rad/s."""
+"""Maximum standard deviation of the rate at rest, rad/s."""
 QUIET_ACCELERATION: Final = 0.35
-"""Largest standard deviation of the acceleration at rest, m/s^2."""
-LARGEST_BIAS: Final = 0.05
-"""Largest mean rate that is taken for the gyroscope's bias, rad/s; a faster one is a turn."""
+"""Maximum standard deviation of the acceleration at rest, m/s^2."""
+MAX_BIAS: Final = 0.05
+"""Maximum mean rate that is taken for the gyroscope's bias, rad/s; a faster one is a turn."""
 FIRST_REST: Final = 1.0
-"""Time at rest in which the unit believes whatever it measures, s; what follows holds after that."""
+"""Time at rest in which the unit trusts all that it measures, s; the next limits hold after that."""
 BIAS_STEP: Final = 0.005
-"""Largest change of a bias once learnt, rad/s; a larger one is a slow turn, unless it lasts."""
+"""Maximum change of a bias once learnt, rad/s; a larger one is a slow turn, unless it lasts."""
 LEAN_STEP: Final = 0.08
-"""Largest disagreement between the fused direction up and the mean acceleration at rest, m/s^2; a larger one is
+"""Maximum disagreement between the fused direction up and the mean acceleration at rest, m/s^2; a larger one is
 an acceleration, unless it lasts."""
-LONG_HOLD: Final = 3.0
+LONG_QUIET_TIME: Final = 3.0
 """How long they must last to be a bias and a lean after all, s: no robot turns or speeds up so evenly then."""
-LARGEST_DEPARTURE: Final = 0.3
-"""Largest departure of the mean acceleration's size from gravity at rest, m/s^2."""
+MAX_DEPARTURE: Final = 0.3
+"""Maximum departure of the mean acceleration's size from gravity at rest, m/s^2."""
 REST_PULL: Final = 1.0
 """How fast the accelerometer pulls the angle at rest, 1/s; in the first rest so that all of it averages."""
 MOTION_PULL: Final = 0.05
@@ -46,9 +46,9 @@ class FusedAngle:
 
     The direction up is turned by the gyroscope, less the bias it had when the body last rested, and pulled
     towards the accelerometer: strongly at rest, weakly in motion. Rest is when both sensors have hardly varied
-    for a while; a body that glides at constant acceleration cannot be told from one at rest, by nobody. A unit
+    for a while; a body that glides at constant acceleration cannot be told from one at rest. A unit
     without a Z axis does not see how turning about the vertical moves the lean of a body around: the larger
-    part of what is wrong in a walk of such a body, up to a degree.
+    part of the error in a walk of such a body, up to a degree.
 
     With R = Rz Ry Rx the torso's orientation, up in the Torso frame is
     (-sin AngleY, cos AngleY sin AngleX, cos AngleY cos AngleX).
@@ -71,7 +71,7 @@ class FusedAngle:
 
     def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Take in the means of both sensors over the last dt seconds."""
-        self._watch(acceleration, rate, dt)
+        self._judge_rest(acceleration, rate, dt)
         pull = MOTION_PULL
         if self.at_rest:
             self._rested = min(self._rested + dt, BIAS_MEMORY)
@@ -85,27 +85,27 @@ class FusedAngle:
         # not the acceleration's direction: only the vectors themselves average to gravity
         self._up = _unit(add(scaled(up, 1.0 - pull * dt), scaled(acceleration, pull * dt / self._gravity)))
 
-    def _watch(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
+    def _judge_rest(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Means and variances of both sensors, and for how long they have been quiet."""
-        share = dt / WINDOW
+        weight = dt / WINDOW
         off_rate = add(rate, scaled(self._mean_rate, -1.0))
         off_acceleration = add(acceleration, scaled(self._mean_acceleration, -1.0))
-        self._mean_rate = add(self._mean_rate, scaled(off_rate, share))
-        self._mean_acceleration = add(self._mean_acceleration, scaled(off_acceleration, share))
-        self._rate_variance += share * (_square(off_rate) - self._rate_variance)
-        self._acceleration_variance += share * (_square(off_acceleration) - self._acceleration_variance)
+        self._mean_rate = add(self._mean_rate, scaled(off_rate, weight))
+        self._mean_acceleration = add(self._mean_acceleration, scaled(off_acceleration, weight))
+        self._rate_variance += weight * (_square(off_rate) - self._rate_variance)
+        self._acceleration_variance += weight * (_square(off_acceleration) - self._acceleration_variance)
         quiet = (
             self._rate_variance < QUIET_RATE**2
             and self._acceleration_variance < QUIET_ACCELERATION**2
-            and _square(self._mean_rate) < LARGEST_BIAS**2
-            and abs(length(self._mean_acceleration) - self._gravity) < LARGEST_DEPARTURE
+            and _square(self._mean_rate) < MAX_BIAS**2
+            and abs(length(self._mean_acceleration) - self._gravity) < MAX_DEPARTURE
         )
         self._quiet = self._quiet + dt if quiet else 0.0
         turn = add(self._mean_rate, scaled(self._bias, -1.0))
         lean = add(self._mean_acceleration, scaled(self._up, -self._gravity))
         doubt = self._rested >= FIRST_REST and (_square(turn) > BIAS_STEP**2 or _square(lean) > LEAN_STEP**2)
         self._doubted = self._doubted + dt if quiet and doubt else 0.0
-        self.at_rest = self._quiet >= HOLD and (not doubt or self._doubted >= LONG_HOLD)
+        self.at_rest = self._quiet >= QUIET_TIME and (not doubt or self._doubted >= LONG_QUIET_TIME)
 
     @property
     def angle(self) -> Vec2:

@@ -7,9 +7,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from bridge.datasheet.model import InertialUnit
-from bridge.messages import Vec2, Vec3
-from emulator.mechanics import TorsoState
+from bridge.body.model import InertialUnit
+from bridge.types import Vec2, Vec3
+from emulator.engine.values import TorsoState
 from emulator.sensors.fusion import FusedAngle
 from emulator.sensors.parameters import SensorParameters
 from emulator.sensors.triaxial import ALL_AXES, TriaxialSensor

@@ -13,7 +13,7 @@ class NormalRows:
     """Rows of independent standard normal numbers from a generator of their own.
 
     Args:
-        random: Used by nobody else, so that what others draw changes nothing here.
+        random: Used by nothing else, so that other draws change nothing here.
         width: Numbers per row.
     """
 

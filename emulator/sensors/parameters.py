@@ -1,4 +1,4 @@
-"""What makes the sensors differ from the truth: one number or switch per effect, every default ideal.
+"""Imperfections of the sensors: one number or switch per effect, every default ideal.
 
 Constants of a robot (gains, biases, offsets) are drawn once per run from a normal distribution with the given
 standard deviation; noise is drawn anew for each sample.
@@ -80,7 +80,7 @@ class BatteryParameters(_Parameters, frozen=True):
     """Battery in the torso."""
 
     capacity: NotNegative = 0.0
-    """Share of the data sheet's energy that it still holds; 0: it never runs down."""
+    """Fraction of the data sheet's energy that it still holds; 0: it never runs down."""
     voltage: Positive = 21.6
     """V, taken as constant."""
     charge: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 1.0

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Final
 
 import numpy as np
 
-from bridge.messages import Vec2, Vec3
-from emulator.engine import bullet
-from emulator.mechanics import TorsoState
+from bridge.types import Vec2, Vec3
+from emulator.engine.base import Engine
+from emulator.engine.values import TorsoState
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import SonarParameters
 from emulator.vectors import Rotation, add, rotate, scaled
 
-NEAREST: Final = 0.25
-FARTHEST: Final = 2.55
-"""m (vendor); nearer things read as the nearest, none reads as the farthest."""
+MIN_DISTANCE: Final = 0.25
+MAX_DISTANCE: Final = 2.55
+"""m (vendor); things below read as the minimum, no echo reads as the maximum."""
 PERIOD: Final = 0.1
 """Time between two echoes, s (vendor, periodic mode; taken to be always on)."""
 PLACE: Final = (0.0507, 0.03785, 0.06035)
@@ -51,23 +52,22 @@ class Sonars:
     """Both sensors.
 
     Args:
-        client: Physics client.
-        robot: PyBullet's number of the robot, which no ray sees.
+        engine: With the robot, which its own rays do not see.
         parameters: Imperfections.
         cycle: Time between two updates, s.
         random: A generator of their own.
     """
 
     def __init__(
-        self, client: int, robot: int, parameters: SonarParameters, cycle: float, random: np.random.Generator
+        self, engine: Engine, parameters: SonarParameters, cycle: float, random: np.random.Generator
     ) -> None:
-        self._client, self._robot = client, robot
+        self._engine = engine
         self._noise, self._step = parameters.noise, parameters.step
         self._rows = NormalRows(random, 2)
         self._every = max(1, round(PERIOD / cycle))
         self._cycles = 0
         self._left, self._right = _rays(1.0), _rays(-1.0)
-        self._reading: Vec2 = (FARTHEST, FARTHEST)
+        self._reading: Vec2 = (MAX_DISTANCE, MAX_DISTANCE)
 
     def update(self, torso: TorsoState) -> None:
         """One cycle; every tenth of a second both sensors listen."""
@@ -83,12 +83,12 @@ class Sonars:
         return self._reading
 
     def _report(self, distance: float, noise: float) -> float:
-        if distance >= FARTHEST:
-            return FARTHEST
+        if distance >= MAX_DISTANCE:
+            return MAX_DISTANCE
         distance += self._noise * noise
         if self._step > 0.0:
             distance = round(distance / self._step) * self._step
-        return min(max(distance, NEAREST), FARTHEST)
+        return min(max(distance, MIN_DISTANCE), MAX_DISTANCE)
 
     def _listen(self, torso: TorsoState, place: Vec3, rays: list[Vec3]) -> float:
         """Distance of the nearest echo of one sensor, m; infinite without one."""
@@ -96,18 +96,17 @@ class Sonars:
         ways = [rotate(torso.rotation, ray) for ray in rays]
         nearest, begin = math.inf, [0.0] * len(ways)
         for _ in range(OWN_BODY_LAYERS):
-            hits = bullet.rayTestBatch(
+            hits = self._engine.rays(
                 [add(origin, scaled(way, at)) for way, at in zip(ways, begin, strict=True)],
-                [add(origin, scaled(way, FARTHEST)) for way in ways],
-                physicsClientId=self._client,
+                [add(origin, scaled(way, MAX_DISTANCE)) for way in ways],
             )
             again, resume = [], []
-            for way, at, (body, _, fraction, _, normal) in zip(ways, begin, hits, strict=True):
-                distance = at + fraction * (FARTHEST - at)
-                if body == self._robot:
+            for way, at, hit in zip(ways, begin, hits, strict=True):
+                distance = at + hit.fraction * (MAX_DISTANCE - at)
+                if hit.kind == "robot":
                     again.append(way)
                     resume.append(distance + 1e-3)
-                elif body >= 0 and -sum(n * w for n, w in zip(normal, way, strict=True)) > GRAZING:
+                elif hit.kind == "scene" and -sum(map(operator.mul, hit.normal, way)) > GRAZING:
                     nearest = min(nearest, distance)
             if not again:
                 break

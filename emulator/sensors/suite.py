@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from bridge.datasheet import Body
-from emulator.contacts import GroundContacts
-from emulator.mechanics import TorsoState
-from emulator.model import RobotModel
+from bridge.body import Body
+from emulator.engine.base import Engine
+from emulator.engine.values import GroundContacts, TorsoState
 from emulator.sensors.battery import Battery
 from emulator.sensors.encoders import Encoders
 from emulator.sensors.fsr import FootForceSensors
@@ -27,9 +26,7 @@ class Sensors:
         body: Data sheet.
         parameters: Imperfections.
         random: The robot's generator; only children of it are drawn from.
-        model: The robot in its physics client.
-        gravity: m/s^2.
-        torso: The torso at the start, taken to have been at rest.
+        engine: With the robot, taken to have been at rest as it is now.
         charger: The robot is on its charger's cable.
     """
 
@@ -38,20 +35,19 @@ class Sensors:
         body: Body,
         parameters: SensorParameters,
         random: np.random.Generator,
-        model: RobotModel,
-        gravity: float,
-        torso: TorsoState,
+        engine: Engine,
         *,
         charger: bool,
     ) -> None:
         encoders, cells, inertial, sonars = random.spawn(4)
-        self.encoders = Encoders(body.encoder_steps, len(model.joints), parameters.encoders, encoders)
+        self.encoders = Encoders(body.encoder_steps, len(engine.robot.joints), parameters.encoders, encoders)
         self._left, self._right = FootForceSensors(body.fsr.L), FootForceSensors(body.fsr.R)
         self.cells = ForceCells(body.fsr.range, body.cycle, parameters.fsr, cells)
+        gravity, torso = engine.settings.gravity, engine.robot.torso()
         self.inertial = InertialSensors(body.inertial_unit, parameters, inertial, gravity, body.cycle, torso)
         self.touch = Touch()
         self.battery = Battery(parameters.battery, body.battery_energy, body.cycle, charger=charger)
-        self.sonars = Sonars(model.client, model.robot, parameters.sonar, body.cycle, sonars)
+        self.sonars = Sonars(engine, parameters.sonar, body.cycle, sonars)
 
     def update(self, torso: TorsoState, drawn: float) -> None:
         """The end of a cycle, for all that has a memory.
@@ -69,7 +65,7 @@ class Sensors:
         left, right = contacts.feet["L"], contacts.feet["R"]
         return self.cells.read(
             (
-                *self._left.share(left.normal_force, left.cop),
-                *self._right.share(right.normal_force, right.cop),
+                *self._left.distribute(left.normal_force, left.cop),
+                *self._right.distribute(right.normal_force, right.cop),
             )
         )

@@ -1,11 +1,13 @@
-"""Buttons, bumpers and touch surfaces: pressed from outside, the bumpers also by what the feet run into."""
+"""Buttons, bumpers and touch surfaces: pressed from outside, the bumpers also by contacts of the feet."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from bridge.errors import ConfigurationError
+from bridge.types import Side, Vec3
+from emulator.engine.values import FootLoad
 
 TOUCH: Final = (
     "chest",
@@ -24,6 +26,10 @@ TOUCH: Final = (
     "right_hand_right",
 )
 """In the order of `SensorFrame.touch`."""
+TOE: Final = 0.06
+"""Bumpers cover the foot in front of this x, m (assumed; they sit at 0.0876)."""
+BUMPER_MIDDLE: Final[dict[Side, float]] = {"L": 0.0025, "R": -0.0025}
+"""y between the left and the right bumper of a foot, AnkleRoll frame, m (data sheet: 0.019 and -0.014)."""
 
 
 class Touch:
@@ -48,13 +54,18 @@ class Touch:
             raise ConfigurationError(f"Button `{name}` set to {value}; 0 or 1 is expected.")
         self._pressed[TOUCH.index(name)] = float(value)
 
-    def read(self, bumped: Iterable[str]) -> tuple[float, ...]:
-        """All buttons, 0 or 1.
-
-        Args:
-            bumped: Bumpers that something pushes now.
-        """
+    def read(self, feet: Mapping[Side, FootLoad]) -> tuple[float, ...]:
+        """All buttons, 0 or 1; the bumpers from the points at which something pushes on the rim of a foot."""
         pressed = self._pressed.copy()
-        for name in bumped:
-            pressed[TOUCH.index(name)] = 1.0
+        for side, load in feet.items():
+            if load.rim:
+                for name in _bumped(side, load.rim):
+                    pressed[TOUCH.index(name)] = 1.0
         return tuple(pressed)
+
+
+def _bumped(side: Side, rim: Iterable[Vec3]) -> set[str]:
+    """Bumpers of a foot that something pushes at these points, AnkleRoll frame."""
+    foot = "left" if side == "L" else "right"
+    sides = {"left" if point[1] > BUMPER_MIDDLE[side] else "right" for point in rim if point[0] > TOE}
+    return {f"{foot}_bumper_{bumper}" for bumper in sides}

@@ -1,4 +1,4 @@
-"""What an accelerometer or a gyroscope makes of a true vector."""
+"""Readings of an accelerometer or a gyroscope for a true vector."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.messages import Vec3
+from bridge.types import Vec3
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import TriaxialParameters
 
@@ -18,10 +18,10 @@ class TriaxialSensor:
     """Gain, bias, noise, range; quantised when reported.
 
     The board that fuses the angle is taken to see the samples before they are rounded for the bus: it samples
-    faster than the DCM and averages (assumed; nobody publishes what it does).
+    faster than the DCM and averages (assumed; its vendor publishes nothing).
 
     Args:
-        largest: Range (data sheet).
+        max_value: Range (data sheet).
         step: Of the reported values (data sheet).
         axes: 3, or 2 without a Z axis.
         parameters: Imperfections.
@@ -30,7 +30,7 @@ class TriaxialSensor:
 
     def __init__(
         self,
-        largest: float,
+        max_value: float,
         step: float,
         axes: int,
         parameters: TriaxialParameters,
@@ -46,12 +46,12 @@ class TriaxialSensor:
         self._noise: list[float] = (p.noise * present).tolist()
         self._noisy = p.noise > 0.0
         self._rows = NormalRows(noise, 3)
-        self._largest = largest if p.saturation else math.inf
+        self._max_value = max_value if p.saturation else math.inf
         self._step = step if p.quantisation else 0.0
 
     def measure(self, true: Vec3) -> Vec3:
         """One sample of a true vector, not yet rounded."""
-        g, b, top = self.gain, self.bias, self._largest
+        g, b, top = self.gain, self.bias, self._max_value
         x, y, z = true[0] * g[0] + b[0], true[1] * g[1] + b[1], true[2] * g[2] + b[2]
         if self._noisy:
             n, s = self._rows.next(), self._noise

@@ -1,6 +1,6 @@
 """Wear profiles: how far a robot's drives and sensors are from ideal, each effect a number.
 
-A profile is a TOML file; what it does not name stays ideal.
+A profile is a TOML file; an effect that it does not name stays ideal.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from typing import Final
 
 import msgspec
 
-from bridge.config import load_toml, unknown_name
+from bridge.config import load_toml
 from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
 from emulator.sensors.parameters import SensorParameters
-from emulator.servo_parameters import ServoParameters
+from emulator.servo.parameters import ServoParameters
 
 WEAR: Final = ("ideal", "nominal", "worn")
 """The profiles that come with the package."""

@@ -1,6 +1,5 @@
-"""The world around the robot: floor, terrain, boxes, pushes, and what happens in it when."""
+"""The world around the robot: floor, terrain, boxes, pushes, and the events that change them."""
 
-from emulator.world.parameters import WorldParameters
 from emulator.world.world import World
 
-__all__ = ["World", "WorldParameters"]
+__all__ = ["World"]

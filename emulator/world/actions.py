@@ -1,25 +1,25 @@
-"""What acts on the world for a while, before every physics step: a turning floor, a push, a pendulum."""
+"""Actions that change the world for a while, step by step: a turning floor, a push, a pendulum."""
 
 from __future__ import annotations
 
 import math
 from typing import Final, Protocol
 
-from bridge.messages import Quaternion, Vec3
-from emulator.engine import bullet
-from emulator.world.world import Box, World
+from bridge.types import Vec3
+from emulator.engine.base import Engine
+from emulator.engine.multibody import Multibody
+from emulator.poses import Pose, quaternion
+from emulator.world.world import World
 
 BOB_RADIUS: Final = 0.05
 """Of a pendulum's bob, m."""
-_HERE: Final = (0.0, 0.0, 0.0)
-_UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
 
 
 class Action(Protocol):
     """Something that goes on for a while."""
 
     def step(self) -> bool:
-        """Act before a physics step; False when this was the last one."""
+        """Act before a physics step; False when the action has ended."""
         ...
 
 
@@ -42,46 +42,51 @@ class FloorTilt:
     def step(self) -> bool:
         """Turn on by one step."""
         self._done += 1
-        share = 0.5 - 0.5 * math.cos(math.pi * self._done / self._steps)
-        roll, pitch = (a + share * (b - a) for a, b in zip(self._from, self._to, strict=True))
+        progress = 0.5 - 0.5 * math.cos(math.pi * self._done / self._steps)
+        roll, pitch = (a + progress * (b - a) for a, b in zip(self._from, self._to, strict=True))
         self._world.set_tilt(roll, pitch, self._pivot)
         return self._done < self._steps
 
 
-class PushForce:
-    """A constant force at a link's or box's centre of mass.
+class LinkPush:
+    """A constant force at a link's centre of mass.
 
     Args:
-        world: Where.
-        body: PyBullet's number of the robot or box.
-        link: Link number; -1: the base.
+        robot: Whose link.
+        link: `Torso` or a joint.
         force: World frame, N.
         steps: Physics steps it lasts.
-        box: The box that is pushed, if it is one: the push ends when it is taken away.
     """
 
-    def __init__(
-        self, world: World, body: int, link: int, force: Vec3, steps: int, box: Box | None = None
-    ) -> None:
-        self._world, self._client, self._box = world, world.client, box
-        self._body, self._link, self._force = body, link, force
-        self._left = steps
+    def __init__(self, robot: Multibody, link: str, force: Vec3, steps: int) -> None:
+        self._robot, self._link, self._force, self._left = robot, link, force, steps
 
     def step(self) -> bool:
-        """Push for one step: PyBullet forgets a force when the step is done."""
-        client = self._client
-        # by identity: a box that has been replaced may have got the number of the old one
-        if self._box is not None and all(box is not self._box for box in self._world.boxes.values()):
+        """Push for one step."""
+        self._robot.push(self._link, self._force)
+        self._left -= 1
+        return self._left > 0
+
+
+class BoxPush:
+    """A constant force at a movable box's centre of mass; ends when the box is taken away or replaced.
+
+    Args:
+        world: With the box.
+        name: Of the box.
+        force: World frame, N.
+        steps: Physics steps it lasts.
+    """
+
+    def __init__(self, world: World, name: str, force: Vec3, steps: int) -> None:
+        self._world, self._name, self._force, self._left = world, name, force, steps
+        self._box = world.boxes[name]
+
+    def step(self) -> bool:
+        """Push for one step."""
+        if self._world.boxes.get(self._name) is not self._box:
             return False
-        if self._link < 0:
-            point = bullet.getBasePositionAndOrientation(self._body, physicsClientId=client)[0]
-        else:
-            point = bullet.getLinkState(
-                self._body, self._link, computeForwardKinematics=True, physicsClientId=client
-            )[0]
-        bullet.applyExternalForce(
-            self._body, self._link, self._force, point, bullet.WORLD_FRAME, physicsClientId=client
-        )
+        self._world.engine.scene.push(self._name, self._force)
         self._left -= 1
         return self._left > 0
 
@@ -90,7 +95,8 @@ class Pendulum:
     """A bob on a light rod, released at rest: strikes at its lowest point, gone after half a period.
 
     Args:
-        world: Where.
+        engine: Where.
+        name: Of the pendulum in the scene, a new one.
         bob: Middle of the bob when it hangs straight down, world frame, m.
         heading: Horizontal direction in which it moves there, from the world's x axis, rad.
         mass: Of the bob, kg.
@@ -99,48 +105,27 @@ class Pendulum:
     """
 
     def __init__(
-        self, world: World, bob: Vec3, heading: float, mass: float, length: float, angle: float
+        self,
+        engine: Engine,
+        name: str,
+        bob: Vec3,
+        heading: float,
+        mass: float,
+        length: float,
+        angle: float,
     ) -> None:
-        self._client = client = world.client
-        below = (0.0, 0.0, -length)
-        shape = bullet.createCollisionShape(
-            bullet.GEOM_SPHERE, radius=BOB_RADIUS, collisionFramePosition=below, physicsClientId=client
-        )
+        self._scene, self.name = engine.scene, name
         # The hinge's axis is y of a frame whose x axis is the direction of the strike.
-        turn: Quaternion = bullet.getQuaternionFromEuler((0.0, 0.0, heading))
-        self.body = int(
-            bullet.createMultiBody(
-                baseMass=0.0,
-                basePosition=(bob[0], bob[1], bob[2] + length),
-                baseOrientation=turn,
-                linkMasses=[mass],
-                linkCollisionShapeIndices=[shape],
-                linkVisualShapeIndices=[-1],
-                linkPositions=[_HERE],
-                linkOrientations=[_UPRIGHT],
-                linkInertialFramePositions=[below],
-                linkInertialFrameOrientations=[_UPRIGHT],
-                linkParentIndices=[0],
-                linkJointTypes=[bullet.JOINT_REVOLUTE],
-                linkJointAxis=[(0.0, 1.0, 0.0)],
-                physicsClientId=client,
-            )
-        )
-        """PyBullet's number."""
-        bullet.changeDynamics(
-            self.body, 0, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, physicsClientId=client
-        )
-        bullet.setJointMotorControl2(self.body, 0, bullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
-        bullet.resetJointState(self.body, 0, angle, 0.0, physicsClientId=client)
-        gravity, dt = world.parameters.gravity, world.parameters.step
+        pivot = Pose((bob[0], bob[1], bob[2] + length), quaternion(yaw=heading))
+        engine.scene.add_pendulum(self.name, pivot, mass, length, BOB_RADIUS, angle)
         # period of a pendulum, to second order in the angle
-        half_period = math.pi * math.sqrt(length / gravity) * (1.0 + angle * angle / 16.0)
-        self._left = round(half_period / dt)
+        half_period = math.pi * math.sqrt(length / engine.settings.gravity) * (1.0 + angle * angle / 16.0)
+        self._left = round(half_period / engine.settings.step)
 
     def step(self) -> bool:
-        """Let it swing; PyBullet does."""
+        """Let it swing; the engine does."""
         self._left -= 1
         if self._left > 0:
             return True
-        bullet.removeBody(self.body, physicsClientId=self._client)
+        self._scene.remove(self.name)
         return False

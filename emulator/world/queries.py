@@ -10,8 +10,8 @@ import msgspec
 
 from bridge.errors import FrameError, LinkError
 from bridge.guard import Guard
-from bridge.messages import TruthFrame, encode
-from bridge.world import (
+from bridge.messages import TruthFrame, decode_command, encode
+from bridge.messages.world import (
     EndFault,
     Pause,
     Press,
@@ -22,16 +22,15 @@ from bridge.world import (
     Status,
     Step,
     WorldCommand,
-    WorldReply,
-    decode_command,
 )
+from bridge.messages.world_state import WorldReply
 from emulator.boundary import BoundaryQueue
 from emulator.faults import Faults
 from emulator.sensors.suite import Sensors
 from emulator.world.stage import Stage
 from emulator.world.world import World
 
-STEP_PATIENCE: Final = 600.0
+MAX_STEP_WAIT: Final = 600.0
 """s of wall clock that a `step` may take before its sender is told so."""
 
 
@@ -99,14 +98,14 @@ class WorldQueries:
             FrameError: not a command, or not possible in this world.
             LinkError: the loop came to no boundary in time.
         """
-        command = decode_command(payload)
+        command = decode_command(payload, WorldCommand, "World command")
         if not isinstance(command, Step):
             return encode(self._boundary.call(lambda: self._execute(command)))
         done = self._boundary.call(lambda: self._start_steps(command.cycles))
         try:
-            return encode(done.result(STEP_PATIENCE))
+            return encode(done.result(MAX_STEP_WAIT))
         except FutureTimeoutError:
-            raise LinkError(f"The {command.cycles} cycles were not done within {STEP_PATIENCE:g} s.") from None
+            raise LinkError(f"The {command.cycles} cycles were not done within {MAX_STEP_WAIT:g} s.") from None
 
     def cycle_done(self) -> None:
         """The loop has run a cycle."""
@@ -169,7 +168,11 @@ class WorldQueries:
 
 
 def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
-    """Do to a robot's world what does not concern its clock; between two cycles.
+    """Carry out a command that does not concern the robot's clock, between two cycles.
+
+    Args:
+        robot: Whose world.
+        command: Any but those of the clock.
 
     Returns:
         What was done, in one sentence.

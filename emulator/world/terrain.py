@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from bridge.world import HeightGrid, Terrain, Tile
-from emulator.engine import bullet
-from emulator.scenarios.model import Heightfield, Scenario, Tiles
+from bridge.messages.world_state import HeightGrid, Terrain, Tile
+from emulator.poses import Pose
+from emulator.scenarios.ground import Heightfield, Tiles
+from emulator.scenarios.model import Scenario
 from emulator.world.world import World
 
 _FOUNDATION = 0.02
@@ -27,9 +28,13 @@ def terrain_of(scenario: Scenario, random: np.random.Generator) -> Terrain:
 
 
 def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:
-    """Square tiles of random heights, equally likely from 0 to the largest.
+    """Square tiles of random heights, equally likely from 0 to the maximum.
 
     A round place about the start stays free, so that the robot begins on the floor.
+
+    Args:
+        tiles: Their numbers.
+        random: For tiles without a seed of their own.
     """
     if tiles.seed is not None:
         random = np.random.default_rng(tiles.seed)
@@ -46,7 +51,12 @@ def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:
 
 
 def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:
-    """The heights as they are given, or random ones."""
+    """The heights as they are given, or random ones.
+
+    Args:
+        field: Its numbers.
+        random: For a field without a seed of its own.
+    """
     if field.heights:
         return HeightGrid(field.centre, field.spacing, field.heights)
     if field.seed is not None:
@@ -57,29 +67,14 @@ def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:
 
 
 def lay_terrain(world: World, terrain: Terrain) -> None:
-    """Fix it on the floor."""
+    """Fix tiles and heightfield on the floor of a world."""
+    scene = world.engine.scene
     if terrain.grid is not None:
-        _lay_grid(world, terrain.grid)
-    for tile in terrain.tiles:
-        half = (tile.edge / 2.0, tile.edge / 2.0, (tile.height + _FOUNDATION) / 2.0)
-        shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=world.client)
-        world.add_fixed(shape, (*tile.at, half[2] - _FOUNDATION))
+        grid = terrain.grid
+        heights = np.array(grid.heights, dtype=np.float64)
+        scene.add_heightfield("terrain grid", heights, grid.spacing, (*grid.centre, 0.0))
+    for number, tile in enumerate(terrain.tiles):
+        size = (tile.edge, tile.edge, tile.height + _FOUNDATION)
+        pose = Pose((*tile.at, size[2] / 2.0 - _FOUNDATION))
+        scene.add_box(f"terrain tile {number}", size, pose)
     world.terrain = terrain
-
-
-def _lay_grid(world: World, grid: HeightGrid) -> None:
-    heights = np.array(grid.heights, dtype=np.float64)
-    rows, columns = heights.shape
-    shape = bullet.createCollisionShape(
-        bullet.GEOM_HEIGHTFIELD,
-        meshScale=(grid.spacing, grid.spacing, 1.0),
-        heightfieldTextureScaling=1.0,
-        heightfieldData=heights.ravel().tolist(),
-        # PyBullet's rows are the points along x, whose index runs fastest.
-        numHeightfieldRows=columns,
-        numHeightfieldColumns=rows,
-        physicsClientId=world.client,
-    )
-    # PyBullet puts the middle between the lowest and the highest point at the body's origin.
-    middle = 0.5 * float(heights.min() + heights.max())
-    world.add_fixed(shape, (*grid.centre, middle))

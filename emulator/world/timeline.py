@@ -1,4 +1,4 @@
-"""From a scenario to the world and what happens in it: degrees become radians here."""
+"""From a scenario to the world and its events: degrees become radians here."""
 
 from __future__ import annotations
 
@@ -6,27 +6,25 @@ import math
 
 import numpy as np
 
-from bridge.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
+from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
+from emulator.engine.base import Engine
 from emulator.scenarios.model import Scenario
-from emulator.world.parameters import WorldParameters
 from emulator.world.stage import Happening
 from emulator.world.terrain import lay_terrain, terrain_of
-from emulator.world.world import World
+from emulator.world.world import FRICTION, World
 
 
-def build_world(
-    client: int, parameters: WorldParameters, scenario: Scenario, random: np.random.Generator
-) -> World:
+def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator) -> World:
     """The world of a scenario as it is before anything happens.
 
     Args:
-        client: An empty physics client.
-        parameters: Physics settings.
-        scenario: What to build.
+        engine: With an empty world.
+        scenario: The world to build.
         random: For tiles and heightfields without a seed of their own.
     """
     floor = scenario.floor
-    world = World(client, parameters, floor.friction, math.radians(floor.roll), math.radians(floor.pitch))
+    friction = FRICTION if floor.friction is None else floor.friction
+    world = World(engine, friction, math.radians(floor.roll), math.radians(floor.pitch))
     lay_terrain(world, terrain_of(scenario, random))
     for box in scenario.boxes:
         world.add_box(

@@ -1,4 +1,4 @@
-"""Gravity, a floor that can be tilted, and the boxes on it.
+"""A floor that can be tilted, and the boxes on it.
 
 The floor is turned, not gravity: the world's z axis stays the vertical, so that accelerometer, fused angle and
 ground truth mean the same on every slope. All that is fixed on the floor turns with it.
@@ -11,25 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from bridge.messages import Quaternion, Vec2, Vec3
-from bridge.world import Terrain
-from emulator.engine import bullet
-from emulator.world.parameters import WorldParameters
+from bridge.messages.world_state import Terrain
+from bridge.types import Vec2, Vec3
+from emulator.engine.base import Engine
+from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
 
-_HERE: Final = (0.0, 0.0, 0.0)
-_UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
-_FIXED: Final = 2
-"""PyBullet's collision group of bodies without mass: rays with this mask see the ground and not the robot."""
+FRICTION: Final = 0.8
+"""Coulomb coefficient between soles and floor, hard rubber on a carpeted or wooden floor (assumed)."""
 _HIGH: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
 
 
 @dataclass(frozen=True)
-class Box:
+class WorldBox:
     """A box in the world."""
 
-    body: int
-    """PyBullet's number."""
     size: Vec3
     """m"""
     mass: float
@@ -39,119 +35,94 @@ class Box:
 
 
 class BoxState(NamedTuple):
-    """A box with where it is and how it moves, world frame."""
+    """A box with its pose and its velocities, world frame."""
 
-    box: Box
-    pose: tuple[Vec3, Quaternion]
+    box: WorldBox
+    pose: Pose
     velocity: tuple[Vec3, Vec3]
 
 
 class World:
-    """A physics client with a floor and boxes.
+    """Floor and boxes of an engine.
 
     The floor frame begins as the world's and turns with the floor.
 
     Args:
-        client: An empty physics client.
-        parameters: Physics settings.
-        friction: Of the floor; None: that of the parameters.
+        engine: With an empty world.
+        friction: Of the floor.
         roll: Of the floor, rad: orientation Ry(pitch) Rx(roll), turned about the origin.
         pitch: Of the floor, rad.
     """
 
     def __init__(
-        self,
-        client: int,
-        parameters: WorldParameters,
-        friction: float | None = None,
-        roll: float = 0.0,
-        pitch: float = 0.0,
+        self, engine: Engine, friction: float = FRICTION, roll: float = 0.0, pitch: float = 0.0
     ) -> None:
-        self.client, self.parameters = client, parameters
-        bullet.setPhysicsEngineParameter(
-            fixedTimeStep=parameters.step,
-            numSubSteps=0,
-            numSolverIterations=parameters.solver_iterations,
-            solverResidualThreshold=parameters.solver_residual,
-            deterministicOverlappingPairs=1,
-            physicsClientId=client,
-        )
-        bullet.setGravity(0.0, 0.0, -parameters.gravity, physicsClientId=client)
-        shape = bullet.createCollisionShape(
-            bullet.GEOM_PLANE, planeNormal=(0.0, 0.0, 1.0), physicsClientId=client
-        )
-        self.floor = int(bullet.createMultiBody(0.0, shape, physicsClientId=client))
-        """PyBullet's number of the floor."""
-        self.bodies = {self.floor}
-        """Numbers of the floor and of everything fixed on it."""
-        self.boxes: dict[str, Box] = {}
+        self.engine = engine
+        self.boxes: dict[str, WorldBox] = {}
         """By name."""
         self.terrain = Terrain()
-        """What of the ground is not flat."""
-        self.uneven = False
-        """Something is fixed on the floor."""
-        self._places: dict[int, tuple[Vec3, Quaternion]] = {self.floor: (_HERE, _UPRIGHT)}
+        """Tiles and heightfield."""
         self.tilt: Vec2 = (0.0, 0.0)
         """Roll and pitch, rad."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
         """Of the floor, world frame."""
-        self.pose: tuple[Vec3, Quaternion] = (_HERE, _UPRIGHT)
+        self.pose = self._world_pose = ORIGIN
         """Floor frame in the world."""
-        self.friction = 0.0
-        self.set_friction(parameters.friction if friction is None else friction)
+        self.set_friction(friction)
         if roll or pitch:
-            self.set_tilt(roll, pitch, _HERE)
+            self.set_tilt(roll, pitch, ORIGIN.position)
+
+    @property
+    def uneven(self) -> bool:
+        """Something is fixed on the floor."""
+        return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
 
     def set_friction(self, friction: float) -> None:
-        """Change the coefficient of the floor and of the fixed boxes without their own."""
+        """Change the coefficient of the floor and of the boxes without their own."""
         self.friction = friction
-        own = {box.body for box in self.boxes.values() if box.friction is not None}
-        for body in self.bodies - own:
-            self._surface(body, friction)
-
-    def _surface(self, body: int, friction: float) -> None:
-        bullet.changeDynamics(body, -1, lateralFriction=friction, restitution=0.0, physicsClientId=self.client)
+        self.engine.scene.set_friction(friction)
 
     def set_tilt(self, roll: float, pitch: float, pivot: Vec3) -> None:
-        """Turn the floor and all that is fixed on it about a point of the world."""
-        turn: Quaternion = bullet.getQuaternionFromEuler((roll, pitch, 0.0))
-        there = bullet.multiplyTransforms(*bullet.invertTransform(*self.pose), pivot, _UPRIGHT)[0]
-        arm = bullet.multiplyTransforms(_HERE, turn, there, _UPRIGHT)[0]
+        """Turn the floor and all that is fixed on it.
+
+        Args:
+            roll: New one, rad.
+            pitch: New one, rad.
+            pivot: Point of the floor that stays where it is, world frame, m.
+        """
+        turn = quaternion(roll, pitch)
+        arm = point_of(Pose(orientation=turn), self.to_floor(pivot))
         origin = (pivot[0] - arm[0], pivot[1] - arm[1], pivot[2] - arm[2])
-        self.tilt, self.pose = (roll, pitch), (origin, turn)
-        matrix = bullet.getMatrixFromQuaternion(turn)
-        self.normal = (matrix[2], matrix[5], matrix[8])
-        for body, place in self._places.items():
-            bullet.resetBasePositionAndOrientation(
-                body, *bullet.multiplyTransforms(*self.pose, *place), physicsClientId=self.client
-            )
+        self.tilt, self.pose = (roll, pitch), Pose(origin, turn)
+        self._world_pose = inverse(self.pose)
+        rotation = matrix(turn)
+        self.normal = (rotation[2], rotation[5], rotation[8])
+        self.engine.scene.place_floor(self.pose)
 
-    def to_world(self, position: Vec3, turn: Quaternion = _UPRIGHT) -> tuple[Vec3, Quaternion]:
-        """A pose of the floor frame in the world."""
-        place: tuple[Vec3, Quaternion] = bullet.multiplyTransforms(*self.pose, position, turn)
-        return place
+    def to_world(self, position: Vec3) -> Vec3:
+        """A point of the floor frame in the world."""
+        return point_of(self.pose, position)
 
-    def to_floor(self, position: Vec3, turn: Quaternion = _UPRIGHT) -> tuple[Vec3, Quaternion]:
+    def to_floor(self, position: Vec3) -> Vec3:
+        """A point of the world in the floor frame."""
+        return point_of(self._world_pose, position)
+
+    def in_floor(self, pose: Pose) -> Pose:
         """A pose of the world in the floor frame."""
-        inverse = bullet.invertTransform(*self.pose)
-        place: tuple[Vec3, Quaternion] = bullet.multiplyTransforms(*inverse, position, turn)
-        return place
+        return compose(self._world_pose, pose)
 
     def clearance(self, point: Vec3) -> float:
         """Height of a point of the world over the bare floor, along the floor's normal, m."""
-        return self.to_floor(point)[0][2]
+        return self.to_floor(point)[2]
 
     def ground(self, points: Sequence[Vec2]) -> list[float]:
         """Height of the ground, fixed things included, over the bare floor at points of the floor frame, m."""
         if not self.uneven:
             return [0.0] * len(points)
-        hits = bullet.rayTestBatch(
-            [self.to_world((x, y, _HIGH))[0] for x, y in points],
-            [self.to_world((x, y, -_HIGH))[0] for x, y in points],
-            collisionFilterMask=_FIXED,
-            physicsClientId=self.client,
-        )
-        return [_HIGH - 2.0 * _HIGH * hit[2] for hit in hits]
+        starts = [self.to_world((x, y, _HIGH)) for x, y in points]
+        ends = [self.to_world((x, y, -_HIGH)) for x, y in points]
+        hits = self.engine.rays(starts, ends, ground_only=True)
+        return [_HIGH - 2.0 * _HIGH * hit.fraction for hit in hits]
 
     def add_box(
         self,
@@ -163,7 +134,7 @@ class World:
         height: float | None = None,
         mass: float = 0.0,
         friction: float | None = None,
-    ) -> Box:
+    ) -> None:
         """Put a box, or replace the one of its name.
 
         Args:
@@ -178,66 +149,29 @@ class World:
         self.remove_box(name)
         if height is None:
             height = max(self.ground(_footprint(size, at, yaw)))
-        client, half = self.client, (size[0] / 2.0, size[1] / 2.0, size[2] / 2.0)
-        shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
-        place = ((at[0], at[1], height + half[2]), bullet.getQuaternionFromEuler((0.0, 0.0, yaw)))
-        if mass > 0.0:
-            position, turn = self.to_world(*place)
-            body = int(
-                bullet.createMultiBody(
-                    mass, shape, basePosition=position, baseOrientation=turn, physicsClientId=client
-                )
-            )
-            # PyBullet multiplies both partners' coefficients: 1 leaves the floor's for box and floor.
-            self._surface(body, 1.0 if friction is None else friction)
-            bullet.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
-        else:
-            body = self.add_fixed(shape, *place)
-            self._surface(body, self.friction if friction is None else friction)
-        self.boxes[name] = Box(body, size, mass, friction)
-        return self.boxes[name]
+        pose = Pose((at[0], at[1], height + size[2] / 2.0), quaternion(yaw=yaw))
+        self.engine.scene.add_box(name, size, pose, mass=mass, friction=friction)
+        self.boxes[name] = WorldBox(size, mass, friction)
 
-    def add_fixed(self, shape: int, position: Vec3, turn: Quaternion = _UPRIGHT) -> int:
-        """Fix a collision shape on the floor, at a pose of the floor frame; returns PyBullet's number."""
-        body = int(bullet.createMultiBody(0.0, shape, physicsClientId=self.client))
-        self._places[body] = (position, turn)
-        self.bodies.add(body)
-        self.uneven = True
-        there = self.to_world(position, turn)
-        bullet.resetBasePositionAndOrientation(body, *there, physicsClientId=self.client)
-        self._surface(body, self.friction)
-        return body
-
-    def box_as_it_is(self, name: str) -> BoxState | None:
-        """What `put_back` takes; None when there is no such box."""
-        box = self.boxes.get(name)
-        if box is None:
-            return None
-        pose = bullet.getBasePositionAndOrientation(box.body, physicsClientId=self.client)
-        return BoxState(box, pose, bullet.getBaseVelocity(box.body, physicsClientId=self.client))
+    def box_state(self, name: str) -> BoxState | None:
+        """State of a box that `put_back` takes; None when there is no such box."""
+        box, scene = self.boxes.get(name), self.engine.scene
+        return None if box is None else BoxState(box, scene.pose(name), scene.velocity(name))
 
     def put_back(self, name: str, state: BoxState) -> None:
         """Put a box that was replaced or taken away back as it was."""
         box = state.box
-        (x, y, z), turn = self.to_floor(*state.pose)
-        yaw = bullet.getEulerFromQuaternion(turn)[2]
+        (x, y, z), turn = self.in_floor(state.pose)
         height = z - 0.5 * box.size[2]
-        body = self.add_box(
-            name, box.size, (x, y), yaw, height=height, mass=box.mass, friction=box.friction
-        ).body
+        self.add_box(name, box.size, (x, y), yaw_of(turn), height=height, mass=box.mass, friction=box.friction)
         if box.mass > 0.0:
-            bullet.resetBasePositionAndOrientation(body, *state.pose, physicsClientId=self.client)
-            bullet.resetBaseVelocity(body, *state.velocity, physicsClientId=self.client)
+            self.engine.scene.move(name, state.pose, state.velocity)
 
     def remove_box(self, name: str) -> bool:
         """Take a box away; False when there is none."""
-        box = self.boxes.pop(name, None)
-        if box is None:
+        if self.boxes.pop(name, None) is None:
             return False
-        bullet.removeBody(box.body, physicsClientId=self.client)
-        self.bodies.discard(box.body)
-        self._places.pop(box.body, None)
-        self.uneven = len(self.bodies) > 1
+        self.engine.scene.remove(name)
         return True
 
 

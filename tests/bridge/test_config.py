@@ -8,10 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import bridge.datasheet
-from bridge.config import from_dict, load_toml, parse_toml, unknown_name
-from bridge.datasheet.model import Body
+import bridge.body
+from bridge.body.model import Body
+from bridge.config import from_dict, load_toml, parse_toml
 from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
 
 
 class _Push(msgspec.Struct, tag="push", forbid_unknown_fields=True):
@@ -104,7 +105,7 @@ def test_reads_what_is_right() -> None:
         (
             "title = 'a'\nlevel = 'wron'",
             "level: unknown value 'wron'",
-            "did you mean 'worn'?; known: ideal, worn",
+            "did you mean 'worn'?); known: ideal, worn",
         ),
         ("title = 'a'\nlevel = 1", "level: ", "expected text, got a whole number"),
         ("title = 'a'\nservos.knee = 1", "servos.knee: ", "expected a table, got a whole number"),
@@ -154,7 +155,7 @@ def test_a_file_with_a_byte_order_mark_and_windows_line_ends(tmp_path: Path) -> 
 
 def test_unknown_name_suggests_only_what_is_near() -> None:
     near = unknown_name("gait", "Statc", ["static", "huang"])
-    assert near == "unknown gait 'Statc', did you mean 'static'?; known: huang, static"
+    assert near == "unknown gait 'Statc' (did you mean 'static'?); known: huang, static"
     assert unknown_name("gait", "zzz", ["static"]) == "unknown gait 'zzz'; known: static"
 
 
@@ -186,7 +187,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         parse_toml(text, "f", Body)
 
 
-_SHEET = (Path(bridge.datasheet.__file__).parent / "bodies" / "nao-v3.toml").read_text("utf-8")
+_SHEET = (Path(bridge.body.__file__).parent / "bodies" / "nao-v3.toml").read_text("utf-8")
 
 
 @given(

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import BODIES, TORSO, Body, joint_tree, load_body
-from bridge.datasheet.check import is_possible_inertia
+from bridge.body import BODIES, TORSO, Body, joint_tree, load_body
+from bridge.body.check import is_possible_inertia
 
 V3X = ("nao-v3", "nao-v3.2", "nao-v3.3")
 DUMMY_LINKS = 1e-4

@@ -8,15 +8,15 @@ from pathlib import Path
 import msgspec
 import pytest
 
-import bridge.datasheet
-from bridge.datasheet import Body, load_body
-from bridge.datasheet.check import check_body, is_possible_inertia, principal_moments
+import bridge.body
+from bridge.body import Body, load_body
+from bridge.body.check import check_body, is_possible_inertia, principal_moments
 from bridge.errors import ConfigurationError
 
 
 def test_loading_twice_gives_the_same_object_and_a_path_the_same_body() -> None:
     assert load_body("nao-v4") is load_body("nao-v4")
-    file = Path(bridge.datasheet.__file__).parent / "bodies" / "nao-v4.toml"
+    file = Path(bridge.body.__file__).parent / "bodies" / "nao-v4.toml"
     assert load_body(file) == load_body("nao-v4")
 
 
@@ -36,12 +36,12 @@ def test_unknown_body(name: str, words: str) -> None:
 
 
 def test_misspelt_key_in_a_sheet(tmp_path: Path) -> None:
-    text = (Path(bridge.datasheet.__file__).parent / "bodies" / "nao-v3.toml").read_text("utf-8")
+    text = (Path(bridge.body.__file__).parent / "bodies" / "nao-v3.toml").read_text("utf-8")
     sheet = tmp_path / "mine.toml"
     sheet.write_text(text.replace("TibiaLength", "TibiaLenght"), "utf-8")
     with pytest.raises(ConfigurationError) as info:
         load_body(sheet)
-    assert str(info.value) == f"{sheet}: unknown key 'lengths.TibiaLenght', did you mean 'TibiaLength'?"
+    assert str(info.value) == f"{sheet}: unknown key 'lengths.TibiaLenght' (did you mean 'TibiaLength'?)"
 
 
 def _changed(**changes: object) -> Body:

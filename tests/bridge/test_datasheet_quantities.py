@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bridge.datasheet import BODIES, load_body
-from bridge.datasheet.model import Side
-from bridge.datasheet.postures import POSTURES, load_postures
-from bridge.datasheet.quantities import (
+from bridge.body import BODIES, load_body
+from bridge.body.joints import INDEX, JOINTS
+from bridge.body.postures import POSTURES, load_postures
+from bridge.body.quantities import (
     COUPLED_TO,
     absent_joints,
     coupled_limits,
@@ -21,9 +21,9 @@ from bridge.datasheet.quantities import (
     limits,
     total_mass,
 )
-from bridge.datasheet.sole import foot_centre, sole_hull, sole_outline
+from bridge.body.sole import foot_centre, sole_hull, sole_outline
 from bridge.errors import ConfigurationError
-from bridge.joints import INDEX, JOINTS
+from bridge.types import Side
 
 # Joint side of the vendor's 2010 motor page: deg/s and N m, without gear losses.
 V3_DRIVES = {

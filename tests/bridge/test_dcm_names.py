@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from bridge.datasheet import BODIES, load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import BODIES, load_body
+from bridge.body.postures import POSTURES
 from bridge.dcm import Dcm
 from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.dcm.unit import MAX_ALIASES

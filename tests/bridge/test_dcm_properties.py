@@ -8,8 +8,8 @@ from itertools import pairwise
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import load_body
+from bridge.body.postures import POSTURES
 from bridge.dcm import Dcm
 from bridge.dcm.requests import set_request
 from bridge.errors import DcmRefused

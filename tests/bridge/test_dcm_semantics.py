@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.dcm import Dcm
 from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.errors import DcmRefused
-from bridge.joints import INDEX
 
 LED, GREEN, BLUE = (f"ChestBoard/Led/{colour}/Actuator/Value" for colour in ("Red", "Green", "Blue"))
 US = "US/Actuator/Value"

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.datasheet import load_body
+from bridge.body import load_body
+from bridge.body.joints import INDEX, JOINTS, N_JOINTS
 from bridge.errors import FrameError
 from bridge.guard import Guard
-from bridge.joints import INDEX, JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame
 
 V6 = load_body("nao-v6")

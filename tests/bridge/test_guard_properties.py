@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.datasheet import load_body
-from bridge.datasheet.quantities import HANDS, coupled_limits
+from bridge.body import load_body
+from bridge.body.joints import JOINTS, N_JOINTS
+from bridge.body.quantities import HANDS, coupled_limits
 from bridge.errors import FrameError
 from bridge.guard import Guard, GuardSettings
-from bridge.joints import JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
 from tests.frames import standing_frame
 
@@ -57,7 +57,7 @@ stretches = st.lists(
     min_size=1,
     max_size=12,
 )
-"""Command or silence, for so many cycles, a request, what is measured meanwhile, and whether one is owed."""
+"""Command or silence, for so many cycles, a request, what is measured meanwhile, and supervision."""
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -68,13 +68,13 @@ def test_no_history_makes_an_output_leave_the_ranges_or_outrun_the_motors(name: 
     guard = Guard(body, bounds)
     # the data sheet's motors, figured here anew
     steps = {
-        joint: bounds.speed
+        joint: bounds.speed_ratio
         * (body.motors[sheet.motor].no_load_speed_rpm / 60.0 * 2.0 * math.pi / sheet.gear_ratio)
         * body.cycle
         for joint, sheet in body.joints.items()
     }
     seq, last = 0, None
-    for wish, cycles, request, measured, angle, heat, charge, owed in history:
+    for wish, cycles, request, measured, angle, heat, charge, supervised in history:
         if request == "arm":
             guard.arm()
         elif request:
@@ -88,7 +88,7 @@ def test_no_history_makes_an_output_leave_the_ranges_or_outrun_the_motors(name: 
                     command = guard.check(sent, seq)
                 except FrameError:
                     assert not guard.armed
-            given = guard.cycle(frame, command, owed=owed)
+            given = guard.cycle(frame, command, supervised=supervised)
             seq += 1
             if given is None:
                 continue

@@ -7,12 +7,12 @@ import math
 import msgspec
 import pytest
 
+from bridge.body import load_body
+from bridge.body.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
+from bridge.body.postures import POSTURES
 from bridge.config import parse_toml
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
 from bridge.errors import ConfigurationError, FrameError
 from bridge.guard import Guard, GuardSettings
-from bridge.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
 from tests.frames import standing_frame
 
@@ -54,10 +54,10 @@ class Robot:
         self.position, self.stiffness = position, stiffness
         self.angle, self.heat, self.charge = (0.0, 0.0), 30.0, 1.0
 
-    def cycle(self, wanted: ActuatorFrame | None, *, owed: bool = True) -> ActuatorFrame | None:
+    def cycle(self, wanted: ActuatorFrame | None, *, supervised: bool = True) -> ActuatorFrame | None:
         frame = sensors(self.seq, self.position, self.angle, self.heat, self.charge, self.stiffness)
         checked = self.guard.check(wanted, self.seq) if wanted is not None else None
-        given = self.guard.cycle(frame, checked, owed=owed)
+        given = self.guard.cycle(frame, checked, supervised=supervised)
         if given is not None and given.stiffness[LEGS[0]] > 0.0:
             self.position = given.position
         if given is not None:
@@ -68,10 +68,10 @@ class Robot:
     def command(self, position: tuple[float, ...] = STAND, lease: int = 1) -> ActuatorFrame | None:
         return self.cycle(command(self.seq, position, lease=lease))
 
-    def silence(self, cycles: int, *, owed: bool = True) -> list[str]:
+    def silence(self, cycles: int, *, supervised: bool = True) -> list[str]:
         states = []
         for _ in range(cycles):
-            self.cycle(None, owed=owed)
+            self.cycle(None, supervised=supervised)
             states.append(self.guard.state)
         return states
 
@@ -89,16 +89,16 @@ def test_a_silent_controllers_robot_is_held_then_crouches_then_lets_go() -> None
     for _ in range(5):
         robot.command()
     dog = SETTINGS.watchdog
-    states = robot.silence(dog.silence + dog.hold)
-    assert states[: dog.silence - 1] == ["active"] * (dog.silence - 1)
-    assert states[dog.silence - 1 : -1] == ["hold"] * dog.hold
+    states = robot.silence(dog.silence_cycles + dog.hold_cycles)
+    assert states[: dog.silence_cycles - 1] == ["active"] * (dog.silence_cycles - 1)
+    assert states[dog.silence_cycles - 1 : -1] == ["hold"] * dog.hold_cycles
     assert states[-1] == "crouch"
     assert robot.guard.take_revocation() and not robot.guard.take_revocation()
     # a rest-to-rest motion without jumps takes at least way / speed, and less than three times that
     way = max(abs(a - b) for a, b in zip(STAND, POSTURES["Crouch"], strict=True))
     cycles = until_rest(robot)
     crouch = SETTINGS.crouch
-    shortest = way / crouch.speed + crouch.settle + crouch.fade
+    shortest = way / crouch.speed + crouch.settle_time + crouch.release_time
     assert shortest < cycles * BODY.cycle < 3.0 * shortest
     inside = [i for i in LEGS if JOINTS[i] not in ("LAnkleRoll", "RAnkleRoll")]  # those are coupled there
     assert [robot.position[i] for i in inside] == pytest.approx([POSTURES["Crouch"][i] for i in inside])
@@ -110,7 +110,7 @@ def test_a_silent_controllers_robot_is_held_then_crouches_then_lets_go() -> None
 def test_no_joint_is_faster_than_the_settings_say_on_the_way_down() -> None:
     robot = Robot(Guard(BODY))
     robot.command()
-    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold - 1)
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles - 1)
     last = robot.position
     while robot.guard.state != "rest":
         robot.cycle(None)
@@ -123,7 +123,10 @@ def test_a_word_in_time_keeps_the_robot_up() -> None:
     robot = Robot(Guard(BODY))
     robot.command()
     for _ in range(5):
-        assert set(robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold - 1)) == {"active", "hold"}
+        assert set(robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles - 1)) == {
+            "active",
+            "hold",
+        }
         robot.command()
         assert robot.guard.state == "active"
 
@@ -132,7 +135,7 @@ def test_nobody_is_owed_a_command_by_a_robot_that_was_given_back_or_never_held()
     robot = Robot(Guard(BODY))
     assert set(robot.silence(500)) == {"idle"}
     robot.command()
-    assert set(robot.silence(500, owed=False)) == {"active"}
+    assert set(robot.silence(500, supervised=False)) == {"active"}
     # a new holder that takes its time before its first command
     assert set(robot.silence(500)) == {"active"}
 
@@ -140,7 +143,7 @@ def test_nobody_is_owed_a_command_by_a_robot_that_was_given_back_or_never_held()
 def test_a_new_controller_takes_over_from_the_crouch_slowly() -> None:
     robot = Robot(Guard(BODY))
     robot.command()
-    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles)
     until_rest(robot)
     start = robot.position
     given = robot.command(lease=2)
@@ -162,7 +165,7 @@ def test_a_robot_rises_with_all_joints_arriving_together() -> None:
     """On a straight line in joint space: a hip that is there before its knee topples the robot."""
     robot = Robot(Guard(BODY))
     robot.command()
-    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles)
     until_rest(robot)
     start, ends = robot.position, robot.guard.check(command(0), 0).position
     shares = []
@@ -184,7 +187,7 @@ def test_a_crouched_robot_of_little_stiffness_is_not_let_go_any_further() -> Non
     crouch = POSTURES[SETTINGS.crouch.posture]
     robot = Robot(Guard(BODY), crouch, SETTINGS.crouch.rest_stiffness)
     robot.cycle(command(0, crouch, SETTINGS.crouch.rest_stiffness))
-    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles)
     until_rest(robot)
     assert robot.stiffness == SETTINGS.crouch.rest_stiffness
 
@@ -248,7 +251,7 @@ def test_a_falling_robot_goes_limp_and_takes_commands_again_when_it_lies() -> No
     while robot.guard.state == "fallen":
         robot.command()
         cycles += 1
-    assert cycles * BODY.cycle == pytest.approx(fall.rest, abs=2 * BODY.cycle)
+    assert cycles * BODY.cycle == pytest.approx(fall.rest_time, abs=2 * BODY.cycle)
     # getting up: still far from upright, and not taken for another fall
     for _ in range(200):
         robot.command()
@@ -283,7 +286,7 @@ def test_one_wrong_angle_is_no_fall() -> None:
 def test_a_robot_that_does_not_stand_is_not_made_to_crouch(posture: str) -> None:
     robot = Robot(Guard(BODY), POSTURES[posture])
     robot.command(POSTURES[posture])
-    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles)
     assert robot.guard.state == "rest"
     before = robot.position
     until_rest(robot)
@@ -293,7 +296,7 @@ def test_a_robot_that_does_not_stand_is_not_made_to_crouch(posture: str) -> None
 def test_a_limp_robot_is_not_made_to_crouch() -> None:
     robot = Robot(Guard(BODY), stiffness=0.0)
     robot.cycle(command(0, stiffness=0.0))
-    robot.silence(SETTINGS.watchdog.silence + SETTINGS.watchdog.hold)
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles)
     assert robot.guard.state == "rest"
     assert robot.stiffness == 0.0
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from bridge.datasheet import load_body
-from bridge.joints import JOINTS
+from bridge.body import load_body
+from bridge.body.joints import JOINTS
 from bridge.messages import MAX_PAYLOAD, SCHEMA_VERSION
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +12,12 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError
-from bridge.joints import N_JOINTS
 from bridge.messages import ActuatorFrame, Contact, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.playback import frames_sha256, read_recording, recorded_config
-from bridge.recording import FrameHash, Recordable, Recorder
+from bridge.recording.canonical import FrameHash, Recordable
+from bridge.recording.playback import frames_sha256, read_recording, recorded_config
+from bridge.recording.recorder import Recorder
 from tests.frames import standing_frame
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
@@ -58,7 +58,7 @@ def truth(k: int) -> TruthFrame:
 
 def telemetry(k: int, tick: float = 0.0) -> WalkTelemetry:
     here = (0.0, 0.0)
-    foot = (0.0, 0.05, 0.0)
+    foot = (0.0, 0.05, 0.0, 0.0, 0.0, 0.0)
     return WalkTelemetry(
         seq=k, state="walk", phase="DSL", step=1, steps=10, zmp=here, com=here, left=foot, right=foot, tick=tick
     )
@@ -76,15 +76,8 @@ def run(cycles: int, noise: int = 0) -> list[Recordable]:
 
 
 def write(recorder: Recorder, messages: list[Recordable]) -> None:
-    methods: dict[type[Any], Callable[[Any], None]] = {
-        SensorFrame: recorder.write_sensor,
-        ActuatorFrame: recorder.write_actuator,
-        TruthFrame: recorder.write_truth,
-        WalkTelemetry: recorder.write_telemetry,
-        Notice: recorder.write_notice,
-    }
     for message in messages:
-        methods[type(message)](message)
+        recorder.write(message)
 
 
 def record(path: Path, messages: list[Recordable]) -> Path:
@@ -96,10 +89,8 @@ def record(path: Path, messages: list[Recordable]) -> Path:
 def digest(messages: list[Recordable]) -> str:
     frames = FrameHash()
     for message in messages:
-        if isinstance(message, SensorFrame):
-            frames.sensor(message)
-        elif isinstance(message, ActuatorFrame):
-            frames.actuator(message)
+        if isinstance(message, (SensorFrame, ActuatorFrame)):
+            frames.add(message)
     return frames.hexdigest()
 
 
@@ -204,8 +195,8 @@ def test_an_unclosed_recording_is_on_disk_up_to_the_last_second(tmp_path: Path) 
     recorder = Recorder(path, CONFIG)
     try:
         for k in range(500):
-            recorder.write_sensor(sensor(k))
-            recorder.write_actuator(actuator(k))
+            recorder.write(sensor(k))
+            recorder.write(actuator(k))
             if k >= 100:
                 *_, last = read_recording(path)
                 assert last.time > k * 0.01 - 1.0

@@ -3,11 +3,17 @@
 import msgspec
 import pytest
 
+from bridge.body.joints import INDEX
 from bridge.errors import FrameError
-from bridge.faults import JointWeak, SensorDead, sensor_slots
-from bridge.joints import INDEX
-from bridge.messages import encode
-from bridge.world import OPS, PlateUnderFoot, Push, StartFault, decode_command
+from bridge.messages import decode_command, encode
+from bridge.messages.elements import sensor_slots
+from bridge.messages.faults import JointWeak, SensorDead
+from bridge.messages.world import OPS, PlateUnderFoot, Push, StartFault, WorldCommand
+
+
+def decoded(payload: bytes) -> WorldCommand:
+    command: WorldCommand = decode_command(payload, WorldCommand, "World command")
+    return command
 
 
 def packed(**fields: object) -> bytes:
@@ -15,37 +21,40 @@ def packed(**fields: object) -> bytes:
 
 
 def test_a_command_from_any_language_is_a_map_with_an_op() -> None:
-    assert decode_command(packed(op="push", impulse=[1, 0, 0.5])) == Push(impulse=(1.0, 0.0, 0.5))
-    assert decode_command(packed(op="plate-under-foot", foot="left")) == PlateUnderFoot(foot="left")
-    fault = {"kind": "joint-weak", "joint": "RHipRoll", "share": 0.3}
-    command = StartFault(fault=JointWeak(joint="RHipRoll", share=0.3), duration=2.0)
-    assert decode_command(packed(op="fault-on", fault=fault, duration=2.0)) == command
-    assert decode_command(encode(command)) == command
+    assert decoded(packed(op="push", impulse=[1, 0, 0.5])) == Push(impulse=(1.0, 0.0, 0.5))
+    assert decoded(packed(op="plate-under-foot", foot="left")) == PlateUnderFoot(foot="left")
+    fault = {"kind": "joint-weak", "joint": "RHipRoll", "fraction": 0.3}
+    command = StartFault(fault=JointWeak(joint="RHipRoll", fraction=0.3), duration=2.0)
+    assert decoded(packed(op="fault-on", fault=fault, duration=2.0)) == command
+    assert decoded(encode(command)) == command
 
 
 @pytest.mark.parametrize(
     ("payload", "says"),
     [
         (b"", "not one whole msgpack map"),
-        (packed(op="psh"), "op is an unknown kind 'psh', did you mean 'push'.*known: .*status, step"),
+        (packed(op="psh"), r"`op`: unknown value 'psh' \(did you mean 'push'\?\).*known: .*status, step"),
         (packed(), "missing key 'op'; one of .*status, step"),
-        (packed(op="tilt", pich=0.1), "unknown key 'pich', did you mean 'pitch'"),
-        (packed(op="fault-on", fault={"kind": "joint-weak", "joint": "LKneePitch", "shre": 0.1}), "'share'"),
+        (packed(op="tilt", pich=0.1), r"unknown key 'pich' \(did you mean 'pitch'\?\)\.$"),
+        (
+            packed(op="fault-on", fault={"kind": "joint-weak", "joint": "LKneePitch", "frction": 0.1}),
+            "'fraction'",
+        ),
         (packed(op="push"), "impulse"),
         (packed(op="push", impulse=[1.0, float("nan"), 0.0]), r"impulse\[1\]"),
         (packed(op="push", impulse=[1.0, 0.0, 0.0], version=9), "schema version 9"),
-        (packed(op="push", impulse=[1e99, 0.0, 0.0]), r"impulse\[0\]: expected a number <="),
-        (packed(op="tilt", pitch=2.0), "pitch: expected a number <= 0.6"),
-        (packed(op="friction", friction=-1.0), "friction: expected a number >= 0.0"),
-        (packed(op="place", name="a/b", size=[1, 1, 1], at=[0, 0]), "name: 1 to 64 letters"),
-        (packed(op="step", cycles=0), "cycles: expected a whole number >= 1"),
+        (packed(op="push", impulse=[1e99, 0.0, 0.0]), r"impulse\[0\]`: expected a number <="),
+        (packed(op="tilt", pitch=2.0), "`pitch`: expected a number <= 0.6"),
+        (packed(op="friction", friction=-1.0), "`friction`: expected a number >= 0.0"),
+        (packed(op="place", name="a/b", size=[1, 1, 1], at=[0, 0]), "`name`: expected 1 to 64 letters"),
+        (packed(op="step", cycles=0), "`cycles`: expected a whole number >= 1"),
         (packed(op="fault-on", fault={"kind": "sensor-dead", "sensor": "gyro"}), "did you mean 'gyroscope'"),
         (packed(op="fault-on", fault={"kind": "joint-stuck", "joint": "LKnee"}), "did you mean 'LKneePitch'"),
     ],
 )
 def test_a_wrong_command_is_refused_with_the_field_or_the_ops(payload: bytes, says: str) -> None:
     with pytest.raises(FrameError, match=says):
-        decode_command(payload)
+        decoded(payload)
 
 
 def test_the_ops_are_told_apart() -> None:

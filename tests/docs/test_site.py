@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
@@ -10,24 +9,10 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 
 
-def modules(package: str) -> set[str]:
-    """Public modules and packages below one, but for packages that only say what is in them."""
-    found = set()
-    for file in (REPOSITORY / package).rglob("*.py"):
-        parts = file.relative_to(REPOSITORY).with_suffix("").parts
-        if parts[-1] == "__init__":
-            parts = parts[:-1]
-        if len(parts) > 1 and not any(part.startswith("_") for part in parts):
-            found.add(".".join(parts))
-    return found
-
-
-@pytest.mark.parametrize("package", ["bridge", "emulator", "walker"])
+@pytest.mark.parametrize("package", ["bridge", "emulator", "walker", "nao_hil"])
 def test_every_public_module_is_in_the_reference(package: str) -> None:
-    pages = "".join(page.read_text() for page in (REPOSITORY / "docs" / "reference").glob("*.md"))
-    listed = re.findall(rf"^::: ({package}\.\S+)$", pages, re.MULTILINE)
-    assert len(listed) == len(set(listed))
-    assert set(listed) == modules(package)
+    page = (REPOSITORY / "docs" / "reference" / f"{package}.md").read_text()
+    assert f"::: {package}\n" in page and "show_submodules: true" in page
 
 
 def test_every_page_is_in_the_navigation() -> None:

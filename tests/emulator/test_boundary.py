@@ -51,7 +51,7 @@ def test_an_error_reaches_the_caller_and_not_the_loop() -> None:
 
 
 def test_work_that_nobody_waits_for_any_more_is_not_done() -> None:
-    queue = BoundaryQueue(patience=0.01)
+    queue = BoundaryQueue(max_wait=0.01)
     done: list[int] = []
     with pytest.raises(LinkError, match="no cycle boundary"):
         queue.call(lambda: done.append(1))

@@ -12,11 +12,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
-from bridge.dcm import Dcm, wire
+from bridge.body import load_body
+from bridge.body.postures import POSTURES
+from bridge.dcm import Dcm
 from bridge.errors import DcmRefused, FrameError, LeaseRefused, NaoHilError
 from bridge.messages import SensorFrame, decode
+from bridge.messages import dcm as wire
 from emulator.boundary import BoundaryQueue
 from emulator.dcm_queries import DcmQueries
 from tests.frames import standing_frame
@@ -51,7 +52,7 @@ class Bench:
             raise LeaseRefused(f"{what} was refused: `walker` holds the robot.")
 
     def ask(self, key: str, **fields: Any) -> Any:
-        payload = msgspec.msgpack.encode({"version": 1, **fields})
+        payload = msgspec.msgpack.encode({"version": 2, **fields})
         return decode(self.handlers[key](payload), wire.DcmReply).result
 
     def command(self, key: str, command: Any, lease: int = LEASE) -> Any:
@@ -177,7 +178,7 @@ def test_an_alias_needs_an_entry_for_each_actuator(bench: Bench) -> None:
 
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.parametrize(
-    "payload", [b"", b"\xc1", b"\x90", b"\x80" * 9, msgspec.msgpack.encode({"version": 2})]
+    "payload", [b"", b"\xc1", b"\x90", b"\x80" * 9, msgspec.msgpack.encode({"version": 1})]
 )
 def test_payloads_that_are_no_request_are_refused(bench: Bench, key: str, payload: bytes) -> None:
     with pytest.raises(FrameError) as caught:
@@ -204,7 +205,7 @@ things = st.recursive(
 requests = st.fixed_dictionaries(
     {},
     optional={
-        "version": st.just(1) | things,
+        "version": st.just(2) | things,
         "lease": st.just(LEASE) | things,
         "command": st.lists(things, max_size=7) | things,
         "names": st.lists(likely | things, max_size=4) | things,

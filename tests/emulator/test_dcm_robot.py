@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.dcm.requests import alias_request, set_alias_request, set_request
-from bridge.faults import DcmPause
-from bridge.joints import INDEX
 from bridge.messages import ActuatorFrame
+from bridge.messages.faults import DcmPause
 from emulator.robot import EmulatedRobot
 
 START = POSTURES["Stand"]

@@ -7,12 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
-from bridge.datasheet.quantities import joint_stall_torque
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
+from bridge.body.quantities import joint_stall_torque
 from bridge.errors import FrameError
-from bridge.faults import (
-    ELEMENTS,
+from bridge.messages import ActuatorFrame
+from bridge.messages.elements import ELEMENTS
+from bridge.messages.faults import (
     CommandDuplicated,
     CommandJitter,
     CommandLate,
@@ -21,8 +23,8 @@ from bridge.faults import (
     DcmPause,
     Fault,
     InertialRezero,
+    JointBacklash,
     JointHot,
-    JointPlay,
     JointStuck,
     JointWeak,
     PowerLoss,
@@ -31,11 +33,10 @@ from bridge.faults import (
     SensorOffset,
     SensorStuck,
 )
-from bridge.joints import INDEX
-from bridge.messages import ActuatorFrame
 from emulator.faults.commands import CommandChannel
 from emulator.robot import EmulatedRobot
-from emulator.scenarios.model import FaultEvent, Scenario
+from emulator.scenarios.events import FaultEvent
+from emulator.scenarios.model import Scenario
 from emulator.sensors.touch import TOUCH
 
 BODY = load_body("nao-v3")
@@ -202,18 +203,18 @@ def test_a_stuck_joint_stays_and_tells_so(held: EmulatedRobot) -> None:
 
 def test_a_weak_joint_gives_its_share_of_the_stall_torque(held: EmulatedRobot) -> None:
     """Driven against a far target, the drive's torque at rest is its limit."""
-    servo = held.mechanics.servo
-    joint = held.mechanics.model.joints.index("LKneePitch")
+    servo = held.servo
+    joint = held.engine.robot.joints.index("LKneePitch")
     stall = joint_stall_torque(BODY, "LKneePitch")
 
     def largest() -> float:
-        position = held.mechanics.position.copy()
+        position = held.engine.robot.position.copy()
         held.advance(command(0, LKneePitch=1.0))
         return max(abs(float(servo.torque(position, 0.0 * position)[joint])) for _ in range(20))
 
     begin(held, JointStuck(joint="LKneePitch"))
     sound = largest()
-    begin(held, JointWeak(joint="LKneePitch", share=0.25))
+    begin(held, JointWeak(joint="LKneePitch", fraction=0.25))
     weak = largest()
     assert sound == pytest.approx(stall, rel=1e-6)
     assert weak == pytest.approx(0.25 * stall, rel=1e-6)
@@ -233,11 +234,12 @@ def test_a_hot_joint_reports_its_heat_and_loses_stiffness(held: EmulatedRobot) -
 
 
 def test_more_play_lets_a_joint_hang_by_half_of_it(held: EmulatedRobot) -> None:
-    """A limb that hangs on one flank of the gear's dead zone is half the play away from the motor's angle."""
+    """A limb that hangs on one flank of the gear's dead zone is half the backlash away from the motor's
+    angle."""
     for _ in range(100):
         held.advance(command(0))
     tight = held.truth().joints[INDEX["LShoulderPitch"]]
-    begin(held, JointPlay(joint="LShoulderPitch", play=0.1))
+    begin(held, JointBacklash(joint="LShoulderPitch", backlash=0.1))
     for _ in range(200):
         held.advance(command(0))
     loose = held.truth().joints[INDEX["LShoulderPitch"]]

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from bridge.datasheet import load_body
-from emulator.engine import bullet
+from bridge.body import load_body
+from emulator.engine.pybullet.client import bullet
 from emulator.robot import EmulatedRobot
 from emulator.sensors.fsr import FootForceSensors
 
@@ -23,7 +23,7 @@ def centre(side: str, cells: tuple[float, ...]) -> np.ndarray:
 @pytest.mark.parametrize("cell", range(4))
 def test_a_load_on_one_cell_is_felt_by_it_alone(side: str, cell: int) -> None:
     x, y, _ = FEET[side][cell]
-    cells = FootForceSensors(FEET[side]).share(10.0, (x, y))
+    cells = FootForceSensors(FEET[side]).distribute(10.0, (x, y))
     expected = [0.0] * 4
     expected[cell] = 10.0
     np.testing.assert_allclose(cells, expected, atol=1e-9)
@@ -33,9 +33,9 @@ def test_names_of_the_cells() -> None:
     """FL, FR, RL, RR: left is +y, front is +x, on both feet."""
     for side in ("L", "R"):
         sensors = FootForceSensors(FEET[side])
-        fl, fr, rl, rr = sensors.share(10.0, (0.06, 0.02))
+        fl, fr, rl, rr = sensors.distribute(10.0, (0.06, 0.02))
         assert fl == max(fl, fr, rl, rr)
-        fl, fr, rl, rr = sensors.share(10.0, (-0.02, -0.015))
+        fl, fr, rl, rr = sensors.distribute(10.0, (-0.02, -0.015))
         assert rr == max(fl, fr, rl, rr)
 
 
@@ -43,7 +43,7 @@ def test_names_of_the_cells() -> None:
 def test_inside_the_cells_sum_and_centre_are_exact(u: float, v: float, force: float, side: str) -> None:
     fl, fr, rl, rr = (np.array(place[:2]) for place in FEET[side])
     point = v * (u * fl + (1 - u) * fr) + (1 - v) * (u * rl + (1 - u) * rr)
-    cells = FootForceSensors(FEET[side]).share(force, (point[0], point[1]))
+    cells = FootForceSensors(FEET[side]).distribute(force, (point[0], point[1]))
     assert min(cells) >= 0.0
     assert sum(cells) == pytest.approx(force, rel=1e-9)
     np.testing.assert_allclose(centre(side, cells), point, atol=1e-9)
@@ -61,12 +61,12 @@ def test_plate_on_equal_springs_stores_the_least_energy(point: tuple[float, floa
         ],
         options={"ftol": 1e-14},
     )
-    np.testing.assert_allclose(FootForceSensors(FEET["L"]).share(10.0, point), found.x, atol=1e-4)
+    np.testing.assert_allclose(FootForceSensors(FEET["L"]).distribute(10.0, point), found.x, atol=1e-4)
 
 
 @given(st.floats(-0.1, 0.12), st.floats(-0.06, 0.06))
 def test_outside_the_cells_none_pulls_and_the_centre_is_the_nearest_possible(x: float, y: float) -> None:
-    cells = FootForceSensors(FEET["L"]).share(10.0, (x, y))
+    cells = FootForceSensors(FEET["L"]).distribute(10.0, (x, y))
     assert min(cells) >= 0.0
     assert sum(cells) == pytest.approx(10.0, rel=1e-9)
     got = float(np.hypot(*(centre("L", cells) - (x, y))))
@@ -77,7 +77,7 @@ def test_outside_the_cells_none_pulls_and_the_centre_is_the_nearest_possible(x: 
 
 
 def test_without_load_all_are_zero() -> None:
-    assert FootForceSensors(FEET["L"]).share(0.0, None) == (0.0, 0.0, 0.0, 0.0)
+    assert FootForceSensors(FEET["L"]).distribute(0.0, None) == (0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("side", ["L", "R"])
@@ -86,7 +86,7 @@ def test_a_peg_under_one_cell_of_the_robot_is_felt_by_that_cell(side: str, cell:
     """The robot hangs in the air, nailed by its torso, and a peg comes up under one cell."""
     with EmulatedRobot(BODY, seed=0, held=True, lift=0.1, settle=0.2) as robot:
         assert robot.frame.fsr == (0.0,) * 8
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         state = bullet.getLinkState(
             model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
         )

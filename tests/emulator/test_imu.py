@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
-from bridge.joints import INDEX
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
-from emulator.engine import bullet
+from emulator.engine.pybullet.client import bullet
 from emulator.robot import EmulatedRobot
 from emulator.sensors.fusion import FusedAngle
 from emulator.sensors.imu import mean_rate
@@ -160,7 +160,7 @@ def test_free_fall_weighs_nothing_and_follows_the_parabola() -> None:
 @pytest.mark.parametrize(("name", "seen"), [("nao-v3", 0.0), ("nao-v6", 0.7)])
 def test_gyroscope_is_right_handed_and_has_the_axes_of_its_body(name: str, seen: float) -> None:
     with EmulatedRobot(load_body(name), seed=0, settle=0.0, lift=2.0) as robot:
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         for axis in range(3):
             robot.reset()
             omega = [0.0, 0.0, 0.0]

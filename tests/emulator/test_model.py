@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from bridge.datasheet import BODIES, TORSO, Body, joint_tree, load_body
-from emulator.engine import bullet, connect, disconnect
-from emulator.model import RobotModel, build_model
+from bridge.body import BODIES, TORSO, Body, joint_tree, load_body
+from emulator.engine.pybullet.client import bullet, connect, disconnect
+from emulator.engine.pybullet.model import RobotModel, build_model
 
 Matrix = NDArray[np.float64]
 

@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import BODIES, Body, load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import BODIES, Body, load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError, FrameError
-from bridge.joints import INDEX
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
-from emulator.engine import bullet
+from emulator.engine.pybullet.client import bullet
+from emulator.engine.values import PhysicsSettings
 from emulator.robot import EmulatedRobot
-from emulator.world import WorldParameters
 
 START = POSTURES["StandInit"]
 G = 9.81
@@ -45,7 +45,7 @@ def weight(body: Body) -> float:
 
 def cells_in_world(robot: EmulatedRobot) -> np.ndarray:
     """Places of the eight cells in the world, m."""
-    model, places = robot.mechanics.model, []
+    model, places = robot.engine.robot.model, []
     for side, cells in (("L", robot.body.fsr.L), ("R", robot.body.fsr.R)):
         link = bullet.getLinkState(
             model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
@@ -81,7 +81,7 @@ def test_the_true_sole_touches_the_floor(side: str, mirror: float) -> None:
     body = load_body("nao-v3")
     outline = ConvexHull(np.array(body.foot.sole) * (1.0, mirror))
     with EmulatedRobot(body, seed=0) as robot:
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         link = bullet.getLinkState(
             model.robot, model.feet[side], computeForwardKinematics=True, physicsClientId=model.client
         )
@@ -97,7 +97,7 @@ def test_the_true_sole_touches_the_floor(side: str, mirror: float) -> None:
 @pytest.mark.parametrize("name", ["Crouch", "Stand", "StandInit"])
 def test_it_starts_looking_along_x_with_level_soles(name: str) -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=0, posture=name, settle=0.0) as robot:
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         forward = Rotation.from_quat(robot.truth().torso_orientation).apply([1.0, 0.0, 0.0])
         assert forward[0] > 0.9
         assert forward[1] == pytest.approx(0.0, abs=1e-6)
@@ -114,7 +114,7 @@ def test_force_sensors_tell_weight_and_centre_of_pressure(lean: str) -> None:
     with EmulatedRobot(body, seed=0, posture=LEANS[lean], settle=2.0) as robot:
         truth, frame = robot.truth(), robot.frame
         points = bullet.getContactPoints(
-            robot.mechanics.model.robot, physicsClientId=robot.mechanics.model.client
+            robot.engine.robot.model.robot, physicsClientId=robot.engine.robot.model.client
         )
         vertical = sum(point[9] * point[7][2] for point in points)
         assert not truth.fell
@@ -151,7 +151,7 @@ def test_friction_and_normal_force_hold_the_robot_on_a_slope() -> None:
     body = load_body("nao-v3")
     with EmulatedRobot(body, seed=0, settle=0.0) as robot:
         pull = G * np.array([np.sin(0.06), np.sin(-0.04), -1.0])
-        bullet.setGravity(*pull.tolist(), physicsClientId=robot.mechanics.model.client)
+        bullet.setGravity(*pull.tolist(), physicsClientId=robot.engine.robot.model.client)
         for _ in range(200):
             robot.advance(None)
         truth = robot.truth()
@@ -239,7 +239,7 @@ def test_a_robot_on_its_back_has_fallen() -> None:
         for _ in range(100):
             robot.advance(None)
         assert robot.truth().fell
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         low = min(
             bullet.getAABB(model.robot, i, physicsClientId=model.client)[0][2]
             for i in range(-1, len(model.joints))
@@ -254,7 +254,7 @@ def test_bad_input_is_one_clear_sentence() -> None:
     with pytest.raises(ConfigurationError, match="3 angles; 25 are expected"):
         EmulatedRobot(body, seed=0, posture=(0.0, 0.0, 0.0))
     with pytest.raises(ConfigurationError, match="does not divide"):
-        EmulatedRobot(body, seed=0, world=WorldParameters(step=0.003))
+        EmulatedRobot(body, seed=0, settings=PhysicsSettings(step=0.003))
     with EmulatedRobot(body, seed=0, settle=0.0) as robot:
         good = ActuatorFrame(reply_to=0, position=START, stiffness=(1.0,) * 25)
         bad = msgspec.structs.replace(good, position=(*START[:7], float("nan"), *START[8:]))
@@ -267,10 +267,11 @@ def test_without_pybullet() -> None:
     code = """
 import sys
 sys.modules["pybullet"] = None
-import emulator
+from bridge.body import load_body
 from bridge.errors import ConfigurationError
+from emulator.robot import EmulatedRobot
 try:
-    import emulator.robot
+    EmulatedRobot(load_body("nao-v3"), seed=0)
 except ConfigurationError as error:
     print(error)
 """

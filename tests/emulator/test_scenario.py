@@ -6,12 +6,12 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from bridge.body import load_body
 from bridge.config import parse_toml
-from bridge.datasheet import load_body
 from bridge.errors import ConfigurationError
-from bridge.faults import JointWeak
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.world import PlaceBox, Push, SetFriction, StartFault, TiltFloor
+from bridge.messages.faults import JointWeak
+from bridge.messages.world import PlaceBox, Push, SetFriction, StartFault, TiltFloor
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import SCENARIOS, Scenario, load_scenario
 from emulator.world.queries import carry_out

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from bridge.datasheet import BODIES, load_body
+from bridge.body import BODIES, load_body
 from emulator.robot import EmulatedRobot
 from emulator.sensors.encoders import Encoders
 from emulator.sensors.fsr_cells import ForceCells

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bridge.datasheet import BODIES, load_body
-from bridge.datasheet.quantities import joint_no_load_speed, joint_stall_torque
+from bridge.body import BODIES, load_body
+from bridge.body.joints import JOINTS
+from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
 from bridge.errors import ConfigurationError
-from bridge.joints import JOINTS
-from emulator.engine import bullet
+from emulator.engine.pybullet.client import bullet
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
 from emulator.sensors.battery import Battery
@@ -27,13 +27,13 @@ FRONT = 0.0507  # x of the sonars in the torso, m
 
 
 def block(robot: EmulatedRobot, centre: tuple[float, ...], half: tuple[float, ...]) -> int:
-    client = robot.world.client
+    client = robot.engine.client
     shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
     return int(bullet.createMultiBody(0.0, shape, basePosition=centre, physicsClientId=client))
 
 
 def remove(robot: EmulatedRobot, body: int) -> None:
-    bullet.removeBody(body, physicsClientId=robot.world.client)
+    bullet.removeBody(body, physicsClientId=robot.engine.client)
 
 
 def test_buttons_in_lolas_order() -> None:
@@ -63,7 +63,7 @@ def test_impossible_buttons() -> None:
 @pytest.mark.parametrize(("offset", "bumper"), [(0.015, "left"), (-0.015, "right")])
 def test_a_toe_against_a_block_presses_its_bumper(side: str, offset: float, bumper: str) -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=0, settle=0.2) as robot:
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         foot = bullet.getLinkState(model.robot, model.feet[side], physicsClientId=model.client)[4]
         front = max(x for x, _ in robot.body.foot.sole)
         body = block(robot, (foot[0] + front + 0.043, foot[1] + offset, 0.02), (0.05, 0.01, 0.02))
@@ -167,7 +167,7 @@ def test_sonar_measures_a_wall_across_each_axis(distance: float) -> None:
             -math.sin(down),
         )
         sensor = np.array(torso.torso_position) + turn @ (0.0507, 0.03785, 0.06035)
-        client = robot.world.client
+        client = robot.engine.client
         shape = bullet.createCollisionShape(
             bullet.GEOM_BOX, halfExtents=(0.01, 0.1, 0.1), physicsClientId=client
         )
@@ -209,7 +209,7 @@ def test_sonar_noise_and_step() -> None:
     ) as robot:
         x = robot.truth().torso_position[0]
         block(robot, (x + 1.05, 0.0, 0.6), (0.05, 2.0, 0.4))
-        state = robot.mechanics.torso()
+        state = robot.engine.robot.torso()
         readings = []
         for _ in range(4000):
             robot.sensors.sonars.update(state)

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import load_body
+from bridge.body import load_body
 from emulator.robot import EmulatedRobot
 from emulator.sensors.fsr import FootForceSensors
 from emulator.wear import WearProfile, load_wear
 from walker.controller import Controller, WalkOrder
-from walker.gait import gait_parameters, make_gait
-from walker.parameters import controller_parameters
+from walker.planning import gait_parameters, make_gait
+from walker.stabilization.parameters import controller_parameters
 
 SENSORS = WearProfile(name="test", sensors=load_wear("nominal").sensors)
 
@@ -101,7 +101,7 @@ def test_force_cells_in_a_dynamic_walk() -> None:
             if force < 10.0 or cells.max() >= range_:
                 continue
             x, y = run.cop[k, foot]
-            true_cells = np.array(sensors.share(force, (x, y)))
+            true_cells = np.array(sensors.distribute(force, (x, y)))
             inside = np.hypot(*(true_cells @ xy / force - (x, y))) < 1e-6
             if not inside or true_cells.min() < dead:
                 continue

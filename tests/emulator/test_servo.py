@@ -6,13 +6,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from bridge.datasheet import BODIES, load_body
-from bridge.datasheet.postures import POSTURES
-from bridge.joints import INDEX
+from bridge.body import BODIES, load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
-from emulator.servo import Servo
-from emulator.servo_parameters import Play, ServoParameters
+from emulator.servo.parameters import Backlash, ServoParameters
+from emulator.servo.servo import Servo
 
 START = POSTURES["StandInit"]
 STEP = 0.001
@@ -57,10 +57,11 @@ PRINTED = {
 }
 
 
-@pytest.mark.parametrize("play", [0.0, 0.02])
+@pytest.mark.parametrize("backlash", [0.0, 0.02])
 @pytest.mark.parametrize(("joint", "speed", "stall"), [(j, *v) for j, v in PRINTED.items()])
-def test_torque_speed_line(joint: str, speed: float, stall: float, play: float) -> None:
-    parameters = ServoParameters(play=msgspec.convert(dict.fromkeys(Play.__struct_fields__, play), Play))
+def test_torque_speed_line(joint: str, speed: float, stall: float, backlash: float) -> None:
+    every = msgspec.convert(dict.fromkeys(Backlash.__struct_fields__, backlash), Backlash)
+    parameters = ServoParameters(backlash=every)
     still, half, full = (
         float(led(drive(joint, parameters=parameters, at=-1.0), share * speed, -1.0)[0])
         for share in (0.0, 0.5, 1.0)
@@ -127,7 +128,7 @@ def test_step_of_a_free_leg_settles(joint: str) -> None:
 
 def test_hips_turn_together() -> None:
     with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
-        joints = robot.mechanics.model.joints
+        joints = robot.engine.robot.joints
         left, right = joints.index("LHipYawPitch"), joints.index("RHipYawPitch")
         apart = 0.0
         for k in range(100):
@@ -135,9 +136,9 @@ def test_hips_turn_together() -> None:
             position = list(moved("LHipYawPitch", -0.1 * k / 100.0))
             position[INDEX["LHipRoll"]] += 0.1 * k / 100.0
             robot.advance(command(tuple(position)))
-            apart = max(apart, abs(robot.mechanics.position[left] - robot.mechanics.position[right]))
+            apart = max(apart, abs(robot.engine.robot.position[left] - robot.engine.robot.position[right]))
         assert apart < 1e-4
-        assert robot.mechanics.position[left] < -0.05
+        assert robot.engine.robot.position[left] < -0.05
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -148,7 +149,7 @@ def test_standing_sags_less_than_a_fifth_of_a_degree(name: str) -> None:
         present = [i for i in range(25) if robot.frame.stiffness[i] > 0.0]
         sag = max(abs(joints[i] - START[i]) for i in present)
         assert math.degrees(sag) < 0.2
-        assert np.abs(robot.mechanics.velocity).max() < 0.05
+        assert np.abs(robot.engine.robot.velocity).max() < 0.05
 
 
 def test_without_stiffness_it_collapses() -> None:
@@ -170,11 +171,11 @@ def test_stops_hold_a_limp_robot_hung_upside_down() -> None:
         beyond = 0.0
         for _ in range(200):
             robot.advance(command(stiffness=0.0))
-            for name, angle in zip(robot.mechanics.model.joints, robot.mechanics.position, strict=True):
+            for name, angle in zip(robot.engine.robot.joints, robot.engine.robot.position, strict=True):
                 beyond = max(beyond, angle - body.joints[name].upper, body.joints[name].lower - angle)
         at_stop = [
             name
-            for name, angle in zip(robot.mechanics.model.joints, robot.mechanics.position, strict=True)
+            for name, angle in zip(robot.engine.robot.joints, robot.engine.robot.position, strict=True)
             if min(body.joints[name].upper - angle, angle - body.joints[name].lower) < 0.02
         ]
     assert math.degrees(beyond) < 1.0

@@ -1,19 +1,19 @@
-"""Gear of the drives: play, twist, brake, dry friction."""
+"""Gear of the drives: backlash, twist, brake, dry friction."""
 
 import math
 
 import numpy as np
 import pytest
 
-from bridge.datasheet import load_body
-from emulator.servo import Servo
-from emulator.servo_friction import REACH, DryFriction
-from emulator.servo_parameters import Play, ServoParameters
+from bridge.body import load_body
+from emulator.servo.friction import REACH, DryFriction
+from emulator.servo.parameters import Backlash, ServoParameters
+from emulator.servo.servo import Servo
 
 STEP = 0.001
 STALL, NO_LOAD = 7.785, 6.402
 """Printed joint-side figures of the V3's pitch joints: N m, rad/s."""
-PLAY = math.radians(1.4)
+BACKLASH = math.radians(1.4)
 
 
 def knee(parameters: ServoParameters, stiffness: float = 1.0, request: float = 0.5) -> Servo:
@@ -30,26 +30,29 @@ def hold(servo: Servo, angle: float, speed: float = 0.0, steps: int = 500) -> fl
 
 
 @pytest.mark.parametrize("compliance", [0.0, 0.008])
-@pytest.mark.parametrize("play", [0.0, PLAY])
+@pytest.mark.parametrize("backlash", [0.0, BACKLASH])
 @pytest.mark.parametrize("off", [-0.08, -0.02, 0.005, 0.05])
 def test_a_held_joint_feels_loop_and_gear_in_series_behind_the_play(
-    off: float, play: float, compliance: float
+    off: float, backlash: float, compliance: float
 ) -> None:
     parameters = ServoParameters(
-        full_voltage_error=0.11, gear_compliance=compliance, gear_relaxation=0.01, play=Play(KneePitch=play)
+        full_voltage_error=0.11,
+        gear_compliance=compliance,
+        gear_relaxation=0.01,
+        backlash=Backlash(KneePitch=backlash),
     )
     torque = hold(knee(parameters), 0.5 + off)
-    beyond = max(abs(off) - 0.5 * play, 0.0)
+    beyond = max(abs(off) - 0.5 * backlash, 0.0)
     expected = -math.copysign(beyond, off) / (0.11 / STALL + compliance)
     assert torque == pytest.approx(expected, rel=2e-3, abs=1e-9)
 
 
 def test_no_torque_inside_the_play_and_the_full_width_on_reversal() -> None:
-    servo = knee(ServoParameters(play=Play(KneePitch=PLAY)))
+    servo = knee(ServoParameters(backlash=Backlash(KneePitch=BACKLASH)))
     hold(servo, 0.5)
-    inside = [hold(servo, 0.5 + way, steps=1) for way in np.linspace(-0.49, 0.49, 50) * PLAY]
+    inside = [hold(servo, 0.5 + way, steps=1) for way in np.linspace(-0.49, 0.49, 50) * BACKLASH]
     assert inside == [0.0] * 50
-    assert hold(servo, 0.5 + 0.51 * PLAY) < 0.0 < hold(servo, 0.5 - 0.51 * PLAY)
+    assert hold(servo, 0.5 + 0.51 * BACKLASH) < 0.0 < hold(servo, 0.5 - 0.51 * BACKLASH)
 
 
 def test_the_load_drives_a_weak_motor_back_with_its_limit() -> None:

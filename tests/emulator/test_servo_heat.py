@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
-from bridge.joints import INDEX
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
-from emulator.servo_heat import MotorHeat
-from emulator.servo_parameters import Heating, ServoParameters
+from emulator.servo.heat import MotorHeat
+from emulator.servo.parameters import Heating, ServoParameters
 from emulator.wear import WearProfile, load_wear
 
 HEATING = Heating(rise=60.0, time_constant=300.0, room=25.0, warm=85.0, hot=90.0, critical=100.0)
@@ -37,14 +37,14 @@ def test_heating_and_cooling_are_exponential_whatever_the_step(dt: float) -> Non
 
 
 @pytest.mark.parametrize(
-    ("temperature", "status", "share"),
+    ("temperature", "status", "factor"),
     [(25.0, 0, 1.0), (84.9, 0, 1.0), (87.5, 1, 0.85), (90.1, 2, 0.693), (95.0, 2, 0.35), (101.0, 3, 0.0)],
 )
-def test_status_and_stiffness_follow_the_temperature(temperature: float, status: int, share: float) -> None:
+def test_status_and_stiffness_follow_the_temperature(temperature: float, status: int, factor: float) -> None:
     heat = MotorHeat(HEATING, np.ones(1))
     heat.temperature[:] = temperature
     assert heat.status() == [status]
-    assert heat.share()[0] == pytest.approx(share, abs=1e-9)
+    assert heat.stiffness_factor()[0] == pytest.approx(factor, abs=1e-9)
 
 
 def test_thresholds_must_rise() -> None:
@@ -56,8 +56,8 @@ def test_a_hot_knee_reports_what_is_left_of_its_stiffness_and_a_critical_one_fal
     wear = WearProfile(name="warm", servo=ServoParameters(heating=HEATING))
     start = POSTURES["StandInit"]
     with EmulatedRobot(load_body("nao-v3"), seed=0, wear=wear, held=True, lift=0.5) as robot:
-        servo = robot.mechanics.servo
-        knee = robot.mechanics.model.joints.index("LKneePitch")
+        servo = robot.servo
+        knee = robot.engine.robot.joints.index("LKneePitch")
         command = ActuatorFrame(reply_to=0, position=start, stiffness=(0.8,) * 25)
         for temperature, stiffness in ((87.5, 0.68), (95.0, 0.28), (120.0, 0.0)):
             servo.heat.temperature[knee] = temperature

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bridge.datasheet import BODIES, joint_tree, load_body
-from bridge.datasheet.quantities import COUPLED_TO, coupled_limits
-from emulator.servo_limits import RequestLimits
+from bridge.body import BODIES, joint_tree, load_body
+from bridge.body.quantities import COUPLED_TO, coupled_limits
+from emulator.servo.limits import RequestLimits
 
 
 @pytest.mark.parametrize("name", BODIES)

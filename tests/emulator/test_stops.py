@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import joint_tree, load_body
-from bridge.datasheet.quantities import joint_no_load_speed
+from bridge.body import joint_tree, load_body
+from bridge.body.quantities import joint_no_load_speed
 from bridge.messages import ActuatorFrame
-from emulator.engine import bullet
+from emulator.engine.pybullet.client import bullet
+from emulator.engine.pybullet.stops import Stops, own_inertia
 from emulator.robot import EmulatedRobot
-from emulator.stops import Stops, own_inertia
 from emulator.wear import load_wear
 
 
@@ -37,8 +37,8 @@ def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_sto
     body = load_body(name)
     random = np.random.default_rng(1)
     with EmulatedRobot(body, seed=0, wear=load_wear(wear)) as robot:
-        mechanics = robot.mechanics
-        sheets = [body.joints[joint] for joint in mechanics.model.joints]
+        joints = robot.engine.robot
+        sheets = [body.joints[joint] for joint in joints.joints]
         lower, upper = (np.array([getattr(sheet, end) for sheet in sheets]) for end in ("lower", "upper"))
         beyond, speed, height = 0.0, 0.0, 0.0
         for k in range(1500):
@@ -50,10 +50,8 @@ def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_sto
                     stiffness=tuple(random.uniform(-0.2, 1.0, 25).tolist()),
                 )
             robot.advance(command)
-            assert np.isfinite(mechanics.position).all()
-            beyond = max(
-                beyond, float((mechanics.position - upper).max()), float((lower - mechanics.position).max())
-            )
+            assert np.isfinite(joints.position).all()
+            beyond = max(beyond, float((joints.position - upper).max()), float((lower - joints.position).max()))
             truth = robot.truth()
             speed = max(speed, float(np.linalg.norm(truth.torso_velocity)))
             height = max(height, truth.com[2])
@@ -66,7 +64,7 @@ def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_sto
 
 def kinetic_energy(robot: EmulatedRobot) -> float:
     """Of all links, from PyBullet's own velocities and inertias, J."""
-    model = robot.mechanics.model
+    model = robot.engine.robot.model
     client, body = model.client, model.robot
     turn = bullet.getBasePositionAndOrientation(body, physicsClientId=client)[1]
     moving = [(-1, turn, *bullet.getBaseVelocity(body, physicsClientId=client))]
@@ -86,15 +84,15 @@ def test_a_limp_robot_flung_in_weightlessness_gains_no_energy(wear: str) -> None
     body = load_body("nao-v6")
     random = np.random.default_rng(1)
     with EmulatedRobot(body, seed=0, wear=load_wear(wear), settle=0.0, lift=1.0) as robot:
-        client = robot.mechanics.model.client
+        client = robot.engine.robot.model.client
         bullet.setGravity(0.0, 0.0, 0.0, physicsClientId=client)
         limp = ActuatorFrame(reply_to=0, position=(0.0,) * 25, stiffness=(-1.0,) * 25)
         for _ in range(5):
             robot.advance(limp)
         for i, joint in enumerate(joint_tree(body)):
             speed = joint_no_load_speed(body, joint) * float(random.uniform(-1.0, 1.0))
-            angle = float(robot.mechanics.position[i])
-            bullet.resetJointState(robot.mechanics.model.robot, i, angle, speed, physicsClientId=client)
+            angle = float(robot.engine.robot.position[i])
+            bullet.resetJointState(robot.engine.robot.model.robot, i, angle, speed, physicsClientId=client)
         energies = []
         for _ in range(200):
             energies.append(kinetic_energy(robot))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bridge.histogram import BINS_PER_DECADE, LARGEST, SMALLEST, DurationHistogram
+from bridge.histogram import BINS_PER_DECADE, MAX_DURATION, MIN_DURATION, DurationHistogram
 from bridge.realtime import quiet_process
 from emulator.timing import CycleTimer
 
@@ -148,9 +148,9 @@ def test_quantiles_agree_with_sorting_within_a_bin(durations: list[float], share
         histogram.add(d)
     exact = sorted(durations)[math.ceil(share * len(durations)) - 1]
     got = histogram.quantile(share)
-    if exact <= SMALLEST:
-        assert got == min(SMALLEST, max(durations))
-    elif exact <= LARGEST:
+    if exact <= MIN_DURATION:
+        assert got == min(MIN_DURATION, max(durations))
+    elif exact <= MAX_DURATION:
         assert exact * (1 - 1e-6) <= got <= exact * 10 ** (1 / BINS_PER_DECADE) * (1 + 1e-6)
     else:
         assert got == max(durations)

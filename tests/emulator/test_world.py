@@ -5,13 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import load_body
+from bridge.body import load_body
 from bridge.errors import FrameError
-from bridge.world import PlaceBox, PlateUnderFoot, Push, Remove, SetFriction, SwingPendulum, TiltFloor
-from emulator.engine import bullet, connect, disconnect
+from bridge.messages.world import PlaceBox, PlateUnderFoot, Push, Remove, SetFriction, SwingPendulum, TiltFloor
+from emulator.engine.pybullet.client import bullet
+from emulator.engine.pybullet.engine import BulletEngine
+from emulator.engine.values import PhysicsSettings
 from emulator.robot import EmulatedRobot
-from emulator.scenarios.model import Floor, Heightfield, PlacedBox, Scenario, Start, Tiles
-from emulator.world import World, WorldParameters
+from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
+from emulator.scenarios.model import Scenario
+from emulator.world import World
 from emulator.world.actions import Pendulum
 from emulator.world.terrain import lay_terrain, terrain_of
 
@@ -21,10 +24,10 @@ G = 9.81
 
 
 @pytest.fixture
-def client():
-    number = connect()
-    yield number
-    disconnect(number)
+def engine():
+    engine = BulletEngine(PhysicsSettings())
+    yield engine
+    engine.close()
 
 
 def run(robot: EmulatedRobot, seconds: float) -> None:
@@ -35,7 +38,7 @@ def run(robot: EmulatedRobot, seconds: float) -> None:
 @pytest.mark.parametrize(("roll", "pitch"), [(0.0, 5.0), (0.0, -5.0), (4.0, 0.0), (-3.0, 3.0)])
 def test_a_robot_at_rest_on_a_slope_obeys_statics(roll: float, pitch: float) -> None:
     """The ground carries the weight, straight up, through the centre of mass; the torso leans as the floor."""
-    scenario = Scenario(floor=Floor(roll=roll, pitch=pitch))
+    scenario = Scenario(floor=ScenarioFloor(roll=roll, pitch=pitch))
     with EmulatedRobot(BODY, seed=0) as level, EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
         run(robot, 2.0)
         truth = robot.truth()
@@ -50,7 +53,7 @@ def test_a_robot_at_rest_on_a_slope_obeys_statics(roll: float, pitch: float) -> 
 @pytest.mark.parametrize(("degrees", "slides"), [(5.3, False), (6.2, True)])
 def test_friction_between_sole_and_floor_is_the_configured_one(degrees: float, slides: bool) -> None:
     """Coulomb: with a coefficient of 0.1 a standing robot begins to slide at atan(0.1) = 5.71 degrees."""
-    scenario = Scenario(floor=Floor(friction=0.1, roll=degrees))
+    scenario = Scenario(floor=ScenarioFloor(friction=0.1, roll=degrees))
     with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
         before = np.array(robot.truth().torso_position)
         run(robot, 2.0)
@@ -126,15 +129,15 @@ def test_a_movable_box_slides_as_coulomb_says() -> None:
         assert way == pytest.approx(1.0 / (2.0 * 0.5 * G), rel=0.05)
 
 
-def test_a_pendulum_reaches_the_speed_of_its_height(client: int) -> None:
+def test_a_pendulum_reaches_the_speed_of_its_height(engine: BulletEngine) -> None:
     """v = sqrt(2 g l (1 - cos a)) at the lowest point, corrected for the bob's own moment of inertia."""
-    world = World(client, WorldParameters())
     length, angle, mass = 0.8, math.radians(40.0), 2.0
-    pendulum = Pendulum(world, (0.0, 0.0, 1.0), 0.3, mass, length, angle)
+    pendulum = Pendulum(engine, "bob", (0.0, 0.0, 1.0), 0.3, mass, length, angle)
+    body = engine.scene.bodies[pendulum.name]
     fastest, place, going = 0.0, (0.0, 0.0, 0.0), True
     while going:
-        bullet.stepSimulation(physicsClientId=client)
-        state = bullet.getLinkState(pendulum.body, 0, computeLinkVelocity=True, physicsClientId=client)
+        engine.bare_step()
+        state = bullet.getLinkState(body, 0, computeLinkVelocity=True, physicsClientId=engine.client)
         speed = float(np.linalg.norm(state[6]))
         if speed > fastest:
             fastest, place, direction = speed, state[0], np.array(state[6]) / speed
@@ -143,7 +146,7 @@ def test_a_pendulum_reaches_the_speed_of_its_height(client: int) -> None:
     assert fastest == pytest.approx(math.sqrt(2.0 * G * length * (1.0 - math.cos(angle)) / inertia), rel=1e-3)
     np.testing.assert_allclose(place, (0.0, 0.0, 1.0), atol=5e-3)
     np.testing.assert_allclose(direction, (math.cos(0.3), math.sin(0.3), 0.0), atol=5e-3)
-    assert bullet.getNumBodies(physicsClientId=client) == 1
+    assert bullet.getNumBodies(physicsClientId=engine.client) == 1
 
 
 def test_a_pendulum_strikes_the_robot_and_is_no_fall() -> None:
@@ -181,7 +184,7 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before() -> None:
         robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01)))
         robot.advance(None)
         (plate,) = robot.stage.objects()
-        model = robot.mechanics.model
+        model = robot.engine.robot.model
         foot = bullet.getLinkState(model.robot, model.feet["R"], physicsClientId=model.client)[4]
         x, y = BODY.foot.centre[0] + 0.02, -BODY.foot.centre[1] + 0.01
         np.testing.assert_allclose(plate.position, (foot[0] + x, foot[1] + y, 0.005), atol=2e-3)
@@ -199,7 +202,7 @@ def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed() 
 
 @pytest.mark.parametrize("mass", [0.0, 0.2])
 def test_a_refused_place_leaves_the_box_of_that_name_where_it_is(mass: float) -> None:
-    scenario = Scenario(floor=Floor(pitch=2.0))
+    scenario = Scenario(floor=ScenarioFloor(pitch=2.0))
     with EmulatedRobot(BODY, seed=0, settle=0.0, scenario=scenario) as robot:
         robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.2, 0.3), at=(0.5, 0.1), yaw=0.4, mass=mass))
         robot.advance(None)
@@ -236,8 +239,8 @@ def test_boxes_are_placed_from_the_robot_and_on_one_another() -> None:
         np.testing.assert_allclose(np.subtract(upper.position, lower.position), (0.0, 0.0, 0.05), atol=1e-4)
 
 
-def test_tiles_have_the_asked_heights_and_leave_the_start_free(client: int) -> None:
-    world = World(client, WorldParameters())
+def test_tiles_have_the_asked_heights_and_leave_the_start_free(engine: BulletEngine) -> None:
+    world = World(engine)
     tiles = Tiles(area=(1.0, 1.0), height=0.02, edge=0.1, free=0.3)
     lay_terrain(world, terrain_of(Scenario(tiles=tiles), np.random.default_rng(1)))
     at = [(0.1 * i - 0.45, 0.1 * j - 0.45) for i in range(10) for j in range(10)]
@@ -250,8 +253,8 @@ def test_tiles_have_the_asked_heights_and_leave_the_start_free(client: int) -> N
     assert len(set(np.round(heights[~free], 7))) > 50
 
 
-def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(client: int) -> None:
-    world = World(client, WorldParameters())
+def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(engine: BulletEngine) -> None:
+    world = World(engine)
     heights = tuple(tuple(0.01 * i + 0.003 * j for i in range(5)) for j in range(4))
     field = Heightfield(spacing=0.1, heights=heights, centre=(1.0, -2.0))
     lay_terrain(world, terrain_of(Scenario(heightfield=field), np.random.default_rng(0)))

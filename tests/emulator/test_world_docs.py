@@ -5,8 +5,9 @@ from typing import get_args
 
 import pytest
 
-from bridge import faults
-from bridge.world import WorldCommand, WorldReply
+from bridge.messages import faults
+from bridge.messages.world import WorldCommand
+from bridge.messages.world_state import WorldReply
 from emulator.scenarios import SCENARIOS
 from emulator.scenarios.model import Scenario
 

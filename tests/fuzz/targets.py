@@ -10,23 +10,25 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from threading import RLock
+from types import SimpleNamespace
 from typing import Any, Final
 
 import msgspec
 
-from bridge.commands import decode_command
+from bridge.adapters.lola.codec import MapStream
+from bridge.adapters.lola.identity import identity_of
+from bridge.adapters.lola.packets import sensor_frame
+from bridge.adapters.lola.setpoints import Setpoints
+from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.services import Services
+from bridge.body import Body, load_body
+from bridge.body.joints import N_JOINTS
 from bridge.config import load_toml, parse_toml
-from bridge.datasheet import Body, load_body
 from bridge.dcm import requests
-from bridge.dcm.wire import DcmCall, DcmCommand, DcmRead, DcmTime
 from bridge.errors import ConfigurationError, DcmRefused, FrameError, NaoHilError
 from bridge.guard import ArmRequest, GuardSettings, StopRequest
-from bridge.joints import N_JOINTS
 from bridge.link.certificates import CA, CERTIFICATE, PRIVATE_KEY, load_certificates
 from bridge.link.session import check_endpoint
-from bridge.lola.convert import identity_of, sensor_frame
-from bridge.lola.demand import Demand
-from bridge.lola.wire import MapStream
 from bridge.messages import (
     ActuatorFrame,
     Info,
@@ -37,16 +39,16 @@ from bridge.messages import (
     TruthFrame,
     WalkTelemetry,
     decode,
+    decode_command,
     encode,
 )
-from bridge.naoqi.config import RobotConfig
-from bridge.naoqi.services import Services
-from bridge.playback import is_complete, read_recording
-from bridge.walk import WalkCommand
-from bridge.world import decode_command as decode_world_command
+from bridge.messages.dcm import DcmCall, DcmCommand, DcmRead, DcmTime
+from bridge.messages.walk import WalkCommand
+from bridge.messages.world import WorldCommand
+from bridge.recording.playback import is_complete, read_recording
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
-from lab.config import RunConfig
+from nao_hil.runs.config import RunConfig
 from tests.frames import STANDING, standing_frame
 
 FRAMES: Final = (
@@ -62,7 +64,7 @@ FRAMES: Final = (
     DcmTime,
     DcmCall,
 )
-COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest)
+COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest, WorldCommand)
 DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_request)
 TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
 
@@ -72,7 +74,7 @@ NAOQI_ROBOT: Final = RobotConfig(load_body("nao-v5"), "nao")
 class Unwalking:
     """Of a NAOqi robot's walking side: no walker."""
 
-    has_robot = False
+    handover = SimpleNamespace(has_robot=False)
 
     def methods(self) -> dict[str, Callable[..., Any]]:
         """None."""
@@ -93,7 +95,6 @@ def queries(data: bytes) -> None:
     """Commands to walker, DCM and world."""
     for kind in COMMANDS:
         _only(FrameError, decode_command, data, kind, "Command")
-    _only(FrameError, decode_world_command, data)
     try:
         command = decode(data, DcmCommand).command
     except FrameError:
@@ -107,9 +108,9 @@ def lola(data: bytes) -> None:
     size = 1 + (data[0] if data else 0)
     stream, whole = MapStream(("Position", "Stiffness")), MapStream(("Position", "Stiffness"))
     found = [value for at in range(0, len(data), size) for value in stream.feed(data[at : at + size])]
-    demand = Demand((0.0,) * N_JOINTS, (0.0,) * N_JOINTS)
+    demand = Setpoints((0.0,) * N_JOINTS, (0.0,) * N_JOINTS)
     for value in (*found, *whole.feed(data)):
-        demand.take(value)
+        demand.update(value)
         _only(NaoHilError, sensor_frame, value, seq=0)
         _only(NaoHilError, identity_of, value)
     assert whole.dropped <= len(data)

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import msgspec
 
-from bridge.datasheet import load_body
-from bridge.datasheet.quantities import absent_joints
+from bridge.body import load_body
+from bridge.body.quantities import absent_joints
 from bridge.link import RobotLink
 from bridge.messages import Info
 from tests.frames import standing_frame

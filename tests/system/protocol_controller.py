@@ -129,7 +129,7 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
     info = ask(session, f"{root}/info")
     ticket = secrets.randbits(63)
     token = session.liveliness().declare_token(f"{root}/alive/controller/stranger.{ticket:016x}")
-    request = {"version": 1, "op": "acquire", "controller": "stranger", "ticket": ticket}
+    request = {"version": 2, "op": "acquire", "controller": "stranger", "ticket": ticket}
     lease = ask(session, f"{root}/lease", pack(request))
     if not lease["granted"]:
         raise SystemExit(lease["message"])
@@ -152,7 +152,7 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
         actuators.put(
             pack(
                 {
-                    "version": 1,
+                    "version": 2,
                     "reply_to": seen,
                     "lease": lease["lease"],
                     "position": wanted,

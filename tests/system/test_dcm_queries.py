@@ -12,14 +12,14 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
-from bridge.dcm import wire
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.guard import Guard
-from bridge.joints import INDEX
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info, decode
+from bridge.messages import dcm as wire
 
 pytest.importorskip("pybullet")
 
@@ -79,7 +79,7 @@ def controller(endpoint: str, name: str = "program", lease: bool = True) -> Iter
 
 
 def ask(link: ControllerLink, key: str, **fields: Any) -> Any:
-    payload = msgspec.msgpack.encode({"version": 1, **fields})
+    payload = msgspec.msgpack.encode({"version": 2, **fields})
     return decode(link.query(key, payload), wire.DcmReply).result
 
 

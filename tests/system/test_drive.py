@@ -15,13 +15,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.commands import decode_command
 from bridge.errors import WalkRefused
 from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import open_robot
-from bridge.messages import encode
-from bridge.walk import COMMAND, WalkCommand, WalkStatus
+from bridge.messages import decode_command, encode
+from bridge.messages.walk import COMMAND, WalkCommand, WalkStatus
 
 REST = WalkStatus(
     text="The robot is in state `stand`.",
@@ -83,7 +82,7 @@ def test_keys_in_a_terminal_walk_the_robot(
     arguments = ["drive", "--name", "driven", "--connect", endpoint, "--json"]
     with (tmp_path / "out").open("w") as out, (tmp_path / "err").open("w") as err:
         process = subprocess.Popen(
-            [sys.executable, "-m", "lab.cli", *arguments], stdin=inside, stdout=out, stderr=err
+            [sys.executable, "-m", "nao_hil.cli", *arguments], stdin=inside, stdout=out, stderr=err
         )
     try:
         until(lambda: walker.looks > 1 or process.poll() is not None, "the driver")

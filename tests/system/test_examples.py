@@ -11,16 +11,10 @@ from typing import Any
 
 import pytest
 
-from bridge.datasheet import load_body
+import nao_hil
 from bridge.errors import LinkError, WalkRefused
-from bridge.guard import Guard
 from bridge.link import ControllerLink
 from bridge.link.walk_client import WalkClient
-from bridge.recording import Recorder
-from emulator.robot import EmulatedRobot
-from lab import inprocess
-from lab.cli.walk import controller_maker
-from lab.config import RunConfig
 from tests.system.conftest import REPOSITORY
 
 EXAMPLES = REPOSITORY / "examples"
@@ -66,7 +60,7 @@ def served(start: Callable[..., Any], robot: str, until: Callable[..., Any]) -> 
             return False
         return True
 
-    with WalkClient(connect=robot, patience=60.0) as client:
+    with WalkClient(connect=robot, connect_timeout=60.0) as client:
         until(answers, "a walker that serves")
         yield robot
 
@@ -86,7 +80,7 @@ def test_own_controller_with_msgpack_alone(robot: str) -> None:
     text = output("own_controller_msgpack.py", robot)
     assert numbers(text) == pytest.approx([-0.3, 0.3], abs=0.03)
     code = (EXAMPLES / "own_controller_msgpack.py").read_text()
-    assert not re.search(r"^(from|import) (bridge|emulator|walker|lab)", code, re.MULTILINE)
+    assert not re.search(r"^(from|import) (bridge|emulator|walker|nao_hil)", code, re.MULTILINE)
 
 
 def test_walk_command(served: str) -> None:
@@ -110,21 +104,19 @@ def test_dcm_command(start: Callable[..., Any], endpoint: str) -> None:
     assert numbers(lines[-1]) == pytest.approx([0.4], abs=0.05)
 
 
-def test_own_scenario() -> None:
-    assert re.search(r"(stands|falls) after \d steps and 0\.\d\d m", output("own_scenario.py"))
+def test_robot() -> None:
+    lines = output("robot.py", "nao-v6").splitlines()
+    assert [line.split(":")[0] for line in lines] == ["nao-v6, ideal", "nao-v6, nominal", "nao-v6, worn"]
+    assert abs(numbers(lines[0])[-1]) < 0.01
 
 
 def test_batch() -> None:
-    lines = output("batch.py", "1").splitlines()
+    lines = output("batch.py", "1", str(EXAMPLES / "polished.toml")).splitlines()
     assert [line.split(":")[0] for line in lines] == ["torso control none", "torso control robust"]
 
 
 def test_read_recording(tmp_path: Path) -> None:
-    settings = RunConfig(gait="dynamic", steps=4, controller={"torso": "none"})
-    body = load_body("nao-v3")
-    controller = controller_maker(settings)(body, body.cycle)
-    with EmulatedRobot(body, seed=0) as robot, Recorder(tmp_path / "walk.mcap", settings) as recorder:
-        inprocess.run(robot, Guard(body), controller, [recorder], 900)
+    nao_hil.walk("dynamic", steps=4, torso="none", wear="ideal", record=tmp_path / "walk.mcap")
     lines = output("read_recording.py", str(tmp_path / "walk.mcap")).splitlines()
     assert lines[0] == "nao-v3, gait dynamic"
     loads = {line.split()[0]: numbers(line)[1] for line in lines[1:]}

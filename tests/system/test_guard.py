@@ -9,7 +9,7 @@ import pytest
 
 from bridge.guard import GuardStatus
 from bridge.link.guard_client import GuardClient
-from lab.monitor import Monitor
+from nao_hil.runs.monitor import Monitor
 
 Start = Callable[..., Any]
 Until = Callable[[Callable[[], Any], str], Any]

@@ -6,12 +6,12 @@ import pytest
 
 pytest.importorskip("pybullet")
 
-from bridge.datasheet import load_body
+from bridge.body import load_body
 from bridge.guard import Guard
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
-from lab.cli.walk import controller_maker
-from lab.config import RunConfig
+from nao_hil.runs.build import controller_maker
+from nao_hil.runs.config import RunConfig
 
 
 @pytest.mark.parametrize(("gait", "steps"), [("static", 2), ("dynamic", 6)])

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import load_body
+from bridge.body.joints import N_JOINTS
+from bridge.body.postures import POSTURES
 from bridge.guard import Guard, GuardSettings
 from bridge.host import RobotHost
-from bridge.joints import N_JOINTS
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from tests.frames import standing_frame
@@ -80,12 +80,12 @@ def test_each_frame_gets_its_answer_until_the_controller_is_silent_and_another_t
             assert (host.in_force, host.missed) == (5, 0)
         # it has left without giving the robot back
         for _ in range(round(PATIENT / 0.01)):
-            if host.link.leases.deserted:
+            if host.link.leases.abandoned:
                 break
             threading.Event().wait(0.01)
-        assert host.held and host.alone and host.link.holder is None
+        assert host.supervised and host.needs_cycle and host.link.holder is None
         given = None
-        for seq in range(6, 6 + dog.silence + dog.hold):
+        for seq in range(6, 6 + dog.silence_cycles + dog.hold_cycles):
             assert given is None
             given = host.exchange(sensors(seq))
         assert host.guard.state == "crouch"
@@ -93,7 +93,7 @@ def test_each_frame_gets_its_answer_until_the_controller_is_silent_and_another_t
         with echo(endpoint, "second"):
             given = host.exchange(sensors(1000), wait=PATIENT)
             assert given is not None and given.reply_to == 1000
-            assert host.guard.state in ("approach", "active") and not host.alone
+            assert host.guard.state in ("approach", "active") and not host.needs_cycle
 
 
 def test_a_dry_run_guards_and_gives_nothing_out(endpoint: str) -> None:

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.joints import INDEX_WITH_MIRROR
-from walker.arms import ARMS
-from walker.gait.huang.multibody import Ankle, Bodies
-from walker.kinematics.transforms import homogeneous
+from bridge.body import load_body
+from bridge.body.joints import INDEX_WITH_MIRROR
+from walker.model.arms import ARMS
+from walker.model.transforms import homogeneous
+from walker.planning.huang.multibody import Ankle, Bodies
 
 pytest.importorskip("pybullet")
 
 from scipy.spatial.transform import Rotation
 
-from emulator.engine import bullet, connect, disconnect
-from emulator.model import build_model
+from emulator.engine.pybullet.client import bullet, connect, disconnect
+from emulator.engine.pybullet.model import build_model
 
 STEP, SETTLE, END = 1e-3, 0.8, 2.2
 """s"""

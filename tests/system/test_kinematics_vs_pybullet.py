@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import BODIES, TORSO, joint_tree, load_body
-from bridge.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
-from walker.kinematics.com import CentreOfMass
-from walker.kinematics.transforms import homogeneous, inverse
+from bridge.body import BODIES, TORSO, joint_tree, load_body
+from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
+from walker.model.com import CentreOfMass
+from walker.model.transforms import homogeneous, inverse
 
 pytest.importorskip("pybullet")
 
-from emulator.engine import bullet, connect, disconnect
-from emulator.model import BASE, build_model
+from emulator.engine.pybullet.client import bullet, connect, disconnect
+from emulator.engine.pybullet.model import BASE, build_model
 
 
 @pytest.fixture

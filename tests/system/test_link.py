@@ -275,7 +275,7 @@ def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) ->
         assert robot.holder.name == "victim"
         holder.kill()
         until(lambda: robot.holder is None)
-        assert robot.leases.deserted
+        assert robot.leases.abandoned
         gone = ("controller-gone", "Controller `victim` is gone; the robot is free.")
         until(lambda: gone in [(notice.code, notice.text) for notice in witness.notices()])
     with ControllerLink(connect=endpoint, name="heir") as heir:
@@ -388,8 +388,8 @@ def test_listeners_hear_the_walker_through_the_robots_session(
         steps=10,
         zmp=(0.0, 0.0),
         com=(0.0, 0.0),
-        left=(0.0, 0.05, 0.0),
-        right=(0.0, -0.05, 0.0),
+        left=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0),
+        right=(0.0, -0.05, 0.0, 0.0, 0.0, 0.0),
     )
     with contextlib.closing(open_client(endpoint)) as listener:
         subscriber = subscribe(listener, keys.key("nao", keys.TELEMETRY), heard.append)

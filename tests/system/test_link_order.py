@@ -76,8 +76,8 @@ def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
                 steps=0,
                 zmp=(0.0, 0.0),
                 com=(0.0, 0.0),
-                left=(0.0, 0.0, 0.0),
-                right=(0.0, 0.0, 0.0),
+                left=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+                right=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             )
         )
         controller.send(msgspec.structs.replace(COMMAND, reply_to=seq))

@@ -16,19 +16,20 @@ from typing import Any
 import msgpack
 import pytest
 
+from bridge.adapters.lola.address import Address, parse_address
+from bridge.adapters.lola.bridge import LolaBridge, LolaCounts
+from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
-from bridge.lola.address import Address, parse_address
-from bridge.lola.robot import Bridged, BridgeSettings, LolaBridge
 from bridge.messages import ActuatorFrame, SensorFrame
 
 PATIENCE = 20.0
 PACKET: dict[str, Any] = msgpack.unpackb(
-    (Path(__file__).parents[1] / "bridge" / "lola" / "data" / "sensors.msgpack").read_bytes()
+    (Path(__file__).parents[1] / "bridge" / "adapters" / "lola" / "data" / "sensors.msgpack").read_bytes()
 )
-RELAY = Path(__file__).parents[2] / "bridge" / "lola" / "relay.py"
+RELAY = Path(__file__).parents[2] / "bridge" / "adapters" / "lola" / "relay.py"
 
 
 class FakeLola:
@@ -88,21 +89,23 @@ def lola(tmp_path: Path) -> Iterator[FakeLola]:
 @pytest.fixture
 def bridged(
     lola: FakeLola, tmp_path: Path, endpoint: str
-) -> Iterator[Callable[..., tuple[ControllerLink, Callable[[], Bridged]]]]:
+) -> Iterator[Callable[..., tuple[ControllerLink, Callable[[], LolaCounts]]]]:
     """Start the bridge; gives a controller that has found the robot, and what ends the bridge."""
     stop, results = threading.Event(), []
     with contextlib.ExitStack() as stack:
 
         def begin(
             address: str = str(tmp_path / "robocup"), **settings: Any
-        ) -> tuple[ControllerLink, Callable[[], Bridged]]:
+        ) -> tuple[ControllerLink, Callable[[], LolaCounts]]:
             bridge = LolaBridge(
-                parse_address(address), BridgeSettings(robot="nao", listen=endpoint, **settings), "test", stop
+                parse_address(address),
+                BridgeSettings(robot="nao", software="test", listen=endpoint, **settings),
+                stop,
             )
             thread = threading.Thread(target=lambda: results.append(bridge.run()))
             thread.start()
 
-            def end() -> Bridged:
+            def end() -> LolaCounts:
                 stop.set()
                 thread.join(PATIENCE)
                 return results[0]
@@ -187,7 +190,7 @@ def test_its_end_brings_a_robot_down_that_it_held_up(
     bridged: Any, lola: FakeLola, endpoint: str, until: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     """And its terminal tells each state that the guard went through."""
-    caplog.set_level("INFO", "bridge.observer")
+    caplog.set_level("INFO", "bridge.recording.observer")
     lola.values |= {"Position": [0.0] * 25, "Angles": [0.0, 0.0]}
     link, end = bridged()
     with GuardClient("nao", endpoint) as guard:
@@ -259,7 +262,7 @@ def test_a_taken_socket_is_told_once(
 ) -> None:
     link, _ = bridged()
     newest(link)
-    caplog.set_level("WARNING", "bridge.lola.robot")
+    caplog.set_level("WARNING", "bridge.adapters.robot_bridge")
     stop, tried = threading.Event(), []
 
     class Second(LolaBridge):
@@ -267,8 +270,8 @@ def test_a_taken_socket_is_told_once(
             super()._bridge(device)
             tried.append(device)
 
-    settings = BridgeSettings(robot="second", listen="tcp/127.0.0.1:0")
-    bridge = Second(Address(path=str(tmp_path / "robocup")), settings, "test", stop)
+    settings = BridgeSettings(robot="second", software="test", listen="tcp/127.0.0.1:0")
+    bridge = Second(Address(path=str(tmp_path / "robocup")), settings, stop)
     thread = threading.Thread(target=bridge.run)
     thread.start()
     until(lambda: len(tried) >= 2, "two attempts")
@@ -280,8 +283,8 @@ def test_a_taken_socket_is_told_once(
 
 def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, endpoint: str) -> None:
     lola.values["RobotConfig"] = ["P0000073A03S83I00011", "7.0.0", "P0000074A03S84F00006", "7.0.0"]
-    settings = BridgeSettings(robot="nao", listen=endpoint)
-    bridge = LolaBridge(Address(path=str(tmp_path / "robocup")), settings, "test", threading.Event())
+    settings = BridgeSettings(robot="nao", software="test", listen=endpoint)
+    bridge = LolaBridge(Address(path=str(tmp_path / "robocup")), settings, threading.Event())
     with pytest.raises(ConfigurationError, match=r"version 7\.0\.0.*--robot"):
         bridge.run()
 

@@ -12,13 +12,14 @@ import math
 import msgpack
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.quantities import coupled_limits, limits
-from bridge.joints import INDEX
-from bridge.lola.convert import Identity, actuator_map, sensor_packet
-from bridge.lola.demand import Demand
-from bridge.lola.schema import ACTUATORS, CYCLE
-from bridge.lola.wire import MapStream
+from bridge.adapters.lola.codec import MapStream
+from bridge.adapters.lola.identity import Identity
+from bridge.adapters.lola.packets import actuator_map, sensor_packet
+from bridge.adapters.lola.schema import ACTUATORS, CYCLE
+from bridge.adapters.lola.setpoints import Setpoints
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.quantities import coupled_limits, limits
 from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
@@ -34,7 +35,7 @@ class Hanging:
 
     def __init__(self, robot: EmulatedRobot) -> None:
         self._robot, self._stream = robot, MapStream(ACTUATORS)
-        self._demand = Demand(robot.frame.position, robot.frame.stiffness)
+        self._setpoints = Setpoints(robot.frame.position, robot.frame.stiffness)
 
     def measured(self) -> list[float]:
         packet = sensor_packet(self._robot.frame, Identity())
@@ -43,9 +44,10 @@ class Hanging:
 
     def ask(self, position: list[float]) -> None:
         for values in self._stream.feed(actuator_map(position, [0.6] * 25)):
-            self._demand.take(values)
+            self._setpoints.update(values)
+        wanted = self._setpoints
         frame = ActuatorFrame(
-            reply_to=self._robot.frame.seq, position=self._demand.position, stiffness=self._demand.stiffness
+            reply_to=self._robot.frame.seq, position=wanted.position, stiffness=wanted.stiffness
         )
         self._robot.advance(frame)
 

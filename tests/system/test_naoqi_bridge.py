@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from bridge.joints import INDEX
+from bridge.body.joints import INDEX
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame

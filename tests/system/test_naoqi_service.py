@@ -56,7 +56,7 @@ def serve(url: str, endpoint: str, log: Path) -> subprocess.Popen[bytes]:
     command = ["serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority"]
     with log.open("w") as file:
         return subprocess.Popen(
-            [sys.executable, "-m", "lab.cli", *command],
+            [sys.executable, "-m", "nao_hil.cli", *command],
             cwd=HERE.parents[1],
             stdout=file,
             stderr=file,

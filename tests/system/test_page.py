@@ -15,14 +15,13 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, sync_playwright
 
-from bridge.datasheet import load_body
-from bridge.playback import read_recording
-from bridge.recording import Recorder
+from bridge.body import load_body
+from bridge.recording.playback import read_recording
+from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
-from lab.config import RunConfig
-from lab.drive.driver import NOTCHES
-from walker.gait import gait_parameters
-from walker.gait.speed import step_of
+from nao_hil.drive.driver import NOTCHES
+from nao_hil.runs.config import RunConfig
+from walker.planning import gait_parameters
 
 Start = Callable[..., Any]
 
@@ -151,7 +150,7 @@ def test_keys_and_a_gamepad_drive_once_they_may(
     browser_page.wait_for_selector(".keys-drive")
     assert "Walks by" not in browser_page.inner_text("body")  # of the key before
 
-    notch = step_of("static", gait_parameters("static")).velocity / NOTCHES
+    notch = gait_parameters("static").periodic_step.velocity / NOTCHES
     browser_page.keyboard.press("w")
     browser_page.wait_for_function(f"document.body.innerText.includes('gait at {notch:.3f} m/s')")
     browser_page.evaluate("window.pad.axes[1] = -1")

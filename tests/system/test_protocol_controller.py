@@ -14,8 +14,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 import pytest
 
-from bridge import guard, messages, walk
-from bridge.datasheet import load_body
+from bridge import guard, messages
+from bridge.body import load_body
+from bridge.messages import schema, walk
 from emulator.robot import EmulatedRobot
 
 REPOSITORY = Path(__file__).parents[2]
@@ -63,7 +64,7 @@ def in_words(hint: Any) -> str:
     """A field's type in the words of the page."""
     if get_origin(hint) is Annotated:
         inner, meta = get_args(hint)[0], get_args(hint)[1]
-        if hint == messages.Name:
+        if hint == schema.Name:
             return "name"
         if inner is int and meta.ge == -1:
             return "int >= -1"

@@ -13,21 +13,21 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.datasheet import load_body
+from bridge.body import load_body
 from bridge.errors import ConfigurationError, LeaseRefused
 from bridge.guard import Guard
 from bridge.link import ControllerLink
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.playback import Recorded, read_recording
-from bridge.recording import Recorder
+from bridge.recording.playback import Recorded, read_recording
+from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
-from lab import inprocess
-from lab.capture import Capture, described
-from lab.cli.main import run as nao_hil
-from lab.replay import Replay
+from nao_hil.cli.main import run as nao_hil
+from nao_hil.runs import in_process as inprocess
+from nao_hil.runs.capture import Capture, described
+from nao_hil.runs.replay import Replay
 from walker.controller import Controller, WalkOrder
-from walker.gait import gait_parameters, make_gait
-from walker.parameters import controller_parameters
+from walker.planning import gait_parameters, make_gait
+from walker.stabilization.parameters import controller_parameters
 
 BODY = load_body("nao-v3")
 
@@ -45,18 +45,18 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def playing(path: Path, endpoint: str, speed: float, loop: bool = False) -> Iterator[Replay]:
+def playing(
+    path: Path, endpoint: str, speed: float, begin: Callable[[], object] = lambda: time.sleep(0.3)
+) -> Iterator[Replay]:
+    """A recording that is played once; `begin` returns when those who listen have connected."""
     end = threading.Event()
 
     def wait(seconds: float) -> bool:
         return end.wait(seconds) if seconds > 0.0 else end.is_set()
 
     def run() -> None:
-        time.sleep(0.3)  # until those who listen have connected
-        while not end.is_set():
-            player.play(wait, speed=speed)
-            if not loop:
-                return
+        begin()
+        player.play(wait, speed=speed)
 
     with Replay(path, "film", endpoint) as player:
         thread = threading.Thread(target=run)
@@ -113,8 +113,12 @@ def test_a_recording_cut_off_by_kill_9_opens(
     recording: Path, endpoint: str, tmp_path: Path, start: Callable[..., Any], until: Callable[..., Any]
 ) -> None:
     cut = tmp_path / "cut.mcap"
-    with playing(recording, endpoint, speed=2.0, loop=True):
-        command = start("record", "--name", "film", "--connect", endpoint, "--out", str(cut))
+    command = start("record", "--name", "film", "--connect", endpoint, "--out", str(cut))
+
+    def begin() -> None:
+        until(lambda: "recording `film`" in " ".join(command.said.split()), "the recorder")
+
+    with playing(recording, endpoint, speed=0.5, begin=begin):
         until(lambda: on_disk(cut) > 50, "half a second on the disk")
         command.process.send_signal(signal.SIGKILL)
         assert command.wait() == -signal.SIGKILL

@@ -17,7 +17,7 @@ from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.certificates import ROLES, with_keys
 from bridge.link.session import open_client, subscribe, try_client
 from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, encode
-from lab.keys import Keys
+from nao_hil.certificates import Keys
 from tests.frames import standing_frame
 
 INFO = Info(

@@ -11,22 +11,14 @@ from typing import Any
 
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.guard import Guard
 from bridge.link.world_client import WorldClient
 from bridge.messages import SensorFrame
-from bridge.playback import frames_sha256, read_recording
-from bridge.world import Push, Reset
-from emulator.robot import EmulatedRobot
-from emulator.wear import load_wear
-from lab.cli.main import run
-from lab.cli.walk import controller_maker
-from lab.config import run_config
-from lab.diagnosis import diagnose
-from lab.inprocess import run as run_in_process
-from lab.inspection import inspect
-from lab.monitor import Monitor
-from lab.statistics import RunStatistics
+from bridge.messages.world import Push, Reset
+from bridge.recording.playback import frames_sha256, read_recording
+from nao_hil.analysis.diagnosis import diagnose
+from nao_hil.analysis.inspection import inspect
+from nao_hil.cli.main import run
+from nao_hil.runs.monitor import Monitor
 
 Start = Callable[..., Any]
 Until = Callable[[Callable[[], Any], str], Any]
@@ -40,7 +32,7 @@ class Absent:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Absent())
-from lab.cli.main import main
+from nao_hil.cli.main import main
 main()
 """
 SLOW_TO_LOAD = """
@@ -48,12 +40,12 @@ import sys, time
 
 class Slow:
     def find_spec(self, name, path=None, target=None):
-        if name == "lab.cli.main":
+        if name == "nao_hil.cli.main":
             print("loading", file=sys.stderr, flush=True)
             time.sleep(30.0)
 
 sys.meta_path.insert(0, Slow())
-from lab.cli.__main__ import main
+from nao_hil.cli.__main__ import main
 main()
 """
 
@@ -98,13 +90,13 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     assert recording == again
     assert (first["fell"], first["steps"], first["cycles_missed"]) == (False, 2, 0)
 
-    settings = run_config(None, mode="lockstep", seed=3, steps=2)
-    body = load_body(settings.robot)
-    statistics = RunStatistics(settings.seed)
-    with EmulatedRobot(body, seed=settings.seed, wear=load_wear(settings.wear)) as robot:
-        controller = controller_maker(settings)(body, body.cycle)
-        run_in_process(robot, Guard(body), controller, [statistics], 10 * first["cycles"])
-    assert statistics.summary(1.0).frames_sha256 == first["frames_sha256"]
+    folder = tmp_path / "in-process"
+    command = start("up", "--mode", "in-process", "--seed", "3", "--steps", "2", "--json", "--out", str(folder))
+    assert command.wait() == 0, command.said
+    assert command.result["frames_sha256"] == first["frames_sha256"]
+    assert frames_sha256(folder / "frames.mcap") == first["frames_sha256"]
+    shared = set(command.result) - {"real_time_factor"}
+    assert {name: command.result[name] for name in shared} == {name: first[name] for name in shared}
 
 
 def test_the_walker_starts_first_and_needs_no_pybullet(
@@ -351,4 +343,4 @@ def test_a_misspelt_key_in_a_file_gets_a_suggestion(
     file = tmp_path / "run.toml"
     file.write_text('robot = "nao-v4"\nstepps = 3\n')
     assert run([command, "--config", str(file)]) == 2
-    assert "run.toml: unknown key 'stepps', did you mean 'steps'?" in one_sentence(capsys.readouterr().err)
+    assert "run.toml: unknown key 'stepps' (did you mean 'steps'?)" in one_sentence(capsys.readouterr().err)

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from bridge.datasheet import load_body
+from bridge.body import load_body
 from bridge.errors import LinkError, WalkRefused
 from bridge.link.walk_client import WalkClient
-from bridge.recording import Recorder
+from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
-from lab.config import RunConfig
+from nao_hil.runs.config import RunConfig
 
 Start = Callable[..., Any]
 Until = Callable[[Callable[[], Any], str], Any]
@@ -30,7 +30,7 @@ class Absent:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Absent())
-from lab.cli.main import main
+from nao_hil.cli.main import main
 main()
 """
 
@@ -129,7 +129,7 @@ def test_a_run_goes_on_without_its_page(
     up = ["up", "--mode", "lockstep", "--serve", "--view", "--port", str(taken), "--json"]
     command = start(*up, "--listen", endpoint, "--out", str(tmp_path / "run"))
     until(lambda: "no page: The page cannot be served" in command.said, "the word that there is no page")
-    with WalkClient("nao", endpoint, patience=60.0) as client:
+    with WalkClient("nao", endpoint, connect_timeout=60.0) as client:
 
         def walked() -> bool:
             try:

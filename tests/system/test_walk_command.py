@@ -10,7 +10,7 @@ import pytest
 from bridge.errors import FrameError, LinkError, WalkRefused
 from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
-from bridge.world import Push, StandUp
+from bridge.messages.world import Push, StandUp
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def client(start: Callable[..., Any], endpoint: str, until: Callable[..., Any]) 
             return False
         return True
 
-    with WalkClient("served", endpoint, patience=60.0) as client:
+    with WalkClient("served", endpoint, connect_timeout=60.0) as client:
         until(lambda: answers(client), "a walker that serves")
         client.walker = walker  # type: ignore[attr-defined]
         yield client

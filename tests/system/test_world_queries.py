@@ -7,15 +7,15 @@ from contextlib import contextmanager
 
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.postures import POSTURES
+from bridge.body import load_body
+from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
-from bridge.faults import SensorDead
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.world_client import WorldClient
 from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.world import (
+from bridge.messages.faults import SensorDead
+from bridge.messages.world import (
     EndFault,
     Pause,
     PlaceBox,

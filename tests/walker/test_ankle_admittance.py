@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from bridge.datasheet import load_body
-from walker.admittance.ankle import (
+from bridge.body import load_body
+from walker.stabilization.admittance.ankle import (
     AnkleAdmittance,
     AnkleLimits,
     AnkleParameters,
@@ -22,7 +22,7 @@ from walker.admittance.ankle import (
 DT = 0.01
 BODY = load_body("nao-v3")
 FREE = AnkleLimits(-3.0, 3.0, -3.0, 3.0)
-EXACT = AnkleParameters(force_share=0.0, force_offset=0.0, max_rate=100.0)
+EXACT = AnkleParameters(relative_force_tolerance=0.0, force_tolerance=0.0, max_rate=100.0)
 FORCES = st.lists(st.floats(-10.0, 1e6), min_size=4, max_size=4)
 
 

@@ -8,21 +8,21 @@ from collections.abc import Iterator
 import msgspec
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.quantities import coupled_limits
+from bridge.body import load_body
+from bridge.body.joints import INDEX, LEG_JOINTS, N_JOINTS
+from bridge.body.quantities import coupled_limits
 from bridge.guard import Guard
-from bridge.joints import INDEX, LEG_JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from tests.frames import standing_frame
 from walker.controller import Controller, WalkOrder
-from walker.gait import gait_parameters, make_gait
-from walker.parameters import controller_parameters
+from walker.planning import gait_parameters, make_gait
+from walker.stabilization.parameters import controller_parameters
 
 BODY = load_body("nao-v3")
 UPRIGHT = (0.0, 0.0, 9.81)
-ON = {"admittance": True, "torso": "thesis", "ankle_admittance": True, "levelling": {"share": 1.0}}
+ON = {"admittance": True, "torso": "thesis", "ankle_admittance": True, "swing_foot_orientation": {"gain": 1.0}}
 
 
 def make_controller(gait: str, order: WalkOrder, changes: dict[str, object] | None = None) -> Controller:
@@ -106,13 +106,15 @@ def test_every_command_keeps_the_data_sheets_ranges(walk: str, request: pytest.F
 
 
 @pytest.mark.parametrize("walk", ["static_walk", "nominal_walk"])
-def test_lifts_stay_inside_the_springs_pole_and_the_levelling(
+def test_lifts_stay_inside_the_springs_pole_and_the_orientation_control(
     walk: str, request: pytest.FixtureRequest
 ) -> None:
     run: Run = request.getfixturevalue(walk)
     p = controller_parameters("static", ON)
     width = 2.0 * BODY.lengths.HipOffsetY + 0.060  # feet's distance across, and along by a step
-    bound = p.leg.pole + p.leg.reach_below + p.touch_down.reach + p.levelling.largest * width
+    bound = (
+        p.leg.pole + p.leg.target_depth + p.touch_down.search_depth + p.swing_foot_orientation.max_angle * width
+    )
     assert max(abs(lift) for t in run.telemetry for lift in t.foot_lift) < bound
 
 
@@ -153,10 +155,10 @@ def test_lost_frames_are_made_up_for_in_the_plans_time() -> None:
         every.tick(frame(began + k))
         if k % 3 == 2 or k == 300:
             some.tick(frame(began + k))
-    assert some.reference.phase == every.reference.phase == "SSL"
-    assert some.reference.left.x == pytest.approx(every.reference.left.x, abs=1e-9)
-    assert some.reference.right.x == pytest.approx(every.reference.right.x, abs=1e-9)
-    assert some.reference.progress == pytest.approx(every.reference.progress, abs=1e-9)
+    assert some.plan.phase == every.plan.phase == "SSL"
+    assert some.plan.left.x == pytest.approx(every.plan.left.x, abs=1e-9)
+    assert some.plan.right.x == pytest.approx(every.plan.right.x, abs=1e-9)
+    assert some.plan.progress == pytest.approx(every.plan.progress, abs=1e-9)
 
 
 def test_a_long_silence_does_not_make_the_joints_jump() -> None:
@@ -165,7 +167,7 @@ def test_a_long_silence_does_not_make_the_joints_jump() -> None:
         before = controller.tick(frame(seq))
     after = controller.tick(frame(450 + 2000))
     assert controller.state == "walk"
-    # 20 s would be five phases on; the plan moves on by `longest_gap`, 0.1 s of a step of 60 mm in 1.5 s.
+    # 20 s would be five phases on; the plan moves on by `max_gap`, 0.1 s of a step of 60 mm in 1.5 s.
     assert max(abs(b - a) for a, b in zip(before.position, after.position, strict=True)) < 0.15
 
 
@@ -221,13 +223,13 @@ def test_a_walk_that_is_only_watched_is_not_interrupted() -> None:
 def test_a_dynamic_walk_that_a_gap_would_fell_goes_on_upright() -> None:
     """Joints hold for 0.2 s in single support: going on in stride the robot falls, from a stand it does not."""
     stood = {}
-    for gap in (controller_parameters("dynamic").longest_gap, 1.0):
-        controller, guard = make_controller("dynamic", WalkOrder(steps=12), {"longest_gap": gap}), Guard(BODY)
+    for gap in (controller_parameters("dynamic").max_gap, 1.0):
+        controller, guard = make_controller("dynamic", WalkOrder(steps=12), {"max_gap": gap}), Guard(BODY)
         with EmulatedRobot(BODY, seed=0, wear=load_wear("nominal")) as robot:
 
             def cycle(*, answered: bool) -> None:
                 answer = guard.check(controller.tick(robot.frame), robot.frame.seq) if answered else None  # noqa: B023
-                robot.advance(guard.cycle(robot.frame, answer, owed=True))  # noqa: B023
+                robot.advance(guard.cycle(robot.frame, answer, supervised=True))  # noqa: B023
 
             while controller.telemetry.step < 6 or controller.telemetry.phase != "SSR":
                 cycle(answered=True)

@@ -14,12 +14,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from bridge.datasheet import BODIES, Body, load_body
+from bridge.body import BODIES, Body, load_body
 from bridge.errors import ConfigurationError
-from walker.gait.catalogue import gait_parameters
-from walker.gait.dynamic import DynamicGait
-from walker.gait.pendulum import DynamicParameters, plan_step
-from walker.gait.reference import Reference
+from walker.planning import GaitCommand, Plan, dry_walk, gait_parameters, standing_plan
+from walker.planning.dynamic.gait import DynamicGait
+from walker.planning.dynamic.step import DynamicParameters, plan_step
 
 G = 9.81
 BODY = load_body("nao-v3")
@@ -31,18 +30,14 @@ def parameters(**changes: float | str) -> DynamicParameters:
     return msgspec.structs.replace(shipped, **changes)
 
 
-def walk(gait: DynamicGait, steps: int, dt: float = 0.01) -> Iterator[Reference]:
-    plan = gait.advance(0.0, go_on=True)
-    while plan.phase != "stand":
-        yield plan
-        plan = gait.advance(dt, go_on=plan.step < steps - 1)
-    yield plan
+def walk(gait: DynamicGait, steps: int, dt: float = 0.01) -> Iterator[Plan]:
+    return (plan for plan, _ in dry_walk(gait, dt, steps))
 
 
 def test_the_printed_parameters_give_the_checked_numbers() -> None:
     """Figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23, d_0 = 0.05."""
     plan = plan_step(parameters())
-    assert plan.nu == pytest.approx(6.5309, abs=5e-5)
+    assert plan.pendulum.nu == pytest.approx(6.5309, abs=5e-5)
     for name, printed in {
         "t_a": 0.22173,
         "V_ya": 0.26254,
@@ -95,11 +90,11 @@ def test_single_support_obeys_the_pendulum_equation_about_the_planned_zmp() -> N
 def test_orbital_energy_is_conserved_in_every_single_support() -> None:
     gait = DynamicGait(parameters(), BODY)
     energies: dict[tuple[str, int], list[tuple[float, float]]] = {}
-    for plan in walk(gait, 6):
+    for plan, state in dry_walk(gait, 0.01, 6):
         if plan.support != "both":
             energy = tuple(
                 m.velocity**2 - G / 0.23 * (m.position - zmp) ** 2
-                for m, zmp in zip(gait.com_motion, plan.zmp, strict=True)
+                for m, zmp in zip(gait.com_motion(state), plan.zmp, strict=True)
             )
             energies.setdefault((plan.phase, plan.step), []).append(energy)
     assert len(energies) == 6
@@ -112,9 +107,9 @@ def test_position_and_velocity_are_continuous_over_the_whole_walk(first: str) ->
     """0.1 ms move the mass, and change its velocity, no further than its speed and acceleration allow."""
     gait = DynamicGait(parameters(first_swing=first), BODY)
     dt, changes = 1e-4, 0
-    before, motion = None, gait.com_motion
-    for plan in walk(gait, 3, dt):
-        now = gait.com_motion
+    before, motion = None, gait.com_motion(gait.initial())
+    for plan, state in dry_walk(gait, dt, 3):
+        now = gait.com_motion(state)
         if before is not None:
             changes += before.phase != plan.phase
             for old, new in zip(motion, now, strict=True):
@@ -133,14 +128,13 @@ def test_phases_meet_exactly_where_they_change() -> None:
     plan = gait.plan
     durations = [p.T_start, plan.t_a, plan.T_DSP, 2 * plan.t_a, plan.T_DSP, 2 * plan.t_a, plan.T_DSP, plan.t_a]
     gap = 1e-11
-    gait.advance(0.0, go_on=True)
+    state = gait.initial()
     for i, duration in enumerate([*durations, p.T_start]):
-        go_on = i < 6
-        early = gait.advance(duration - (gap if i == 0 else 2 * gap), go_on=go_on)
-        ahead = gait.com_motion
-        late = gait.advance(2 * gap, go_on=go_on)
+        command = GaitCommand(walk=i < 6)
+        early, before = gait.step(state, duration - (gap if i == 0 else 2 * gap), command)
+        late, state = gait.step(before, 2 * gap, command)
         assert early.phase != late.phase
-        for old, new in zip(ahead, gait.com_motion, strict=True):
+        for old, new in zip(gait.com_motion(before), gait.com_motion(state), strict=True):
             assert new.position == pytest.approx(old.position, abs=1e-9)
             assert new.velocity == pytest.approx(old.velocity, abs=1e-9)
     assert late.phase == "stand"
@@ -150,11 +144,9 @@ def test_phases_meet_exactly_where_they_change() -> None:
 def test_the_plan_does_not_depend_on_the_cycle_time() -> None:
     """Phases do not end on cycle boundaries: the remainder is carried over."""
     p = parameters(T_start=1.0037)
-    coarse, fine = DynamicGait(p, BODY), DynamicGait(p, BODY)
-    for _ in range(700):
-        plan = coarse.advance(0.01, go_on=True)
-        for _ in range(4):
-            same = fine.advance(0.0025, go_on=True)
+    gait = DynamicGait(p, BODY)
+    fine = itertools.islice(dry_walk(gait, 0.0025), 3, None, 4)
+    for (plan, _), (same, _) in itertools.islice(zip(dry_walk(gait, 0.01), fine, strict=True), 700):
         assert plan.phase == same.phase
         assert plan.com == pytest.approx(same.com, abs=1e-10)
         assert (plan.left.z, plan.right.x) == pytest.approx((same.left.z, same.right.x), abs=1e-10)
@@ -162,23 +154,24 @@ def test_the_plan_does_not_depend_on_the_cycle_time() -> None:
 
 def test_steps_follow_each_other_as_in_the_thesis_and_the_last_brings_the_feet_together() -> None:
     gait = DynamicGait(parameters(), BODY)
-    plans = list(walk(gait, 4))
+    walked = list(dry_walk(gait, 0.01, 4))
+    plans = [plan for plan, _ in walked]
     order = [now.phase for now, after in itertools.pairwise(plans) if now.phase != after.phase]
     assert order == ["start", "SSR", "DSL", "SSL", "DSR", "SSR", "DSL", "SSL", "stop"]
     last = plans[-1]
     assert last.step == 4
     assert last.left.x == last.right.x == pytest.approx(3 * 0.09134, abs=2e-5)
-    assert last == gait.stand()
-    assert gait.advance(0.01, go_on=True).phase == "start"
+    state = walked[-1][1]
+    assert gait.step(state, 0.01, GaitCommand(walk=False)) == walked[-1]
+    assert gait.step(state, 0.01, GaitCommand(walk=True))[0].phase == "start"
 
 
 def test_told_to_stop_before_the_first_step_it_returns_to_rest_where_it_stood() -> None:
     gait = DynamicGait(parameters(), BODY)
-    rest = gait.stand()
-    plan = gait.advance(0.01, go_on=True)
-    while plan.phase != "stand":
-        plan = gait.advance(0.01, go_on=False)
-    assert plan == rest
+    plan, state = gait.step(gait.initial(), 0.01, GaitCommand(walk=True))
+    for _ in range(round(2.0 / 0.01) + 2):
+        plan, state = gait.step(state, 0.01, GaitCommand(walk=False))
+    assert plan == standing_plan(gait)
 
 
 def test_stance_feet_rest_and_swing_feet_land_softly() -> None:
@@ -194,7 +187,7 @@ def test_stance_feet_rest_and_swing_feet_land_softly() -> None:
     assert max(plan.left.z for plan in plans) == pytest.approx(0.025, abs=1e-6)
 
 
-def support_polygon(plan: Reference, body: Body) -> NDArray[np.float64]:
+def support_polygon(plan: Plan, body: Body) -> NDArray[np.float64]:
     """Corners of the soles on the ground."""
     corners = []
     if plan.support in ("L", "both"):
@@ -238,9 +231,9 @@ def test_an_admissible_set_keeps_the_zmp_in_the_feet_and_the_mass_within_frictio
         gait = DynamicGait(p, robot)
     except ConfigurationError:
         assume(False)
-    for plan in walk(gait, 3, 0.013):
+    for plan, state in dry_walk(gait, 0.013, 3):
         assert inside_hull(plan.zmp, support_polygon(plan, robot)), (plan.phase, plan.progress)
-        assert math.hypot(*(m.acceleration for m in gait.com_motion)) <= p.mu * G + 1e-9
+        assert math.hypot(*(m.acceleration for m in gait.com_motion(state))) <= p.mu * G + 1e-9
         if plan.phase in ("SSL", "SSR"):  # assumption 6: the x axis is not crossed in single support
             assert plan.com[1] * (1.0 if plan.support == "L" else -1.0) > 0.0
 

@@ -7,19 +7,20 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import Body, load_body
-from bridge.joints import LEG_SLOTS, N_JOINTS
+from bridge.body import Body, load_body
+from bridge.body.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import SensorFrame
+from bridge.rotations import rotation
 from tests.frames import standing_frame
+from walker.estimation.corrections import Corrections
 from walker.estimation.ground import GroundParameters, GroundTilt
-from walker.gait import gait_parameters, make_gait
-from walker.kinematics.com import CentreOfMass
-from walker.kinematics.leg import foot_in_torso
-from walker.kinematics.transforms import rotation
-from walker.pose import PoseMaker
+from walker.model.com import CentreOfMass
+from walker.model.leg import foot_in_torso
+from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
+from walker.planning.pose import PoseMaker
 
 CYCLE = 0.01
-LEVEL = ((0.0, 0.0), (0.0, 0.0))
+LEVEL = Corrections()
 TILTS = [(0.0, 0.0), (0.08, 0.0), (-0.08, 0.0), (0.0, 0.08), (0.0, -0.08), (0.05, -0.06)]
 
 
@@ -29,7 +30,7 @@ def body() -> Body:
 
 
 def standing(body: Body, ground: tuple[float, float] | None) -> tuple[float, ...]:
-    reference = make_gait("static", gait_parameters("static"), body).stand()
+    reference = standing_plan(make_gait("static", gait_parameters("static"), body))
     return PoseMaker(body, reference, by_pose=True).unlimited_angles(reference, ground)
 
 
@@ -91,7 +92,7 @@ def test_what_an_ankle_yielded_to_is_not_the_grounds(body: Body) -> None:
     tilt = (1.0, 1.0)
     for _ in range(1000):
         tilt = ground.update(
-            pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, -0.1), (0.0, -0.1)), CYCLE, walking=False
+            pushed(angles, (6.0,) * 8), (0.0, 0.0), Corrections(ankle_pitch=(-0.1, -0.1)), CYCLE, walking=False
         )
     assert tilt == pytest.approx((0.0, 0.0), abs=1e-6)
 
@@ -106,7 +107,7 @@ def test_a_foot_in_the_air_tells_nothing(body: Body) -> None:
 
 def test_nobody_believes_a_wall(body: Body) -> None:
     tilt = found(body, standing(body, None), (0.0, 1.2), (6.0,) * 8)
-    assert tilt[1] == pytest.approx(GroundParameters().largest, abs=1e-6)
+    assert tilt[1] == pytest.approx(GroundParameters().max_tilt, abs=1e-6)
     assert math.isfinite(tilt[0])
 
 
@@ -122,11 +123,10 @@ def test_the_mean_is_of_first_order(body: Body) -> None:
 def test_a_leg_too_short_brings_the_torso_down(body: Body) -> None:
     """A foot 12 mm deeper than planned at the end of a step is reached from a lower hip, with the knee bent."""
     gait = make_gait("static", gait_parameters("static"), body)
-    pose = PoseMaker(body, gait.stand(), by_pose=True)
-    reference = gait.stand()
-    while reference.phase != "DSR" or reference.progress < 0.9:
-        reference = gait.advance(CYCLE, go_on=True)
-    angles = pose.unlimited_angles(reference, (0.0, -0.14))
+    pose = PoseMaker(body, standing_plan(gait), by_pose=True)
+    plans = (plan for plan, _ in dry_walk(gait, CYCLE, 3))
+    late = next(plan for plan in plans if plan.phase == "DSR" and plan.progress >= 0.9)
+    angles = pose.unlimited_angles(late, (0.0, -0.14))
     assert len(angles) == N_JOINTS
     assert min(angles[LEG_SLOTS["L"][3]], angles[LEG_SLOTS["R"][3]]) > math.radians(11.9)
     left, _ = soles(body, angles)
@@ -135,15 +135,16 @@ def test_a_leg_too_short_brings_the_torso_down(body: Body) -> None:
 
 def test_what_both_ankles_hold_in_common_becomes_the_grounds(body: Body) -> None:
     """Handed over, the sum of ground and offsets stays, and so does the estimate that follows from it."""
-    ground = GroundTilt(GroundParameters(walking=0.5), body)
+    ground = GroundTilt(GroundParameters(walking_time_constant=0.5), body)
     angles = standing(body, None)  # soles level under an upright torso
     tilt, offset = (0.0, 0.0), -0.06
     for _ in range(2000):
-        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, offset),) * 2, CYCLE, walking=True)
+        turned = Corrections(ankle_pitch=(offset, offset))
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), turned, CYCLE, walking=True)
     assert tilt[1] == pytest.approx(0.06, abs=1e-6)  # the two cancel each other
     for _ in range(60):
-        ground.take((0.0, -0.001))
         offset += 0.001
-        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), ((0.0, offset),) * 2, CYCLE, walking=True)
+        turned = Corrections(ankle_pitch=(offset, offset), common=(0.0, -0.001))
+        tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.0), turned, CYCLE, walking=True)
         assert tilt[1] + offset == pytest.approx(0.0, abs=1e-6)
     assert tilt[1] == pytest.approx(0.0, abs=1e-6)

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import load_body
-from bridge.datasheet.sole import sole_hull
+from bridge.body import load_body
+from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
-from walker.gait import gait_parameters, make_gait
-from walker.gait.huang import HuangParameters
-from walker.gait.huang.foot import FootPath, FootShape, Placement
+from walker.planning import gait_parameters, make_gait
+from walker.planning.huang import HuangParameters
+from walker.planning.huang.foot import FootPath, FootShape, Placement
 
 BODY = load_body("nao-v3")
 SHAPE = FootShape.of(BODY)

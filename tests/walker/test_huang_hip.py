@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from walker.gait import gait_parameters
-from walker.gait.huang import HuangParameters
-from walker.gait.huang.hip import Choice, ends_of_cycle, hip_x, hip_y, hip_z, sample_x, sample_y
+from nao_hil.design.huang.motions import sample_x, sample_y
+from walker.planning import gait_parameters
+from walker.planning.huang import HuangParameters
+from walker.planning.huang.hip import Choice, ends_of_cycle, hip_x, hip_y, hip_z
 
 P = gait_parameters("huang", {"x_0": 0.0})
 assert isinstance(P, HuangParameters)

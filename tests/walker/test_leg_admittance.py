@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError
-from walker.admittance.leg import LegAdmittance, LegParameters
+from walker.stabilization.admittance.leg import LegAdmittance, LegParameters
 
 DT = 0.01
 POLE = math.pi**2 / 300.0
@@ -33,7 +33,7 @@ def test_the_spring_is_the_curve_of_figure_4_7() -> None:
 
 def test_under_a_constant_force_the_leg_follows_the_differential_equation() -> None:
     """(4.1) integrated by another solver; the implicit step is of first order, so to 2 % at 10 ms."""
-    p = LegParameters(force_tolerance=0.0, reach_below=0.0)
+    p = LegParameters(force_tolerance=0.0, target_depth=0.0)
     leg = LegAdmittance(p)
     way = solve_ivp(
         lambda _, e: (2.0 - p.spring(e[0])) / p.D, (0.0, 1.0), [0.0], t_eval=[0.2, 0.5, 1.0], rtol=1e-9
@@ -114,7 +114,7 @@ def swing(leg: LegAdmittance, ground: float, stiffness: float, cycles: int = 150
 
 def test_on_an_obstacle_of_a_centimetre_the_load_stays_near_five_newtons() -> None:
     """R1, figure 4.1; the delay of 4 cycles adds 2.6 N (k v T) to the 5 N for which the damping is laid out."""
-    stiff = swing(LegAdmittance(LegParameters(D=1e9, reach_below=0.0)), 0.010, 1000.0)
+    stiff = swing(LegAdmittance(LegParameters(D=1e9, target_depth=0.0)), 0.010, 1000.0)
     assert stiff[-40:] == pytest.approx([10.0] * 40, rel=1e-3)
     leg = LegAdmittance(LegParameters())
     forces = swing(leg, 0.010, 1000.0)
@@ -151,7 +151,7 @@ def test_the_load_of_a_foot_that_is_just_leaving_the_ground_does_not_shorten_the
 
 
 def test_noise_below_the_tolerance_moves_nothing() -> None:
-    leg = LegAdmittance(LegParameters(reach_below=0.0))
+    leg = LegAdmittance(LegParameters(target_depth=0.0))
     assert {leg.update(0.5, "swing", DT) for _ in range(500)} == {0.0}
 
 
@@ -165,7 +165,7 @@ def _ripple(late: float, told: float) -> float:
 
     The loop has the parameters' latency and is `late` besides; the admittance is `told` so much of it, s.
     """
-    p = LegParameters(force_tolerance=0.0, reach_below=0.0)
+    p = LegParameters(force_tolerance=0.0, target_depth=0.0)
     leg, stiffness = LegAdmittance(p), 0.8 * math.pi * p.D / (2.0 * p.latency)  # k < pi D / (2 T) is stable
     offsets = [0.0] * (1 + round((p.latency + late) / DT))
     forces = []

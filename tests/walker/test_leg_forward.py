@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import BODIES, load_body
-from bridge.joints import LEG_JOINTS
-from walker.kinematics import transforms as tf
-from walker.kinematics.leg import foot_in_torso, leg_chain, leg_steps, sole_in_torso
+from bridge.body import BODIES, load_body
+from bridge.body.joints import LEG_JOINTS
+from bridge.rotations import rotation
+from tests.walker.thesis_leg import leg_chain, leg_steps
+from walker.model import transforms as tf
+from walker.model.leg import foot_in_torso, sole_in_torso
 
 SIDES = ("L", "R")
 CASES = [(name, 10_000 if name == "nao-v3" else 500) for name in BODIES]
@@ -121,13 +123,13 @@ def test_rotation_order_is_roll_then_pitch_then_yaw():
     # (2.4): roll first, about fixed axes; scipy's lower-case letters are the fixed axes.
     for roll, pitch, yaw in np.random.default_rng(4).uniform(-3.0, 3.0, (50, 3)):
         expected = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
-        assert tf.rotation(roll, pitch, yaw) == pytest.approx(expected, abs=1e-14)
+        assert rotation(roll, pitch, yaw) == pytest.approx(expected, abs=1e-14)
 
 
 def test_inverse_transform_undoes():
     # (2.8)
     rng = np.random.default_rng(5)
     for _ in range(50):
-        H = tf.homogeneous(tf.rotation(*rng.uniform(-3.0, 3.0, 3)), rng.normal(size=3))
+        H = tf.homogeneous(rotation(*rng.uniform(-3.0, 3.0, 3)), rng.normal(size=3))
         assert tf.inverse(H) @ H == pytest.approx(np.eye(4), abs=1e-14)
         assert tf.inverse(H) == pytest.approx(np.linalg.inv(H), abs=1e-13)

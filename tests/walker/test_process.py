@@ -8,12 +8,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.datasheet import Body
+from bridge.body import Body
 from bridge.errors import LinkError
 from bridge.guard import GuardSettings
 from bridge.messages import SensorFrame
-from lab.cli.walk import controller_maker
-from lab.config import RunConfig
+from nao_hil.runs.build import controller_maker
+from nao_hil.runs.config import RunConfig
 from tests.frames import standing_frame
 from walker.controller import Controller
 from walker.process import WalkerProcess
@@ -57,7 +57,7 @@ class Link:
     publish_telemetry = send
 
 
-GUARDED = GuardSettings().watchdog.silence + GuardSettings().watchdog.hold
+GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicSpline
 
-from bridge.datasheet import BODIES, load_body
+from bridge.body import BODIES, load_body
 from bridge.errors import ConfigurationError
-from walker.gait import gait_parameters, make_gait
-from walker.gait.polynomial import lift_spline, quintic
-from walker.walkable import check_walkable
+from walker.planning import GaitCommand, dry_walk, gait_parameters, make_gait, standing_plan
+from walker.planning.polynomial import lift_spline, quintic
+from walker.planning.walkable import check_walkable
 
 DT = 0.01
 length = st.floats(-1.0, 1.0)
@@ -45,10 +45,7 @@ def test_lift_is_the_clamped_cubic_spline(start, middle, end, T, s):
 def walk(steps=6, **changes):
     body = load_body("nao-v3")
     gait = make_gait("static", gait_parameters("static", changes), body)
-    references = [gait.stand()]
-    while references[-1].phase != "stand" or len(references) == 1:
-        references.append(gait.advance(DT, go_on=references[-1].step < steps - 1))
-    return body, references
+    return body, [standing_plan(gait), *(plan for plan, _ in dry_walk(gait, DT, steps))]
 
 
 def test_phases_follow_one_another_with_the_durations_of_figure_3_4():
@@ -104,7 +101,28 @@ def test_centre_of_mass_moves_without_jumps_in_position_or_velocity():
 def test_a_walk_called_off_at_the_start_stays_where_it_is():
     body = load_body("nao-v3")
     gait = make_gait("static", gait_parameters("static"), body)
-    assert gait.advance(DT, go_on=False) == gait.stand()
+    plan, state = gait.step(gait.initial(), DT, GaitCommand(walk=False))
+    assert state == gait.initial()
+    assert plan == standing_plan(gait)
+
+
+def test_steps_take_the_velocity_of_the_command_from_the_next_one_on():
+    gait = make_gait("static", gait_parameters("static"), load_body("nao-v3"))
+    state, places = gait.initial(), []
+    for cycle in range(round(4 * 3.5 / DT)):
+        velocity = (0.04 / 3.5, 0.0, 0.0) if cycle * DT > 3.5 else None
+        plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=velocity))
+        places.append(max(plan.left.x, plan.right.x))
+    steps = np.diff(sorted({round(x, 9) for x, after in itertools.pairwise(places) if x == after}))
+    assert steps[steps > 1e-6] == pytest.approx([0.06, 0.04, 0.04], abs=1e-6)
+
+
+def test_a_step_changes_nothing_but_what_it_returns():
+    gait = make_gait("static", gait_parameters("static"), load_body("nao-v3"))
+    states = [state for _, state in itertools.islice(dry_walk(gait, 0.1), 60)]
+    command = GaitCommand(walk=True)
+    first = [gait.step(state, 0.1, command) for state in states]
+    assert [gait.step(state, 0.1, command) for state in states] == first
 
 
 @pytest.mark.parametrize("name", BODIES)

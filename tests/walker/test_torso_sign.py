@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from bridge.datasheet import joint_tree, load_body
-from walker.torso.sign import ankle_pitch_from_lean, lean_from_ankle_pitch
+from bridge.body import joint_tree, load_body
+from walker.stabilization.torso.sign import ankle_pitch_from_lean
 
 
 def rotation_y(angle: float) -> np.ndarray:
@@ -41,7 +41,3 @@ def test_a_lean_tips_the_torso_forwards_by_as_much(hip: float, knee: float, ankl
     after = torso_pitch_on_flat_sole(hip, knee, ankle + ankle_pitch_from_lean(0.1))
     assert after - before == pytest.approx(0.1, abs=1e-12)
     assert torso_pitch_on_flat_sole(hip, knee, ankle + 0.1) < before
-
-
-def test_lean_and_ankle_pitch_are_inverse() -> None:
-    assert lean_from_ankle_pitch(ankle_pitch_from_lean(0.3)) == pytest.approx(0.3)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bridge.datasheet import BODIES, TORSO, joint_tree, load_body
-from bridge.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
-from walker.kinematics.com import CentreOfMass
-from walker.kinematics.leg import leg_chain
-from walker.kinematics.tree import BodyTree
+from bridge.body import BODIES, TORSO, joint_tree, load_body
+from bridge.body.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
+from tests.walker.thesis_leg import leg_chain
+from walker.model.com import CentreOfMass
+from walker.model.tree import BodyTree
 
 LEG_FRAMES = {3: "HipYawPitch", 4: "HipRoll", 5: "HipPitch", 6: "KneePitch", 7: "AnklePitch", 8: "AnkleRoll"}
 

@@ -9,13 +9,23 @@ fused angle is corrected by what that mean says, slowly enough to average over m
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-from bridge.messages import SensorFrame, Vec2
-from walker.gravity import GRAVITY
+import msgspec
 
-if TYPE_CHECKING:  # the parameters' types import this package's own
-    from walker.parameters.model import AttitudeParameters
+from bridge.messages import SensorFrame
+from bridge.types import NotNegative, Positive, Vec2
+from walker.model.gravity import GRAVITY
+
+
+class AttitudeParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How fast the fused torso angle follows the mean of the accelerometer; both 0: not at all."""
+
+    proportional: NotNegative = 0.3
+    """1/s: the mean is over 3 s, three strides of the dynamic gait."""
+    integral: NotNegative = 0.02
+    """1/s^2: finds a constant drift within half a minute."""
+    max_error: Positive = 0.5
+    """Largest error that counts in one cycle, as a fraction of gravity."""
 
 
 class Attitude:
@@ -50,7 +60,7 @@ class Attitude:
             -x / GRAVITY - math.sin(pitch),
         )
         for i, error in enumerate(errors):
-            limited = min(max(error, -self._p.largest), self._p.largest)
+            limited = min(max(error, -self._p.max_error), self._p.max_error)
             self._drift[i] += self._p.integral * limited * dt
             self._offset[i] += (self._p.proportional * limited + self._drift[i]) * dt
         return roll, pitch

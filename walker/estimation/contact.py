@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from bridge.datasheet.model import Side
+import msgspec
 
-if TYPE_CHECKING:  # the parameters' types import this package's own
-    from walker.parameters.model import ContactParameters
+from bridge.types import Positive, Side
+
+
+class ContactParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When a foot counts as touching the ground, by the sum of its four force sensors."""
+
+    on: Positive = 3.0
+    """Sum above which a foot that was in the air touches, N: 6 % of the weight, over the sensors' noise and
+    below the 5 N that the leg admittance lets come up."""
+    off: Positive = 1.5
+    """Sum below which a foot that touched is in the air, N."""
+
+    def __post_init__(self) -> None:
+        if self.off >= self.on:
+            raise ValueError(f"off = {self.off} N must be less than on = {self.on} N")
 
 
 class Contacts(NamedTuple):

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
+import msgspec
 
-from bridge.datasheet import Body
-from bridge.datasheet.model import Side
-from bridge.messages import SensorFrame, Vec2
-from walker.delay import DelayWatch
-from walker.estimation.attitude import Attitude
-from walker.estimation.contact import ContactEstimator, Contacts
-from walker.estimation.fall import FallDetector
-from walker.estimation.ground import GroundTilt
-from walker.gait import Foot, Reference
-from walker.kinematics.transforms import Transform
-from walker.zmp import FootForces
+from bridge.body import Body
+from bridge.messages import SensorFrame
+from bridge.rotations import R_yaw
+from bridge.types import Side, Vec2
+from walker.estimation.attitude import Attitude, AttitudeParameters
+from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
+from walker.estimation.corrections import Corrections
+from walker.estimation.delay import DelayEstimator
+from walker.estimation.fall import FallDetector, FallParameters
+from walker.estimation.ground import GroundParameters, GroundTilt
+from walker.model.transforms import Transform, homogeneous
+from walker.model.zmp import FootForces
+from walker.planning.plan import Plan, SolePose
 
-if TYPE_CHECKING:  # the parameters' types import this package's own
-    from walker.parameters.model import ControllerParameters
+
+class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Parameters of all estimates, SI units and rad."""
+
+    contact: ContactParameters = ContactParameters()
+    attitude: AttitudeParameters = AttitudeParameters()
+    ground: GroundParameters = GroundParameters()
+    fall: FallParameters = FallParameters()
 
 
 class Estimate(NamedTuple):
@@ -44,25 +52,25 @@ class Estimator:
 
     Args:
         body: places of the force sensors.
-        parameters: thresholds.
+        parameters: of the single estimates.
         cycle: of the robot, s.
     """
 
-    def __init__(self, body: Body, parameters: ControllerParameters, cycle: float) -> None:
+    def __init__(self, body: Body, parameters: EstimatorParameters, cycle: float) -> None:
         self._attitude = Attitude(parameters.attitude)
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body)
         self._height = body.lengths.FootHeight
-        self._delay = DelayWatch(cycle)
+        self._delay = DelayEstimator(cycle)
 
     def update(
         self,
         frame: SensorFrame,
         dt: float,
-        reference: Reference,
-        turned: tuple[Vec2, Vec2] = ((0.0, 0.0), (0.0, 0.0)),
+        plan: Plan,
+        corrections: Corrections,
         *,
         walking: bool,
     ) -> Estimate:
@@ -71,33 +79,27 @@ class Estimator:
         Args:
             frame: newest sensor frame.
             dt: time since the last one, s.
-            reference: the plan in force: the feet that touch are taken to stand, level, where it put them.
-            turned: as in `GroundTilt.update`.
+            plan: the plan in force: the feet that touch are taken to stand, level, where it put them.
+            corrections: of the last cycle.
             walking: as in `FallDetector.update`.
         """
         contacts = self._contact.update(frame.fsr)
         angle = self._attitude.update(frame, dt)
-        zmp = self._zmp(frame, contacts, reference)
+        zmp = self._zmp(frame, contacts, plan)
         falling = self._fall.update(angle, contacts, dt, walking=walking)
-        moves = reference.phase != "stand"
-        ground = self._ground.update(frame, angle, turned, dt, walking=moves)
-        self._delay.take(frame)
+        moves = plan.phase != "stand"
+        ground = self._ground.update(frame, angle, corrections, dt, walking=moves)
+        self._delay.update(frame)
         return Estimate(contacts, zmp, angle, falling, ground, self._delay.mean, self._delay.gap)
 
-    def take_ground(self, turn: Vec2) -> None:
-        """As `GroundTilt.take`."""
-        self._ground.take(turn)
-
-    def _zmp(self, frame: SensorFrame, contacts: Contacts, reference: Reference) -> Vec2 | None:
+    def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:
         feet: dict[Side, Transform] = {}
         if contacts.left:
-            feet["L"] = self._pose(reference.left)
+            feet["L"] = self._pose(plan.left)
         if contacts.right:
-            feet["R"] = self._pose(reference.right)
+            feet["R"] = self._pose(plan.right)
         point = self._forces.zmp(frame.fsr, feet)
         return None if point is None else (float(point[0]), float(point[1]))
 
-    def _pose(self, foot: Foot) -> Transform:
-        pose = np.eye(4)
-        pose[:3, 3] = foot.x, foot.y, self._height
-        return pose
+    def _pose(self, foot: SolePose) -> Transform:
+        return homogeneous(R_yaw(foot.yaw), (foot.x, foot.y, self._height))

@@ -4,6 +4,6 @@ from walker.states.approach import Approaching
 from walker.states.fallen import Fallen
 from walker.states.stand import Standing
 from walker.states.state import State, StateName
-from walker.states.walk import Walking, WalkPlan
+from walker.states.walk import Walking
 
-__all__ = ["Approaching", "Fallen", "Standing", "State", "StateName", "WalkPlan", "Walking"]
+__all__ = ["Approaching", "Fallen", "Standing", "State", "StateName", "Walking"]

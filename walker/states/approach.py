@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from bridge.messages import SensorFrame
-from walker.approach import Approach
-from walker.estimation import Estimate
+from walker.estimation import Corrections, Estimate
+from walker.states.joint_motion import Approach
 from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
@@ -23,6 +23,7 @@ class Approaching:
 
     name: Final[StateName] = "approach"
     settled: Final = 0.0
+    corrections: Final = Corrections()
 
     def __init__(
         self,
@@ -44,5 +45,5 @@ class Approaching:
         elif self._approach.done:
             return self._successor.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)
-        self._successor.watch(estimate)
+        self._successor.settle(estimate)
         return self

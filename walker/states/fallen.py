@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from bridge.messages import SensorFrame
-from walker.estimation import Estimate
+from walker.estimation import Corrections, Estimate
 from walker.states.state import State, StateName
 
 
@@ -18,6 +18,7 @@ class Fallen:
     """
 
     name: Final[StateName] = "fallen"
+    corrections: Final = Corrections()
 
     def __init__(self, position: tuple[float, ...], stiffness: float) -> None:
         self.position = position

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from bridge.messages import SensorFrame
-from walker.estimation import Estimate
-from walker.stabiliser import Stabiliser
+from walker.estimation import Corrections, Estimate
+from walker.stabilization.stabilizer import Stabilizer
 from walker.states.state import State, StateName
 
 
@@ -15,23 +15,25 @@ class Standing:
 
     Args:
         position: joint angles, 25 slots, rad.
-        stabiliser: of the last walk and the next; its filters go on.
+        stabilizer: of the last walk and the next; its filters go on.
+        corrections: in `position`.
     """
 
     name: Final[StateName] = "stand"
 
-    def __init__(self, position: tuple[float, ...], stabiliser: Stabiliser) -> None:
+    def __init__(self, position: tuple[float, ...], stabilizer: Stabilizer, corrections: Corrections) -> None:
         self.position = position
         self.stiffness = 1.0
         self.settled = 0.0
-        self._stabiliser = stabiliser
+        self.corrections = corrections._replace(common=(0.0, 0.0))
+        self._stabilizer = stabilizer
 
-    def watch(self, estimate: Estimate) -> None:
-        """Take in a cycle before the robot stands."""
-        self._stabiliser.watch(estimate)
+    def settle(self, estimate: Estimate) -> None:
+        """One cycle before the robot stands; see `Stabilizer.settle`."""
+        self._stabilizer.settle(estimate)
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """Stand on."""
         self.settled += dt
-        self._stabiliser.watch(estimate)
+        self._stabilizer.settle(estimate)
         return self

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, Protocol
 
 from bridge.messages import SensorFrame
-from walker.estimation import Estimate
+from walker.estimation import Corrections, Estimate
 
 StateName = Literal["approach", "walk", "stopping", "stand", "fallen"]
 
@@ -33,6 +33,11 @@ class State(Protocol):
         """Stiffness asked for of all joints in this cycle."""
         ...
 
+    @property
+    def corrections(self) -> Corrections:
+        """What of `position` is not the plan's."""
+        ...
+
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle.
 
@@ -42,6 +47,6 @@ class State(Protocol):
             dt: time since the last one, s.
 
         Returns:
-            The state whose `position` and `stiffness` are in force now: this one, or its successor.
+            The state whose answer is in force now: this one, or its successor.
         """
         ...

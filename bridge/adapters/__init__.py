@@ -1,0 +1,1 @@
+"""Adapters between the link and other robots' protocols: LoLA and NAOqi."""

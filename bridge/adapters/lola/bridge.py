@@ -1,0 +1,188 @@
+"""A bridge from a real V6 to `nao/<robot>`: LoLA's packets as sensor frames, guarded commands to LoLA."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from typing import Final
+
+import msgspec
+
+from bridge.adapters.lola.address import Address
+from bridge.adapters.lola.device import SILENCE, LolaDevice, Packets
+from bridge.adapters.lola.identity import Identity, identity_of
+from bridge.adapters.lola.packets import sensor_frame
+from bridge.adapters.lola.schema import CYCLE
+from bridge.adapters.robot_bridge import BridgeCounts, BridgeSettings, Retry, hosted
+from bridge.body import Body, load_body
+from bridge.errors import ConfigurationError, FrameError, LinkError
+from bridge.host import RobotHost
+from bridge.messages import ActuatorFrame, SensorFrame
+
+logger = logging.getLogger(__name__)
+
+_ANSWER: Final = 0.008
+"""s of the 12 ms cycle in which the controller's answer to a packet is waited for, before the next is read."""
+_RESEND: Final = 0.2
+"""s; how often a frame is repeated in lockstep while no answer comes."""
+_CHECK_STOP: Final = 0.1
+"""s between two looks at whether to end."""
+_BODIES: Final = {"6": "nao-v6"}
+"""Data sheet by the first part of `Body/Version`; LoLA runs on V6 only."""
+
+
+class LolaCounts(BridgeCounts, kw_only=True):
+    """Counts of a bridge; the JSON of `nao-hil bridge lola`."""
+
+    packets: int = 0
+    dropped_bytes: int = 0
+    """Received from the robot, and part of no packet."""
+
+
+class LolaBridge:
+    """Connects, bridges, and connects again.
+
+    Args:
+        address: of LoLA's socket, or of its relay.
+        settings: of the bridge.
+        stop: set when it is to end.
+
+    Raises:
+        ConfigurationError: a dry run in lockstep, no such body, or a body that LoLA does not run on.
+    """
+
+    def __init__(self, address: Address, settings: BridgeSettings, stop: threading.Event) -> None:
+        self._lockstep = settings.mode == "lockstep"
+        if settings.dry_run and self._lockstep:
+            raise ConfigurationError(
+                "A robot in lockstep waits for commands; --dry-run would leave it waiting."
+            )
+        self._address, self._settings, self._stop = address, settings, stop
+        self._named_body = _lola_body(settings.body) if settings.body is not None else None
+        self._retry = Retry(stop)
+        self._counts = LolaCounts()
+
+    def run(self) -> LolaCounts:
+        """Bridge until stopped.
+
+        Raises:
+            ConfigurationError: a robot that LoLA is not known to run on.
+            LinkError: the endpoint cannot be listened on.
+        """
+        logger.info("waiting for LoLA at %s", self._address)
+        while not self._stop.is_set():
+            try:
+                device = LolaDevice(self._address, math.inf if self._lockstep else SILENCE)
+            except OSError:
+                self._retry.wait()
+                continue
+            with device:
+                try:
+                    self._bridge(device)
+                finally:
+                    self._counts.dropped_bytes += device.dropped
+        return self._counts
+
+    def _bridge(self, device: LolaDevice) -> None:
+        """From a first packet to the end of the connection."""
+        try:
+            first = self._first(device)
+            identity = identity_of(first.newest) if first is not None else None
+        except (LinkError, FrameError) as error:
+            self._retry.wait(error)
+            return
+        if first is None or identity is None:
+            return
+        self._retry.succeeded()
+        body = self._named_body or self._body(identity)
+        logger.info("LoLA at %s: body id %s", self._address, identity.body_id)
+        with hosted(self._settings, body, self._counts, "lola") as host:
+            if self._lockstep:
+                self._in_lockstep(device, host, first)
+            else:
+                self._in_real_time(device, host)
+
+    def _first(self, device: LolaDevice) -> Packets | None:
+        """The first packets, which name the robot; None when stopped before."""
+        packets = None
+        while packets is None and not self._stop.is_set():
+            packets = device.packets(_CHECK_STOP)
+        return packets
+
+    def _body(self, identity: Identity) -> Body:
+        name = _BODIES.get(identity.body_version.partition(".")[0])
+        if name is None:
+            raise ConfigurationError(
+                f"The robot at {self._address} says that its body is version {identity.body_version}; only V6 "
+                "bodies are known to run LoLA. Name the data sheet with --robot if it is right."
+            )
+        return load_body(name)
+
+    def _in_real_time(self, device: LolaDevice, host: RobotHost) -> None:
+        seq = -1
+        while not host.should_end(self._stop):
+            packets = device.packets(_CHECK_STOP)
+            if packets is None:
+                continue
+            seq += packets.number
+            frame = self._frame(packets, seq)
+            if frame is not None:
+                self._send(device, host.exchange(frame, wait=_ANSWER))
+
+    def _in_lockstep(self, device: LolaDevice, host: RobotHost, first: Packets) -> None:
+        seq = -1
+        packets: Packets | None = first  # no other comes before it is answered
+        frame: SensorFrame | None = None
+        last: ActuatorFrame | None = None
+        while not host.should_end(self._stop):
+            packets = packets or device.packets(_CHECK_STOP if frame is None else 0.0)
+            if packets is not None:
+                seq += packets.number
+                frame, packets = self._frame(packets, seq), None
+                if frame is not None:
+                    host.publish(msgspec.structs.replace(frame, command=host.in_force))
+            if frame is None:
+                continue
+            if host.needs_cycle:  # the guard goes on without a controller, or leaves the last command in force
+                command = host.decide(frame, None, supervised=host.supervised) or last
+            else:
+                command = self._answer(host, frame)
+            if command is not None:
+                self._send(device, command)
+                frame, last = None, command
+
+    def _answer(self, host: RobotHost, frame: SensorFrame) -> ActuatorFrame | None:
+        """The controller's answer to a frame; None, and the frame is sent again, while there is none."""
+        command = host.link.wait_command(_RESEND)
+        if command is None:
+            host.link.publish_sensors(frame)
+        elif command.reply_to >= frame.seq:  # an older one answers a frame that was sent again
+            accepted = host.admit(command, frame.seq)
+            if accepted is not None:
+                return host.decide(frame, accepted, supervised=False)
+        return None
+
+    def _frame(self, packets: Packets, seq: int) -> SensorFrame | None:
+        self._counts.packets += packets.number
+        self._counts.left_out += packets.number - 1
+        try:
+            return sensor_frame(packets.newest, seq=seq)
+        except FrameError as error:
+            logger.warning("%s", error)
+            return None
+
+    def _send(self, device: LolaDevice, command: ActuatorFrame | None) -> None:
+        if command is not None:
+            device.send(command.position, command.stiffness)
+            self._counts.commands += 1
+
+
+def _lola_body(name: str) -> Body:
+    body = load_body(name)
+    if not math.isclose(body.cycle, CYCLE):
+        raise ConfigurationError(
+            f"LoLA is spoken by a V6, every {1e3 * CYCLE:g} ms; {body.name} has a cycle of "
+            f"{1e3 * body.cycle:g} ms: a V3 to V5 is reached with `nao-hil bridge naoqi`."
+        )
+    return body

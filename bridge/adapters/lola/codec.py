@@ -1,0 +1,141 @@
+"""LoLA's stream of msgpack maps: maps from bytes, with garbage between them or not, and bytes from maps.
+
+LoLA's socket carries one map after the other, without lengths or separators. A reader that meets anything else
+finds the next map by itself: the next whole one that begins with a known key. LoLA's maps are flat: keys are
+printable ASCII; values are scalars, texts, or arrays of both, in the old msgpack that LoLA speaks (no `bin`,
+`str 8` or `ext`). This narrow form tells a whole map from the rest of a damaged one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Final
+
+import msgpack
+
+Scalar = float | int | bool | str | None
+Map = dict[str, Scalar | list[Scalar]]
+
+MAX_MESSAGE: Final = 4096
+"""bytes; LoLA's own maps have 896 and 786."""
+MAX_ELEMENTS: Final = 256
+"""Of an array or a map."""
+MAX_TEXT: Final = 31
+"""bytes; newer msgpacks write longer texts as `str 8`."""
+_SCALARS: Final = frozenset({float, int, bool, str, type(None)})
+
+
+class MapStream:
+    """Takes bytes as they come and gives the whole maps among them.
+
+    A map is damaged, and is dropped, when it is not the msgpack described above, when it is longer than
+    `MAX_MESSAGE`, when the bytes behind it begin no map, or when its end is missing and a whole map begins
+    inside it.
+
+    Args:
+        known: keys; after garbage, a map must begin with one of them.
+    """
+
+    def __init__(self, known: Collection[str]) -> None:
+        self._keys = tuple(bytes([0xA0 | len(key)]) + key.encode("ascii") for key in known)
+        self._head = re.compile(b"[\x81-\x8f](?:" + b"|".join(map(re.escape, self._keys)) + b")")
+        self._bytes = b""
+        self._lost = False
+        """Whether the bytes at hand follow garbage."""
+        self.dropped = 0
+        """Bytes so far that belonged to no whole map."""
+
+    def feed(self, data: bytes) -> list[Map]:
+        """The maps that `data` completes, oldest first."""
+        self._bytes += data
+        found: list[Map] = []
+        while self._bytes and (value := self._next()) is not None:
+            found.append(value)
+        return found
+
+    def _next(self) -> Map | None:
+        """Take the next whole map; None when there is none: then only the beginning of one is kept."""
+        kept = len(self._bytes)
+        for start in self._starts():
+            data = self._bytes[start : start + MAX_MESSAGE]
+            try:
+                value, size = _unpack(data)
+            except msgpack.OutOfData:
+                if len(data) < MAX_MESSAGE:
+                    kept = min(kept, start)
+            except ValueError:
+                continue
+            else:
+                end = start + size
+                if end == len(self._bytes) or _is_map_head(self._bytes[end]):
+                    self._drop(start)
+                    self._bytes, self._lost = self._bytes[size:], False
+                    return value
+        self._drop(min(kept, self._cut_head()))
+        return None
+
+    def _starts(self) -> Iterator[int]:
+        """Where a map may begin: at the first byte unless that follows garbage, and at each known key."""
+        if not self._lost:
+            yield 0
+        for head in self._head.finditer(self._bytes, not self._lost):
+            yield head.start()
+
+    def _cut_head(self) -> int:
+        """Where the head of a map with a known key begins that the end of the bytes cuts off."""
+        end = len(self._bytes)
+        for start in range(max(0, end - MAX_TEXT - 1), end):
+            rest = self._bytes[start + 1 :]
+            if 0x81 <= self._bytes[start] <= 0x8F and any(key.startswith(rest) for key in self._keys):
+                return start
+        return end
+
+    def _drop(self, count: int) -> None:
+        if count:
+            self._bytes, self._lost = self._bytes[count:], True
+            self.dropped += count
+
+
+def pack_map(values: Mapping[str, Sequence[float | int | bool | str]]) -> bytes:
+    """A map of arrays as LoLA and its clients write it: numbers as float 32, texts of at most 31 bytes."""
+    packed: bytes = msgpack.packb(values, use_single_float=True, use_bin_type=False)
+    return packed
+
+
+def _is_map_head(code: int) -> bool:
+    return code & 0xF0 == 0x80 or code in (0xDE, 0xDF)
+
+
+def _unpack(data: bytes) -> tuple[Map, int]:
+    """The map at the beginning of the bytes, and its length.
+
+    Raises:
+        msgpack.OutOfData: the bytes end before the map does.
+        ValueError: none of LoLA's maps looks like this.
+    """
+    if not _is_map_head(data[0]):
+        raise ValueError
+    unpacker = msgpack.Unpacker(
+        list_hook=_flat,
+        max_str_len=MAX_TEXT,
+        max_array_len=MAX_ELEMENTS,
+        max_map_len=MAX_ELEMENTS,
+        max_bin_len=0,
+        max_ext_len=0,
+    )
+    unpacker.feed(data)
+    value: Map = unpacker.unpack()
+    _flat(list(value))
+    _flat([element for element in value.values() if not isinstance(element, list)])
+    return value, unpacker.tell()
+
+
+def _flat(array: list[Scalar]) -> list[Scalar]:
+    """The array, if it holds scalars and printable texts only; otherwise ValueError."""
+    kinds = set(map(type, array))
+    if not kinds <= _SCALARS:
+        raise ValueError
+    if str in kinds and not all(t.isascii() and t.isprintable() for t in array if isinstance(t, str)):
+        raise ValueError
+    return array

@@ -1,0 +1,240 @@
+"""A server of LoLA: any robot on `nao/<robot>` appears as a V6 to one client at a time.
+
+In real time a packet goes out every 12 ms (`packet_timer`), and each map of the client goes to the robot at
+once. In lockstep a packet goes out for each cycle of LoLA's in robot time, and the robot waits for the client's
+answer: the first map after it that names positions or stiffnesses.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import select
+import socket
+import threading
+import time
+from typing import Final
+
+import msgspec
+
+from bridge.adapters.lola.client import ClientGone, LolaClient
+from bridge.adapters.lola.codec import Map
+from bridge.adapters.lola.identity import Identity
+from bridge.adapters.lola.packet_timer import PacketTimer
+from bridge.adapters.lola.packets import sensor_packet
+from bridge.adapters.lola.robot_listener import Arrival, RobotListener
+from bridge.adapters.lola.schema import CYCLE
+from bridge.adapters.lola.setpoints import JOINT_KEYS
+from bridge.link import ControllerLink
+from bridge.messages import ActuatorFrame, Info, SensorFrame
+from bridge.realtime import quiet_process
+
+logger = logging.getLogger(__name__)
+
+_MAX_FRAME_AGE: Final = 100_000_000
+"""ns; an older frame is not sent: the robot stands still, and its LoLA is silent."""
+_REPEAT_FOR: Final = 30_000_000
+"""ns after a client's last map in which its setpoints are repeated to a robot whose cycle is not LoLA's."""
+_LIMP: Final = 0.2
+"""A robot in which no joint is stiffer than this is down already."""
+_CHECK_STOP: Final = 0.2
+"""s between two looks at whether to end."""
+_ROUNDING: Final = 1e-6
+"""Of a cycle; robot time is a multiple of the cycle but for the last bits."""
+
+
+class Served(msgspec.Struct, kw_only=True):
+    """Counts of a server; the JSON of `nao-hil serve lola`."""
+
+    clients: int = 0
+    packets: int = 0
+    maps: int = 0
+    """Received from clients."""
+    dropped_bytes: int = 0
+    """Received from clients, and part of no map."""
+    commands: int = 0
+    """Sent to the robot."""
+    skipped: int = 0
+    """Packets left out because this process was held up."""
+    repeated: int = 0
+    """Packets that held the same frame as the one before, because no newer had come."""
+
+
+class LolaServer:
+    """Serves one client at a time on a listening socket.
+
+    Args:
+        link: to the robot, controller side.
+        listener: listening socket.
+        identity: of the robot that the packets name.
+        stop: set when the server is to end.
+        priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
+    """
+
+    def __init__(
+        self,
+        link: ControllerLink,
+        listener: socket.socket,
+        identity: Identity,
+        stop: threading.Event,
+        priority: int | None = None,
+    ) -> None:
+        self._priority = priority
+        self._link, self._listener, self._identity, self._stop = link, listener, identity, stop
+        self._client: LolaClient | None = None
+        self._unsent = False
+        """Whether setpoints wait for the lease."""
+        self._served = Served()
+
+    def run(self) -> Served:
+        """Serve until stopped; robots may go and come back.
+
+        Raises:
+            FrameError: the robot speaks another version of the contract.
+        """
+        logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
+        while not self._stop.is_set():
+            info = self._link.wait_robot(self._stop.is_set)
+            if info is None:
+                break
+            logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+            lockstep = info.mode == "lockstep"
+            if not lockstep:
+                quiet_process(self._priority)
+            with RobotListener(self._link, lockstep=lockstep) as robot:
+                if lockstep:
+                    self._in_lockstep(robot)
+                else:
+                    self._in_real_time(robot, info)
+                self._disconnect(robot)
+        return self._served
+
+    def _in_real_time(self, robot: RobotListener, info: Info) -> None:
+        timer = PacketTimer(info.cycle)
+        seen: Arrival | None = None
+        last_map = answered = 0
+        while not self._stop.is_set() and not robot.gone:
+            maps = self._wait(robot, min(timer.wait, _CHECK_STOP))
+            newest = robot.newest
+            if newest is None:
+                continue
+            repeat = False
+            if newest is not seen:
+                seen = newest
+                timer.frame(newest.at)
+                repeat = not timer.follows and newest.at - last_map < _REPEAT_FOR
+                answered = newest.frame.seq if repeat else answered
+            if maps:
+                last_map = time.monotonic_ns()
+                self._update(maps, newest.frame, robot)
+            if maps or repeat or self._unsent:
+                self._command(answered)
+            if timer.due() and time.monotonic_ns() - newest.at < _MAX_FRAME_AGE:
+                self._send(newest.frame, robot)
+                answered = newest.frame.seq
+        self._served.skipped += timer.skipped
+        self._served.repeated += timer.repeated
+
+    def _in_lockstep(self, robot: RobotListener) -> None:
+        seen: Arrival | None = None
+        sent: tuple[LolaClient | None, int] = (None, -1)
+        """Client and number of the frame that went out last."""
+        cycle, answered, commanded = -1, True, True
+        while not self._stop.is_set() and not robot.gone:
+            maps = self._wait(robot, _CHECK_STOP)
+            newest = robot.newest
+            if newest is None:
+                continue
+            frame = newest.frame
+            if newest is not seen:
+                if seen is None or frame.seq != seen.frame.seq:
+                    now = math.floor(frame.time / CYCLE + _ROUNDING)
+                    answered, cycle = now == cycle, now
+                seen, commanded = newest, False
+            client = self._client
+            answered = answered and client is not None and client.setpoints is not None
+            if not answered and client is not None and sent != (client, frame.seq):
+                self._send(frame, robot)
+                sent = (client, frame.seq)
+            if maps:
+                self._update(maps, frame, robot)
+                answered = answered or any(key in values for values in maps for key in JOINT_KEYS)
+            if answered and not commanded:
+                commanded = self._command(frame.seq)
+
+    def _wait(self, robot: RobotListener, timeout: float) -> list[Map]:
+        """Wait for the robot, the client or a new client, up to `timeout` s; the maps that the client sent."""
+        client = self._client
+        waiting: list[LolaClient | socket.socket] = [robot.wakeup]
+        if client is None or client.stalled:
+            waiting.append(self._listener)
+        if client is not None and robot.newest is not None:  # its maps wait for the first frame
+            waiting.append(client)
+        ready = select.select(waiting, [], [], timeout)[0]
+        if robot.wakeup in ready:
+            robot.clear_wakeup()
+        maps: list[Map] = []
+        if client is not None and client in ready:
+            try:
+                maps = client.receive()
+            except ClientGone:
+                self._disconnect(robot)
+        if self._listener in ready:
+            self._disconnect(robot)
+            self._client = LolaClient(self._listener.accept()[0])
+            self._served.clients += 1
+            logger.info("a client connected")
+        return maps
+
+    def _disconnect(self, robot: RobotListener) -> None:
+        """Close the connection, if there is one, and release the robot."""
+        self._release(robot)
+        if self._client is not None:
+            self._client.close()
+            self._served.packets += self._client.packets
+            self._served.maps += self._client.maps
+            self._served.dropped_bytes += self._client.dropped
+            self._client = None
+            logger.info("the client is gone")
+
+    def _release(self, robot: RobotListener) -> None:
+        """Forget the client's setpoints; the guard brings down a robot that they left stiff."""
+        setpoints = self._client.setpoints if self._client is not None else None
+        robot.abandoned = setpoints is not None and max(setpoints.stiffness) > _LIMP
+        robot.lease_wanted = False
+        if self._client is not None:
+            self._client.setpoints = None
+
+    def _send(self, frame: SensorFrame, robot: RobotListener) -> None:
+        client = self._client
+        if client is None or client.stalled:
+            return
+        try:
+            client.send(sensor_packet(frame, self._identity))
+        except ClientGone:
+            self._disconnect(robot)
+            return
+        if client.stalled:
+            logger.warning("the client does not read and is ignored until it connects again")
+            self._release(robot)
+
+    def _update(self, maps: list[Map], frame: SensorFrame, robot: RobotListener) -> None:
+        if self._client is not None:
+            self._client.update(maps, frame)
+            robot.lease_wanted = self._client.setpoints is not None
+
+    def _command(self, answered: int) -> bool:
+        """Send the client's setpoints to the robot; False while the lease is not held.
+
+        Args:
+            answered: number of the frame that they answer.
+        """
+        setpoints = self._client.setpoints if self._client is not None else None
+        self._unsent = setpoints is not None and not self._link.lease
+        if setpoints is None or self._unsent:
+            return False
+        self._link.send(
+            ActuatorFrame(reply_to=answered, position=setpoints.position, stiffness=setpoints.stiffness)
+        )
+        self._served.commands += 1
+        return True

@@ -1,0 +1,229 @@
+"""ALMotion's joint side: angles, interpolations, stiffness, limits. Walking is in `walking`.
+
+Every motion becomes timed commands of the DCM, so that ALMotion and DCM programs fight over a joint as they do
+on the robot: whoever wrote last wins. Semantics: vendor's pages on joint control and stiffness control.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future
+from typing import Any, Final, TypeVar
+
+from bridge.adapters.naoqi.arguments import flag, fraction, lists_each, number, one_each, require_times, text
+from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.interpolation import smooth
+from bridge.adapters.naoqi.joints import Joints
+from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.names import CHAINS
+from bridge.adapters.naoqi.sensors import TOUCH_KEYS
+from bridge.body.quantities import HANDS, total_mass
+from bridge.errors import NaoqiRefused
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+CYCLE: Final = 20
+"""ms; ALMotion's cycle (confirmed: vendor's pages)."""
+
+
+class JointMotion:
+    """Joint methods of `ALMotion`; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        tasks: for calls that end when the motion does.
+        config: of the robot.
+    """
+
+    def __init__(self, joints: Joints, tasks: MotionTasks, config: RobotConfig) -> None:
+        self._joints, self._tasks, self._config = joints, tasks, config
+
+    def get_angles(self, names: Any, use_sensors: Any) -> list[float]:
+        """Angles by the sensors, or as commanded."""
+        joints = self._joints
+        read = joints.measured if flag(use_sensors, "useSensors") else joints.commanded
+        return [read(joint) for joint in joints.names.resolve(names)]
+
+    def set_angles(self, names: Any, angles: Any, speed: Any) -> None:
+        """Go towards angles, each joint at its fraction of its largest speed; does not wait."""
+        resolved = self._joints.names.resolve(names)
+        targets = one_each(angles, len(resolved), "ALMotion.setAngles: angles")
+        self._go(resolved, targets, _fractions(speed, len(resolved)))
+
+    def change_angles(self, names: Any, changes: Any, speed: Any) -> None:
+        """As `set_angles`, relative to the commanded angles."""
+        resolved = self._joints.names.resolve(names)
+        by = one_each(changes, len(resolved), "ALMotion.changeAngles: changes")
+        targets = [self._joints.commanded(j) + change for j, change in zip(resolved, by, strict=True)]
+        self._go(resolved, targets, _fractions(speed, len(resolved)))
+
+    def _go(self, joints: Sequence[str], targets: Sequence[float], fractions: Sequence[float]) -> None:
+        for joint, wanted, speed_fraction in _left_hip_last(zip(joints, targets, fractions, strict=True)):
+            target = self._clipped(joint, wanted)
+            seconds = abs(target - self._joints.commanded(joint)) / (speed_fraction * self._joints.speed(joint))
+            self._joints.put_position(joint, [(seconds, target)])
+
+    def _clipped(self, joint: str, angle: float) -> float:
+        lower, upper, *_ = self._joints.limits(joint)
+        return min(max(angle, lower), upper)
+
+    def angle_interpolation(self, names: Any, angles: Any, times: Any, absolute: Any) -> Future[Any]:
+        """Smoothly through angles at times; waits for the end."""
+        method = "ALMotion.angleInterpolation"
+        joints = self._joints.names.resolve(names)
+        targets = lists_each(angles, len(joints), f"{method}: angleLists")
+        moments = lists_each(times, len(joints), f"{method}: timeLists")
+        require_times(moments, targets, method)
+        if not flag(absolute, f"{method}: isAbsolute"):
+            targets = [
+                [self._joints.commanded(joint) + value for value in values]
+                for joint, values in zip(joints, targets, strict=True)
+            ]
+        return self._tasks.begin(self.through(joints, targets, moments))
+
+    def interpolation_with_speed(self, names: Any, angles: Any, speed: Any) -> Future[Any]:
+        """To one angle each, all joints arriving together when the slowest does; waits for the end."""
+        method = "ALMotion.angleInterpolationWithSpeed"
+        joints = self._joints.names.resolve(names)
+        targets = one_each(angles, len(joints), f"{method}: targetAngles")
+        seconds = self.time_to(joints, targets, fraction(speed, f"{method}: maxSpeedFraction"))
+        every = [[seconds]] * len(joints)
+        return self._tasks.begin(self.through(joints, [[target] for target in targets], every))
+
+    def time_to(self, joints: Sequence[str], targets: Sequence[float], speed_fraction: float) -> float:
+        """Seconds after which all joints can be at their targets, at a fraction of their largest speed."""
+        durations = (
+            abs(self._clipped(joint, target) - self._joints.commanded(joint)) / self._joints.speed(joint)
+            for joint, target in zip(joints, targets, strict=True)
+        )
+        return max(max(durations, default=0.0) / speed_fraction, 0.001 * CYCLE)
+
+    def through(
+        self, joints: Sequence[str], targets: Sequence[Sequence[float]], times: Sequence[Sequence[float]]
+    ) -> MotionTask:
+        """The task of an interpolation: targets (rad) and times (s) for each joint."""
+        for joint, values, moments in _left_hip_last(zip(joints, targets, times, strict=True)):
+            angles = [self._clipped(joint, value) for value in values]
+            self._joints.put_position(joint, smooth(self._joints.commanded(joint), angles, moments))
+        last = max((moments[-1] for moments in times), default=0.0)
+        yield self._joints.now + round(1000.0 * last)
+
+    def get_stiffnesses(self, names: Any) -> list[float]:
+        """Stiffness of each joint, as sent last."""
+        return [self._joints.stiffness(joint) for joint in self._joints.names.resolve(names)]
+
+    def set_stiffnesses(self, names: Any, stiffnesses: Any) -> None:
+        """Stiffness of each joint from now on, 0 to 1; negative: free."""
+        joints = self._joints.names.resolve(names)
+        values = one_each(stiffnesses, len(joints), "ALMotion.setStiffnesses: stiffnesses")
+        for joint, value in zip(joints, values, strict=True):
+            self._joints.put_stiffness(joint, [(0.0, number(value, f"stiffness of {joint}", -1.0, 1.0))])
+
+    def stiffness_interpolation(self, names: Any, stiffnesses: Any, times: Any) -> Future[Any]:
+        """Linearly through stiffnesses at times; waits for the end."""
+        method = "ALMotion.stiffnessInterpolation"
+        joints = self._joints.names.resolve(names)
+        targets = lists_each(stiffnesses, len(joints), f"{method}: stiffnessLists")
+        moments = lists_each(times, len(joints), f"{method}: timeLists")
+        require_times(moments, targets, method)
+        return self._tasks.begin(self.stiffen(joints, targets, moments))
+
+    def stiffen(
+        self, joints: Sequence[str], targets: Sequence[Sequence[float]], times: Sequence[Sequence[float]]
+    ) -> MotionTask:
+        """The task of a change of stiffness: targets and times (s) for each joint."""
+        for joint, values, moments in zip(joints, targets, times, strict=True):
+            self._joints.put_stiffness(joint, list(zip(moments, values, strict=True)))
+        yield self._joints.now + round(1000.0 * max((moments[-1] for moments in times), default=0.0))
+
+    def hand(self, name: Any, opening: float) -> Future[Any]:
+        """Open (1) or close (0) a hand; waits for the end.
+
+        Raises:
+            NaoqiRefused: the body has no such hand.
+        """
+        if name not in HANDS or name not in self._joints.names.all:
+            raise NaoqiRefused(f"{name!r:.40} is no hand of {self._joints.body.name}.")
+        self._joints.put_stiffness(name, [(0.0, 1.0)])
+        return self.interpolation_with_speed(name, opening, 0.25)
+
+    def end_all(self) -> None:
+        """Stop every motion where it is; calls that wait for one return."""
+        self._joints.stop(self._joints.names.all)
+        self._tasks.end()
+
+    def get_limits(self, name: Any) -> list[list[float]]:
+        """Smallest and largest angle, largest speed and torque of each joint."""
+        return [self._joints.limits(joint) for joint in self._joints.names.resolve(name)]
+
+    def get_body_names(self, name: Any) -> list[str]:
+        """Joints of a chain; the chains themselves for `Chains`."""
+        if name == "Chains":
+            return list(CHAINS)
+        return list(self._joints.names.group(text(name, "ALMotion.getBodyNames: name")))
+
+    def get_summary(self) -> str:
+        """A table of all joints: stiffness, command and sensor."""
+        head = f"{'Joint':16}{'Stiffness':>12}{'Command':>12}{'Sensor':>12}"
+        rows = [
+            f"{joint:16}{self._joints.stiffness(joint):12.6f}{self._joints.commanded(joint):12.6f}"
+            f"{self._joints.measured(joint):12.6f}"
+            for joint in self._joints.names.all
+        ]
+        return "\n".join([f"Model: {self._config.table()[1][0]}", head, *rows]) + "\n"
+
+    def _mass(self, name: Any) -> float:
+        body = self._joints.body
+        if name in ("Body", "Joints"):
+            return total_mass(body)
+        if isinstance(name, str) and name in body.links:
+            return body.links[name].mass
+        raise NaoqiRefused(f"ALMotion.getMass: {name!r:.40} is neither a joint of {body.name} nor `Body`.")
+
+    def reading(self) -> dict[str, Callable[..., Any]]:
+        """Methods that move nothing."""
+        return {
+            "getAngles": self.get_angles,
+            "getStiffnesses": self.get_stiffnesses,
+            "getLimits": self.get_limits,
+            "getBodyNames": self.get_body_names,
+            "getJointNames": self.get_body_names,
+            "getSensorNames": lambda: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS],
+            "getRobotConfig": self._config.table,
+            "getSummary": self.get_summary,
+            "getMass": self._mass,
+            "getMotionCycleTime": lambda: CYCLE,
+            "getTaskList": lambda: [],
+            "areResourcesAvailable": lambda _names: True,
+        }
+
+    def moving(self) -> dict[str, Callable[..., Any]]:
+        """Methods that command joints."""
+        return {
+            "setAngles": self.set_angles,
+            "changeAngles": self.change_angles,
+            "angleInterpolation": self.angle_interpolation,
+            "angleInterpolationWithSpeed": self.interpolation_with_speed,
+            "angleInterpolationBezier": self._bezier,
+            "setStiffnesses": self.set_stiffnesses,
+            "stiffnessInterpolation": self.stiffness_interpolation,
+            "openHand": lambda name: self.hand(name, 1.0),
+            "closeHand": lambda name: self.hand(name, 0.0),
+        }
+
+    def _bezier(self, names: Any, times: Any, control_points: Any) -> Future[Any]:
+        """The control points' angles at their times; the handles between them are not followed."""
+        if not isinstance(control_points, list) or not all(isinstance(row, list) for row in control_points):
+            raise NaoqiRefused("ALMotion.angleInterpolationBezier: controlPoints must be a list of lists.")
+        angles = [[p[0] if isinstance(p, list) and p else p for p in row] for row in control_points]
+        return self.angle_interpolation(names, angles, times, True)
+
+
+def _left_hip_last(rows: Iterable[tuple[str, A, B]]) -> list[tuple[str, A, B]]:
+    """Rows by joint, the right hip's first: one motor drives both, and the left one wins (vendor's page)."""
+    return sorted(rows, key=lambda row: row[0] != "RHipYawPitch")
+
+
+def _fractions(speed: Any, count: int) -> list[float]:
+    return [fraction(one, "fractionMaxSpeed") for one in one_each(speed, count, "fractionMaxSpeed")]

@@ -1,0 +1,101 @@
+"""The served robot's joints: commanded through the DCM's timed commands, read from its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from bridge.adapters.naoqi.names import JointNames, actuator, slot
+from bridge.body import Body
+from bridge.body.quantities import HANDS, joint_no_load_speed, joint_nominal_torque, limits
+from bridge.dcm import Dcm
+from bridge.dcm.buffer import TimedCommand, Update
+from bridge.dcm.requests import SetRequest
+from bridge.messages import ActuatorFrame, SensorFrame
+
+HAND_SPEED: Final = 8.33
+"""1/s (confirmed: vendor's URDFs, V3.3 to V6)."""
+HAND_TORQUE: Final = 0.292
+"""N m (confirmed: the same)."""
+
+
+class Joints:
+    """Joints, stiffnesses and clock of one robot; not thread-safe, the caller locks.
+
+    Args:
+        body: Data sheet.
+        frame: First frame; the joints are held where they are, as stiff as they are.
+    """
+
+    def __init__(self, body: Body, frame: SensorFrame) -> None:
+        self.body = body
+        self.names = JointNames(body)
+        self.dcm = Dcm(body, frame.position, start=round(1000.0 * frame.time))
+        self.frame = frame
+        self.hold()
+
+    def hold(self) -> None:
+        """Take over: from the next cycle on hold the joints where they are measured, as stiff as they are."""
+        self.dcm.put_frame(self.frame.position, self.frame.stiffness)
+
+    def cycle(self, frame: SensorFrame) -> None:
+        """A new frame: the cycle that its predecessor began is over, and those of frames that were missed."""
+        self.dcm.run_cycle()
+        for _ in range(frame.seq - self.frame.seq - 1):
+            self.dcm.skip_cycle()
+        self.frame = frame
+
+    def answer(self) -> ActuatorFrame:
+        """What the robot is to do in the cycle that begins with the newest frame, by the calls so far.
+
+        The robot takes the newest answer at the end of that cycle, so one call changes it until then.
+        """
+        targets = self.dcm.ahead()
+        return ActuatorFrame(reply_to=self.frame.seq, position=targets.position, stiffness=targets.stiffness)
+
+    @property
+    def now(self) -> int:
+        """Time of the DCM's clock since the first frame, ms."""
+        return self.dcm.clock.now
+
+    def measured(self, joint: str) -> float:
+        """Angle by the sensor, rad; of a hand 0 to 1."""
+        return self.frame.position[slot(joint)]
+
+    def commanded(self, joint: str) -> float:
+        """Angle sent last, and the sensor's while the joint has no stiffness, rad."""
+        return self.dcm.read([actuator(joint)], self.frame.position)[0]
+
+    def stiffness(self, joint: str) -> float:
+        """Stiffness sent last, 0 to 1; negative: free."""
+        return self.dcm.read([actuator(joint, "Hardness")], self.frame.position)[0]
+
+    def put(self, name: str, points: Sequence[tuple[float, float]]) -> None:
+        """Replace an actuator's timed commands: pairs of time from now (s) and value."""
+        commands = tuple(TimedCommand(self.dcm.clock.shown(round(1000.0 * t)), value) for t, value in points)
+        self.dcm.set(SetRequest(name, Update.CLEAR_ALL, commands))
+
+    def put_position(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
+        """Replace a joint's way: pairs of time from now (s) and angle (rad)."""
+        self.put(actuator(joint), points)
+
+    def put_stiffness(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
+        """Replace a joint's stiffnesses; a limp joint that gets some holds where it is."""
+        if self.stiffness(joint) <= 0.0 < max((value for _, value in points), default=0.0):
+            self.put_position(joint, [(0.0, self.measured(joint))])
+        self.put(actuator(joint, "Hardness"), points)
+
+    def stop(self, joints: Sequence[str]) -> None:
+        """Forget what waits for these joints; they stay where they were sent last."""
+        for joint in joints:
+            self.put_position(joint, [])
+
+    def speed(self, joint: str) -> float:
+        """Largest speed of a joint, rad/s (its motor's without load), of a hand 1/s."""
+        return HAND_SPEED if joint in HANDS else joint_no_load_speed(self.body, joint)
+
+    def limits(self, joint: str) -> list[float]:
+        """Smallest and largest angle (rad), largest speed (rad/s) and torque (N m)."""
+        lower, upper = limits(self.body, "LHipYawPitch" if joint == "RHipYawPitch" else joint)
+        torque = HAND_TORQUE if joint in HANDS else joint_nominal_torque(self.body, joint)
+        return [lower, upper, self.speed(joint), torque]

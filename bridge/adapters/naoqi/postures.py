@@ -1,0 +1,148 @@
+"""ALRobotPosture, and ALMotion's waking and resting: the published postures, reached joint by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Final
+
+from bridge.adapters.naoqi.arguments import fraction, text
+from bridge.adapters.naoqi.joint_motion import JointMotion
+from bridge.adapters.naoqi.joints import Joints
+from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
+from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.postures import POSTURES
+from bridge.errors import NaoqiRefused
+
+FAMILIES: Final = {
+    "Stand": "Standing",
+    "StandInit": "Standing",
+    "StandZero": "Standing",
+    "Crouch": "Standing",
+    "Sit": "Sitting",
+    "SitRelax": "Sitting",
+    "LyingBelly": "LyingBelly",
+    "LyingBack": "LyingBack",
+}
+"""Posture -> family (confirmed: vendor's page on postures; Crouch, listed among the standing ones there)."""
+LEG_SPEED: Final = 1.0
+"""rad/s that a leg joint turns at most on the way between postures at speed 1: faster ways tip the robot (the \
+robot's own planner is not published; assumed)."""
+_MAX_DEVIATION: Final = 0.25
+"""rad that the legs may be off a posture to be said to be in it (assumed)."""
+_STIFFENING: Final = 0.5
+"""s in which waking and resting change the stiffness."""
+REST_SPEED: Final = 0.6
+LEGS_AT_REST: Final = 0.1
+"""Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, the
+emulated robot, whose thighs do not rest on its calves, tips over backwards; from 0.05 on it stays."""
+_LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
+
+
+class Postures:
+    """Postures of one robot; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        motion: moves them.
+        tasks: for calls that end when the motion does.
+    """
+
+    def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks) -> None:
+        self._joints, self._motion, self._tasks = joints, motion, tasks
+        self._all = joints.names.all
+        self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
+        """Whether the robot was woken up and not laid to rest since."""
+
+    def now(self) -> str:
+        """The posture that the legs are in by the sensors, or `Unknown`."""
+        best, off = "Unknown", _MAX_DEVIATION
+        for name, position in POSTURES.items():
+            furthest = max(abs(position[INDEX_WITH_MIRROR[j]] - self._joints.measured(j)) for j in _LEGS)
+            if furthest <= off:
+                best, off = name, furthest
+        return best
+
+    def family(self) -> str:
+        """The family of `now`, or `Unknown`."""
+        return FAMILIES.get(self.now(), "Unknown")
+
+    def go_to(self, name: Any, speed: Any) -> Future[Any]:
+        """Go to a posture whose way is known to be safe; true when it was reached.
+
+        Raises:
+            NaoqiRefused: unknown posture, or one of another family than the robot is in.
+        """
+        posture = _known(name)
+        speed_fraction = fraction(speed, "ALRobotPosture.goToPosture: maxSpeedFraction")
+        here, there = self._family_or_upright(), FAMILIES[posture]
+        if here != there:
+            raise NaoqiRefused(
+                f"ALRobotPosture.goToPosture: {posture} is {there}, the robot is {here}, and ways from one to "
+                "the other are not planned; applyPosture moves the joints there as they are."
+            )
+        return self._tasks.begin(self._reach(posture, speed_fraction))
+
+    def apply(self, name: Any, speed: Any) -> Future[Any]:
+        """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
+        speed_fraction = fraction(speed, "ALRobotPosture.applyPosture: maxSpeedFraction")
+        return self._tasks.begin(self._reach(_known(name), speed_fraction))
+
+    def wake_up(self) -> Future[Any]:
+        """Switch the stiffness on, and stand up from a crouch."""
+
+        def task() -> MotionTask:
+            yield from self._stiffen(1.0, legs=1.0)
+            self.awake = True
+            if self.now() == "Crouch":
+                yield from self._reach("StandInit", REST_SPEED)
+
+        return self._tasks.begin(task())
+
+    def rest(self) -> Future[Any]:
+        """Crouch, if the robot is upright, and switch the stiffness off."""
+
+        def task() -> MotionTask:
+            if self._family_or_upright() == "Standing" and self.now() != "Crouch":
+                yield from self._reach("Crouch", REST_SPEED)
+            yield from self._stiffen(0.0, legs=LEGS_AT_REST)
+            self.awake = False
+
+        return self._tasks.begin(task())
+
+    def _family_or_upright(self) -> str:
+        """The family; a robot between postures with its torso upright stands."""
+        family = self.family()
+        upright = max(abs(angle) for angle in self._joints.frame.angle) < 0.5
+        return "Standing" if family == "Unknown" and upright else family
+
+    def _stiffen(self, value: float, legs: float) -> MotionTask:
+        values = [[legs if joint in _LEGS else value] for joint in self._all]
+        yield from self._motion.stiffen(self._all, values, [[_STIFFENING]] * len(self._all))
+
+    def _reach(self, posture: str, speed_fraction: float) -> MotionTask:
+        position = POSTURES[posture]
+        targets = {j: position[INDEX_WITH_MIRROR[j]] for j in self._all}
+        angles = (abs(targets[j] - self._joints.commanded(j)) for j in _LEGS if j in targets)
+        slowest = max(angles) / (LEG_SPEED * speed_fraction)
+        seconds = max(slowest, self._motion.time_to(self._all, list(targets.values()), speed_fraction))
+        values = [[value] for value in targets.values()]
+        yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
+        return True
+
+    def methods(self) -> dict[str, Callable[..., Any]]:
+        """Methods of `ALRobotPosture` that move nothing."""
+        return {
+            "getPostureList": lambda: sorted(POSTURES),
+            "getPostureFamilyList": lambda: sorted(set(FAMILIES.values())),
+            "getPosture": self.now,
+            "getPostureFamily": self.family,
+            "setMaxTryNumber": lambda _number: None,
+        }
+
+
+def _known(name: Any) -> str:
+    posture = text(name, "posture")
+    if posture not in POSTURES:
+        raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
+    return posture

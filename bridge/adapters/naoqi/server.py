@@ -1,0 +1,225 @@
+"""A server of NAOqi: any robot on `nao/<robot>` appears as a NAOqi robot. Its cycle and its lease are here."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any, Final
+
+from bridge.adapters.naoqi.address import require_free
+from bridge.adapters.naoqi.calls import CallServer
+from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.services import Services
+from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
+from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.body import Body, load_body
+from bridge.errors import FrameError, NaoqiRefused, RobotSilent
+from bridge.link import ControllerLink
+from bridge.link.walk_client import WalkClient
+from bridge.messages import Info, SensorFrame
+from bridge.realtime import quiet_process
+
+logger = logging.getLogger(__name__)
+
+_SILENCE: Final = 0.5
+"""s without a sensor frame after which the server looks whether the robot is still there."""
+
+
+class NaoqiServer:
+    """Serves one robot.
+
+    Args:
+        link: open link, controller side.
+        url: where qi listens.
+        gait: for `moveTo` and its like.
+        speed: of that gait on a body, m/s.
+        start_walker: starts a walker that serves.
+        stop: becomes true when the server is to end.
+        priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
+
+    Raises:
+        ConfigurationError: not an address.
+        LinkError: it cannot be listened on.
+    """
+
+    def __init__(
+        self,
+        link: ControllerLink,
+        url: str,
+        gait: str,
+        speed: Callable[[Body], float],
+        start_walker: Callable[[], StartedWalker],
+        stop: Callable[[], bool],
+        priority: int | None = None,
+    ) -> None:
+        require_free(url)
+        self._priority = priority
+        self._link, self._url, self._stop = link, url, stop
+        self._gait, self._speed, self._start_walker = gait, speed, start_walker
+        self._lock = threading.RLock()
+        self._commanding = False
+        """Whether actuator frames are sent: this side has the joints, not the walker."""
+        self._services: Services | None = None
+        self._call_server: CallServer | None = None
+
+    @property
+    def calls(self) -> int:
+        """Answered so far."""
+        return self._call_server.calls if self._call_server is not None else 0
+
+    def run(self) -> None:
+        """Serve until stopped, also over restarts of the robot.
+
+        Raises:
+            LeaseRefused: another controller holds the robot.
+            LinkError: qi could not listen.
+        """
+        logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
+        try:
+            while not self._stop():
+                info = self._link.wait_robot(self._stop)
+                if info is not None and self._acquire():
+                    self._serve_robot(info)
+        finally:
+            self._commanding = False
+            self._link.release()
+            if self._call_server is not None:
+                self._call_server.close()
+
+    def _acquire(self) -> bool:
+        try:
+            self._link.acquire()
+        except RobotSilent:
+            return False
+        return True
+
+    def _serve_robot(self, info: Info) -> None:
+        """Serve one boot of the robot."""
+        receive = self._link.next if info.mode == "lockstep" else self._link.latest
+        frame = self._first_frame(receive)
+        if frame is None:
+            return
+        priority = self._priority if info.mode == "real-time" else None
+        services, handover = self._begin(load_body(info.body), frame, priority)
+        if info.mode == "real-time":
+            quiet_process(priority)
+        self._send(services)
+        logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
+        try:
+            self._cycle(services, receive)
+        finally:
+            handover.close()
+            with self._lock:
+                services.abandon()
+
+    def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> None:
+        """Answer frames until stopped, or until the robot goes away or begins anew."""
+        while not self._stop():
+            if self._call_server is not None:
+                self._call_server.check()
+            try:
+                frame = receive(_SILENCE)
+            except FrameError as error:
+                logger.warning("%s", error)
+                continue
+            if not self._link.robot_alive:
+                logger.warning("the robot is gone; waiting for it to come back")
+                return
+            self._read_notices()
+            if frame is None:
+                self._keep_lease()
+            elif frame.seq > services.joints.frame.seq:
+                with self._lock:
+                    services.cycle(frame)
+                self._send(services)
+            elif frame.seq < services.joints.frame.seq:
+                logger.warning("the robot began anew")
+                return
+            else:
+                self._send(services)  # the robot asks again: the answer was lost
+
+    def _first_frame(self, receive: Callable[[float], SensorFrame | None]) -> SensorFrame | None:
+        while not self._stop() and self._link.robot_alive:
+            frame = receive(_SILENCE)
+            if frame is not None:
+                return frame
+        return None
+
+    def _begin(self, body: Body, frame: SensorFrame, priority: int | None) -> tuple[Services, WalkerHandover]:
+        """Services for a new boot of a robot; the qi process, if it runs already, keeps its methods."""
+        link = self._link
+        handover = WalkerHandover(
+            self, self._start_walker, lambda: WalkClient(link.robot, link.endpoint), self._gait
+        )
+        services = Services(
+            RobotConfig(body, link.robot),
+            frame,
+            self._lock,
+            WalkingMethods(handover, self._speed(body)),
+            self._require_lease,
+            self._answer_anew,
+            self._publish,
+        )
+        with self._lock:
+            self._services = services
+            self._commanding = True
+        if self._call_server is None:
+            self._call_server = CallServer(self._url, services.names(), self._call, priority or 0)
+        return services, handover
+
+    def _send(self, services: Services) -> None:
+        with self._lock:
+            if self._commanding:
+                self._link.send(services.joints.answer())
+
+    def _answer_anew(self) -> None:
+        """A call came after the newest frame was answered: the robot takes the newest answer."""
+        if self._services is not None:
+            self._send(self._services)
+
+    def _keep_lease(self) -> None:
+        """Renew the lease, so that a robot that pauses does not withdraw it."""
+        with self._lock:
+            if self._commanding:
+                self._acquire()
+
+    def _read_notices(self) -> None:
+        for notice in self._link.notices():
+            logger.warning("the robot says: %s", notice.text)
+            if notice.code == "no-lease":
+                self._keep_lease()
+
+    def give_away(self) -> None:
+        """Stop all motions, command no more, and release the lease: the walker's turn."""
+        with self._lock:
+            if self._services is not None:
+                self._services.motion.end_all()
+            self._commanding = False
+        self._link.release()
+
+    def take_back(self) -> None:
+        """Ask for the lease and hold the joints where they are.
+
+        Raises:
+            NaoHilError: another controller was faster, or the robot is gone.
+        """
+        self._link.acquire()
+        with self._lock:
+            if self._services is not None:
+                self._services.joints.hold()
+            self._commanding = True
+
+    def _require_lease(self) -> None:
+        if not self._commanding:
+            self.take_back()
+
+    def _call(self, service: str, method: str, arguments: list[Any]) -> Any:
+        services = self._services
+        if services is None or not self._link.robot_alive:
+            raise NaoqiRefused(f"{service}.{method}: the robot is not there; waiting for it to come back.")
+        return services.call(service, method, arguments)
+
+    def _publish(self, event: str, value: Any) -> None:
+        if self._call_server is not None:
+            self._call_server.publish(event, value)

@@ -1,0 +1,298 @@
+"""Handover of the robot between the serving process and a walker process, in both directions.
+
+A robot has one controller at a time. Walking methods give it to a walker that serves the walk command; a call
+that needs the joints takes it back when the walker stands. During a handover the joints keep their last target.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Final, Protocol
+
+from bridge.adapters.naoqi.motion_tasks import pass_on, robot_gone
+from bridge.errors import NaoHilError, NaoqiRefused
+from bridge.link.walk_client import WalkClient
+from bridge.messages.walk import WalkStatus
+from bridge.realtime import leave_real_time
+from bridge.types import Vec3
+
+_POLL: Final = 0.1
+"""s between two queries of the walker's status."""
+_FAST_POLL: Final = 0.02
+"""s, while a call waits for a change of the walker's state."""
+_MAX_WAIT: Final = 30.0
+"""s that a walker may take to start, and to bring the robot to a stand."""
+_MAX_CYCLES: Final = 200
+"""Cycles from an accepted walk to its first step."""
+_WALKING: Final = ("walk", "stopping")
+
+
+class StartedWalker(Protocol):
+    """A walker's process."""
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+
+    def end(self) -> str:
+        """Ask it to end, and wait for that; the sentence it ended with, or nothing."""
+
+
+class JointOwner(Protocol):
+    """The served robot; its methods lock for themselves."""
+
+    def give_away(self) -> None:
+        """Stop all motions, command no more, and release the lease."""
+
+    def take_back(self) -> None:
+        """Ask for the lease and hold the joints where they are; raises `NaoHilError` when that fails."""
+
+
+class WalkerHandover:
+    """Starts and ends the walker, and passes walks to it; thread-safe: one thread of its own does all in order.
+
+    Args:
+        owner: gives and takes the joints.
+        start: starts a walker that serves.
+        client: opens a client of its command.
+        gait: to walk in.
+    """
+
+    def __init__(
+        self,
+        owner: JointOwner,
+        start: Callable[[], StartedWalker],
+        client: Callable[[], WalkClient],
+        gait: str,
+    ) -> None:
+        self._owner, self._start, self._open = owner, start, client
+        self._gait = gait
+        self._walker: StartedWalker | None = None
+        self._client: WalkClient | None = None
+        self._status: WalkStatus | None = None
+        self._origin: Vec3 = (0.0, 0.0, 0.0)
+        """Where the present walker's plan begins."""
+        self._ends: list[Future[Any]] = []
+        """Calls that wait for the end of the walk."""
+        self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="walker-handover", daemon=True)
+        self._thread.start()
+
+    @property
+    def has_robot(self) -> bool:
+        """Whether a walker holds the robot, or is about to."""
+        return self._walker is not None
+
+    @property
+    def active(self) -> bool:
+        """Whether the robot walks."""
+        return self._status is not None and self._status.state in _WALKING
+
+    def with_joints(self, work: Callable[[], Any], *, stop: bool) -> Future[Any]:
+        """Take the robot back from the walker, then do `work`.
+
+        Args:
+            work: commands the joints.
+            stop: end a walk for it; otherwise the call is refused while the robot walks.
+        """
+
+        def job() -> Any:
+            """Take the joints and work, or refuse."""
+            if self.active and not stop:
+                raise NaoqiRefused(
+                    "The robot walks, and the walker has its joints; call ALMotion.stopMove first."
+                )
+            self._take_back()
+            return work()
+
+        return self._submit(job)
+
+    def prepare(self) -> Future[Any]:
+        """Hand the robot to the walker, which takes the pose to walk from."""
+        return self._submit(self._ensure_walker)
+
+    def walk(self, velocity: Vec3) -> Future[Any]:
+        """Walk until told otherwise; the future is done when the walker has accepted it. All zeros: stand.
+
+        Args:
+            velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
+        """
+        return self._submit(lambda: self._walk(velocity, None))
+
+    def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
+        """Walk a distance; the future is done at the end of the walk.
+
+        Args:
+            velocity: as for `walk`.
+            distance: m, not negative; 0: nothing happens.
+        """
+        ended: Future[Any] = Future()
+
+        def job() -> None:
+            """Walk; the call ends with the walk, or with its refusal."""
+            if distance == 0.0:
+                ended.set_result(None)
+                return
+            try:
+                self._walk(velocity, distance)
+            except NaoHilError as error:
+                ended.set_exception(error)
+            else:
+                self._ends.append(ended)
+
+        self._submit(job)
+        return ended
+
+    def stop(self) -> Future[Any]:
+        """Close the feet and stand; the future is done when the walker has accepted it."""
+        return self._submit(self._stop_walk)
+
+    def wait(self) -> Future[Any]:
+        """Done when the robot does not walk."""
+        ended: Future[Any] = Future()
+        self._submit(lambda: self._ends.append(ended) if self.active else ended.set_result(None))
+        return ended
+
+    def position(self) -> list[float]:
+        """Where the robot is by the plans of its walks since the start: x, y, yaw; m and rad."""
+        here = self._status.position if self._status else (0.0, 0.0, 0.0)
+        x, y, yaw = self._origin
+        return [
+            x + math.cos(yaw) * here[0] - math.sin(yaw) * here[1],
+            y + math.sin(yaw) * here[0] + math.cos(yaw) * here[1],
+            yaw + here[2],
+        ]
+
+    def velocity(self) -> list[float]:
+        """Of the steps that are planned now: m/s, m/s, rad/s."""
+        return list(self._status.velocity) if self._status else [0.0, 0.0, 0.0]
+
+    def close(self) -> None:
+        """End the walker, if there is one; the robot stays where it is."""
+        self._jobs.put(None)
+        self._thread.join(_MAX_WAIT)
+
+    def _submit(self, work: Callable[[], Any]) -> Future[Any]:
+        done: Future[Any] = Future()
+        self._jobs.put((work, done))
+        return done
+
+    def _run(self) -> None:
+        while True:
+            try:
+                job = self._jobs.get(timeout=_POLL)
+            except queue.Empty:
+                self._poll()
+                continue
+            if job is None:
+                break
+            work, done = job
+            try:
+                pass_on(work(), done)
+            except Exception as error:
+                done.set_exception(error)
+        self._end_walker()
+        self._finish(robot_gone())
+
+    def _ensure_walker(self) -> None:
+        """A walker that stands and holds the robot."""
+        if self._walker is not None and self._walker.running:
+            return
+        self._owner.give_away()
+        leave_real_time()
+        self._walker = self._start()
+        try:
+            self._client = self._open()
+            self._await_stand()
+        except NaoHilError as error:
+            reason = self._end_walker()
+            self._owner.take_back()
+            raise NaoqiRefused(f"The walker did not start: {reason or error}") from None
+
+    def _await_stand(self) -> None:
+        deadline = time.monotonic() + _MAX_WAIT
+        while self._status is None or self._status.state != "stand":
+            if self._walker is None or not self._walker.running or time.monotonic() > deadline:
+                raise NaoqiRefused("it did not come to a stand.")
+            time.sleep(_FAST_POLL)
+            try:
+                self._status = self._client.status() if self._client else None
+            except NaoHilError:
+                continue  # it is not up yet
+            if self._status is not None and self._status.state == "fallen":
+                raise NaoqiRefused("the robot has fallen.")
+
+    def _walk(self, velocity: Vec3, distance: float | None) -> None:
+        if not any(velocity):
+            self._stop_walk()
+            return
+        self._ensure_walker()
+        assert self._client is not None
+        status = self._client.walk(velocity, distance=distance, gait=self._gait)
+        began = status.seq
+        deadline = time.monotonic() + _MAX_WAIT
+        # The walk is accepted before the first step begins; until then the walker still stands.
+        while status.state not in (*_WALKING, "fallen") and time.monotonic() < deadline:
+            time.sleep(_FAST_POLL)
+            status = self._client.status()
+            if status.seq > began + _MAX_CYCLES:
+                break
+        self._status = status
+
+    def _stop_walk(self) -> None:
+        if self._client is not None:
+            self._status = self._client.stop()
+
+    def _poll(self) -> None:
+        """Query the walker's status; calls that wait for the end of a walk return with it."""
+        if self._walker is None or self._client is None:
+            return
+        try:
+            self._status = self._client.status()
+        except NaoHilError as error:
+            if not self._walker.running:
+                reason = self._end_walker()
+                self._finish(NaoqiRefused(f"The walker ended: {reason or error}"))
+                self._owner.take_back()
+            return
+        if self._status.state == "fallen":
+            self._finish(NaoqiRefused("The robot fell while it walked."))
+        elif not self.active:
+            self._finish(None)
+
+    def _finish(self, error: Exception | None) -> None:
+        ends, self._ends = self._ends, []
+        for ended in ends:
+            if error is None:
+                ended.set_result(None)
+            else:
+                ended.set_exception(error)
+
+    def _take_back(self) -> None:
+        """End a walk and the walker, and take the robot back; nothing happens when there is no walker."""
+        if self._walker is None:
+            return
+        if self.active and self._client is not None:
+            self._stop_walk()
+            deadline = time.monotonic() + _MAX_WAIT
+            while self.active and time.monotonic() < deadline:
+                time.sleep(_FAST_POLL)
+                self._status = self._client.status()
+        self._finish(None)
+        self._end_walker()
+        self._owner.take_back()
+
+    def _end_walker(self) -> str:
+        """End the walker, and keep the position it reached; the sentence it ended with, or nothing."""
+        x, y, yaw = self.position()
+        self._origin, self._status = (x, y, yaw), None
+        client, self._client = self._client, None
+        walker, self._walker = self._walker, None
+        if client is not None:
+            client.close()
+        return walker.end() if walker is not None else ""

@@ -1,0 +1,149 @@
+"""Types of a robot body's data sheet: every number about the robot, once."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+from bridge.types import Positive, Vec3
+
+Tensor = tuple[float, float, float, float, float, float]
+"""Inertia tensor elements (ixx, iyy, izz, ixy, ixz, iyz), kg m^2."""
+
+
+class _Sheet(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base: frozen, and a misspelt key is an error."""
+
+
+class Lengths(_Sheet, frozen=True):
+    """Named lengths of the vendor's drawings, m."""
+
+    NeckOffsetZ: float
+    ShoulderOffsetY: float
+    ShoulderOffsetZ: float
+    UpperArmLength: float
+    ElbowOffsetY: float
+    LowerArmLength: float
+    HandOffsetX: float
+    HandOffsetZ: float
+    HipOffsetY: float
+    HipOffsetZ: float
+    ThighLength: float
+    TibiaLength: float
+    FootHeight: float
+
+
+class Motor(_Sheet, frozen=True):
+    """A motor type, at the motor shaft."""
+
+    no_load_speed_rpm: Positive
+    stall_torque: Positive
+    """N m"""
+    nominal_torque: Positive
+    """N m"""
+    source: str
+
+
+class JointSheet(_Sheet, frozen=True):
+    """One joint: its range and its drive."""
+
+    lower: float
+    """rad"""
+    upper: float
+    """rad"""
+    motor: str
+    """Key of `Body.motors`."""
+    gear_ratio: Positive
+
+
+class Link(_Sheet, frozen=True):
+    """The rigid body that a joint moves (or the torso)."""
+
+    mass: Positive
+    """kg"""
+    com: Vec3
+    """Centre of mass relative to the joint's origin, zero-pose aligned frame (x forward, y left, z up), m."""
+    inertia: Tensor
+    """About the centre of mass, zero-pose aligned axes, kg m^2."""
+
+
+class CouplingRow(_Sheet, frozen=True):
+    """Range of one joint at one position of another; between rows: linear (assumed)."""
+
+    at: float
+    """Position of the other joint, rad."""
+    lower: float
+    upper: float
+
+
+class Coupling(_Sheet, frozen=True):
+    """Anti-collision tables: AnkleRoll by AnklePitch for each leg, HeadPitch by |HeadYaw|."""
+
+    LAnkleRoll: tuple[CouplingRow, ...]
+    RAnkleRoll: tuple[CouplingRow, ...]
+    HeadPitch: tuple[CouplingRow, ...]
+
+
+class Fsr(_Sheet, frozen=True):
+    """Places of the four force sensors of each foot (FL, FR, RL, RR), AnkleRoll frame, m."""
+
+    L: tuple[Vec3, Vec3, Vec3, Vec3]
+    R: tuple[Vec3, Vec3, Vec3, Vec3]
+    range: Positive
+    """Largest force one cell reports, N."""
+
+
+class InertialUnit(_Sheet, frozen=True):
+    """Places of the inertial sensors in the Torso frame, and what they resolve."""
+
+    accelerometer: Vec3
+    gyroscope: Vec3
+    gyroscope_axes: int
+    """2 (X, Y) or 3."""
+    accelerometer_range: Positive
+    """m/s^2"""
+    accelerometer_step: Positive
+    """m/s^2 per count"""
+    gyroscope_range: Positive
+    """rad/s"""
+    gyroscope_step: Positive
+    """rad/s per count"""
+
+
+class Foot(_Sheet, frozen=True):
+    """Shape of the left foot; the right one mirrors y."""
+
+    sole: tuple[tuple[float, float], ...]
+    """Outline of the sole, AnkleRoll frame projected to the ground, counter-clockwise or clockwise, m."""
+    centre: tuple[float, float]
+    """Middle of the sole (FM of the thesis, after 2.18), AnkleRoll frame projected to the ground, m."""
+
+
+class Body(_Sheet, frozen=True):
+    """A robot body. Numbers only: the tree of joints, the same for every NAO, is in `topology`."""
+
+    name: str
+    title: str
+    model: Literal["H21", "H25"]
+    cycle: Positive
+    """DCM cycle, s"""
+    lengths: Lengths
+    joints: dict[str, JointSheet]
+    """By joint name; the mechanical joints of this body (both HipYawPitch; no wrists and hands on an H21)."""
+    motors: dict[str, Motor]
+    links: dict[str, Link]
+    """By the name of the joint that moves it; `Torso` for the trunk. Hands are part of the wrist's (H25) or
+    the forearm's (H21) link."""
+    coupling: Coupling
+    fsr: Fsr
+    inertial_unit: InertialUnit
+    foot: Foot
+    encoder_steps: int
+    """Counts per turn of the joint."""
+    battery_energy: Positive
+    """Of a full battery, W h."""
+    sources: dict[str, str]
+    """Where each group of numbers comes from, tagged `confirmed: ...` or `assumed: ...`."""
+    repairs: tuple[str, ...]
+    """Numbers of a source that cannot be right, and what stands here instead."""

@@ -1,0 +1,87 @@
+"""What follows from a data sheet: joint-side figures of the drives, ranges, mass, absent joints."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from bridge.body.joints import JOINTS
+from bridge.body.model import Body, CouplingRow
+
+HANDS: Final = ("LHand", "RHand")
+"""Slots of the hands: opening fractions, no angles; never part of the tree of joints."""
+
+HAND_RANGE: Final = (0.0, 1.0)
+"""Closed and open hand (vendor's joint table)."""
+
+COUPLED_TO: Final = {"LAnkleRoll": "LAnklePitch", "RAnkleRoll": "RAnklePitch", "HeadPitch": "HeadYaw"}
+"""Joints whose range depends on another joint's position, and that joint."""
+
+
+def total_mass(body: Body) -> float:
+    """Mass of the whole robot, kg."""
+    return math.fsum(link.mass for link in body.links.values())
+
+
+def absent_joints(body: Body) -> tuple[str, ...]:
+    """Joints of the frames that this body lacks, in frame order: wrists and hands of an H21, none of an H25."""
+    has_hands = body.model == "H25"
+    return tuple(j for j in JOINTS if j not in body.joints and not (j in HANDS and has_hands))
+
+
+def limits(body: Body, joint: str) -> tuple[float, float]:
+    """Lower and upper end of a joint's range, rad (a hand's: 0 and 1).
+
+    Raises:
+        KeyError: the body has no such joint.
+    """
+    if joint in HANDS and joint not in absent_joints(body):
+        return HAND_RANGE
+    sheet = body.joints[joint]
+    return sheet.lower, sheet.upper
+
+
+def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float, float]:
+    """A joint's range while the joint it is coupled to stands at `other_position`.
+
+    The published anti-collision points, linear between them (assumed) and constant beyond them, cut to the
+    joint's own range.
+
+    Args:
+        body: the data sheet.
+        joint: any joint; one outside `COUPLED_TO` keeps its own range.
+        other_position: rad, of joint `COUPLED_TO[joint]`.
+
+    Raises:
+        KeyError: the body has no such joint.
+    """
+    lower, upper = limits(body, joint)
+    if joint not in COUPLED_TO:
+        return lower, upper
+    rows: tuple[CouplingRow, ...] = getattr(body.coupling, joint)
+    # The head's table is published for one side; the head is symmetric.
+    at = abs(other_position) if joint == "HeadPitch" else other_position
+    places = [row.at for row in rows]
+    row_lower = float(np.interp(at, places, [row.lower for row in rows]))
+    row_upper = float(np.interp(at, places, [row.upper for row in rows]))
+    return max(lower, row_lower), min(upper, row_upper)
+
+
+def joint_no_load_speed(body: Body, joint: str) -> float:
+    """Speed of a joint without load, rad/s: the motor's over the gear ratio."""
+    sheet = body.joints[joint]
+    return body.motors[sheet.motor].no_load_speed_rpm * 2.0 * math.pi / 60.0 / sheet.gear_ratio
+
+
+def joint_stall_torque(body: Body, joint: str) -> float:
+    """Torque of a joint at standstill, N m: the motor's times the gear ratio, without gear losses."""
+    sheet = body.joints[joint]
+    return body.motors[sheet.motor].stall_torque * sheet.gear_ratio
+
+
+def joint_nominal_torque(body: Body, joint: str) -> float:
+    """Torque of a joint at the motor's nominal point, N m, without gear losses."""
+    sheet = body.joints[joint]
+    return body.motors[sheet.motor].nominal_torque * sheet.gear_ratio

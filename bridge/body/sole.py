@@ -1,0 +1,35 @@
+"""Shape of either foot's sole, from the data sheet's left one.
+
+All points in metres, AnkleRoll frame projected to the ground (x forward, y left).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from bridge.body.model import Body
+from bridge.types import Side
+
+
+def sole_outline(body: Body, side: Side) -> NDArray[np.float64]:
+    """Outline of a sole as published, counter-clockwise, shape (n, 2). It is not convex: see `sole_hull`."""
+    outline = np.array(body.foot.sole)
+    if side == "R":
+        outline[:, 1] *= -1.0
+    x, y = outline.T
+    twice_area = x @ np.roll(y, -1) - y @ np.roll(x, -1)
+    return outline if twice_area > 0.0 else outline[::-1].copy()
+
+
+def sole_hull(body: Body, side: Side) -> NDArray[np.float64]:
+    """Convex hull of a sole, counter-clockwise, shape (n, 2): what can bear load on flat ground."""
+    outline = sole_outline(body, side)
+    return np.asarray(outline[ConvexHull(outline).vertices], dtype=np.float64)
+
+
+def foot_centre(body: Body, side: Side) -> NDArray[np.float64]:
+    """Middle of a sole (FM of the thesis, after 2.18), shape (2,)."""
+    x, y = body.foot.centre
+    return np.array([x, y if side == "L" else -y])

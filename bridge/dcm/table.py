@@ -1,0 +1,68 @@
+"""The actuators of one body as arrays: their slots in the frames, and the integers of their boards (counts)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bridge.body import Body
+from bridge.body.joints import INDEX, N_JOINTS
+from bridge.dcm.actuators import Actuator, actuators, driven_joints
+from bridge.types import Array
+
+
+class ActuatorTable:
+    """Rows: positions of the driven joints, their stiffnesses in the same order, LEDs, discrete actuators.
+
+    Args:
+        body: data sheet.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self.rows: tuple[Actuator, ...] = actuators(body)
+        self.index = {actuator.name: i for i, actuator in enumerate(self.rows)}
+        """Row of each name, without the prefix."""
+        self.slots = [INDEX[joint] for joint in driven_joints(body)]
+        """Frame slot of each driven joint."""
+        self.n_joints = len(self.slots)
+        self._gain = np.array([actuator.gain for actuator in self.rows])
+        self._offset = np.array([actuator.offset for actuator in self.rows])
+        # Rounded inwards, so that no integer stands for a value beyond the range.
+        lower = np.array([actuator.lower for actuator in self.rows])
+        upper = np.array([actuator.upper for actuator in self.rows])
+        self._lower = np.ceil((lower - self._offset) / self._gain - 1e-9)
+        self._upper = np.floor((upper - self._offset) / self._gain + 1e-9)
+
+    def to_counts(self, row: int, value: float) -> float:
+        """A value of an actuator as its board's integer, inside the range."""
+        actuator = self.rows[row]
+        counts = round(min(max((value - actuator.offset) / actuator.gain, -1e9), 1e9))
+        return float(min(max(counts, self._lower[row]), self._upper[row]))
+
+    def value(self, row: int, counts: float) -> float:
+        """Value that the board of an actuator reads back for counts that are not rounded yet."""
+        return float(np.rint(counts) * self._gain[row] + self._offset[row])
+
+    def frame_counts(self, position: Sequence[float], stiffness: Sequence[float]) -> Array:
+        """Counts of all positions and stiffnesses, inside their ranges, shape (2 n_joints,).
+
+        Args:
+            position: 25 in frame order, rad (hands: 0..1).
+            stiffness: 25 in frame order.
+        """
+        n = 2 * self.n_joints
+        wanted = np.concatenate((np.array(position)[self.slots], np.array(stiffness)[self.slots]))
+        counts = np.rint((wanted - self._offset[:n]) / self._gain[:n])
+        inside: Array = np.minimum(np.maximum(counts, self._lower[:n]), self._upper[:n])
+        return inside
+
+    def frame_values(self, counts: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """25 positions and 25 stiffnesses in frame order, 0 for absent joints, of counts, shape (rows,)."""
+        n = 2 * self.n_joints
+        sent = (np.rint(counts[:n]) * self._gain[:n] + self._offset[:n]).tolist()
+        position, stiffness = [0.0] * N_JOINTS, [0.0] * N_JOINTS
+        for i, slot in enumerate(self.slots):
+            position[slot] = sent[i]
+            stiffness[slot] = sent[i + self.n_joints]
+        return tuple(position), tuple(stiffness)

@@ -1,0 +1,53 @@
+"""Messages of the guard's queries: its state, the emergency stop, and arming."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from bridge.messages.schema import SCHEMA_VERSION
+from bridge.types import Count
+
+State = Literal["idle", "approach", "active", "hold", "crouch", "rest", "fallen"]
+"""`idle`: nothing has come yet, the joints are left alone; `approach`: slowly on the way to a first command;
+`active`: commands are in force; `hold`: the controller is silent, the joints hold; `crouch`: the guard brings
+the robot down; `rest`: down, stiffness gone; `fallen`: limp, no command is taken for a while."""
+
+Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
+"""Why the guard took over; empty: it did not."""
+
+Text = Annotated[str, msgspec.Meta(max_length=200)]
+
+
+class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """Reply of `guard`, `stop` and `arm`."""
+
+    version: int = SCHEMA_VERSION
+    seq: Count
+    """Sensor frame since which it is so."""
+    state: State
+    reason: Reason = ""
+    armed: bool
+    """False: no command is taken until `arm`."""
+    dry_run: bool = False
+    """Nothing reaches the motors."""
+    text: str
+    """One sentence."""
+
+
+class StopRequest(msgspec.Struct, frozen=True, kw_only=True):
+    """Emergency stop; needs no lease, anyone may send it."""
+
+    version: int = SCHEMA_VERSION
+    how: Literal["crouch", "limp"] = "crouch"
+    """`crouch`: go down at limited speed, then let go; `limp`: let go at once, a robot that stands falls."""
+    who: Text = ""
+    """Said in the notice."""
+
+
+class ArmRequest(msgspec.Struct, frozen=True, kw_only=True):
+    """Commands may be taken from now on; needs no lease."""
+
+    version: int = SCHEMA_VERSION
+    who: Text = ""

@@ -1,0 +1,29 @@
+"""What a robot is (query `info`)."""
+
+from __future__ import annotations
+
+import msgspec
+
+from bridge.messages.schema import SCHEMA_VERSION, Name
+from bridge.types import Count, Finite
+
+
+class Info(msgspec.Struct, frozen=True, kw_only=True):
+    """What a robot is and how its clock runs (query `info`)."""
+
+    version: int = SCHEMA_VERSION
+    robot: Name
+    """Robot id: the second part of every key."""
+    body: str
+    """Data-sheet name, for example `nao-v3`."""
+    side: str
+    """`emulator`, `lola` or `naoqi`."""
+    mode: str
+    """`real-time` or `lockstep`."""
+    cycle: Finite
+    """Cycle time, s."""
+    absent: tuple[str, ...]
+    """Joints of the frame that this body does not have; their slots are ignored and read 0."""
+    boot: Count
+    """Number of this start of the robot process; a new number means that everything began anew."""
+    software: str

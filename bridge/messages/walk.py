@@ -1,0 +1,109 @@
+"""Commands to a walker that serves (query `walk/command`), and what it answers.
+
+A walker started as a service stands, waits, and walks when it is told to. A command is a msgpack map; what it
+leaves out stays as it is. Lengths in m, velocities in m/s and rad/s, in the heading of the walk: x forward, y
+left.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from bridge.messages.schema import SCHEMA_VERSION
+from bridge.types import Count, Finite, Pose, Vec2, Vec3
+
+COMMAND = "walk/command"
+"""Key suffix of the query."""
+
+TorsoName = Literal["none", "thesis", "robust"]
+
+
+class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
+    """What the walker is to do; None: leave as it is."""
+
+    version: int = SCHEMA_VERSION
+    op: Literal["walk", "stop", "set", "status"]
+    """`walk`: begin, or go on as said here; `stop`: close the feet and stand; `set`: change without beginning;
+    `status`: only tell."""
+    velocity: Vec3 | None = None
+    """vx, vy, omega in m/s, m/s, rad/s: mean over a step, reached by the length of the steps; zeros stop."""
+    steps: Count | None = None
+    """Steps of the walk to begin, the closing one included; 0 or left out: no bound."""
+    distance: Annotated[float, msgspec.Meta(gt=0.0, le=1e4)] | None = None
+    """Way of the walk to begin, m, met exactly by the plan; left out: no bound."""
+    gait: Annotated[str, msgspec.Meta(max_length=64)] | None = None
+    """Name of one of the walker's gaits; takes effect at the next stand: with `walk` the walker stands for it,
+    then walks on."""
+    torso: TorsoName | None = None
+    """Torso control, in force at once; None: as it is, and of another gait its own choice."""
+    admittance: bool | None = None
+    """Leg and ankle admittance, as `torso`."""
+    hold: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] | None = None
+    """Robot time after which the walk stops unless a `walk` came again, s; left out: it does not. For people at
+    a key or a stick, whose link may fail."""
+    at: Count | None = None
+    """First sensor frame (`seq`) to act on; left out: the next. In lockstep one `at` gives one run."""
+
+
+class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """What the walker does."""
+
+    version: int = SCHEMA_VERSION
+    text: str
+    """What the command led to, in one sentence."""
+    seq: Count
+    """Newest sensor frame that the walker answered."""
+    state: str
+    """As in `WalkTelemetry`: `approach`, `walk`, `stopping`, `stand` or `fallen`."""
+    gait: str
+    torso: str
+    admittance: bool
+    velocity: Vec3
+    """Of the steps that are planned now; zeros at rest."""
+    steps: Count
+    """Walked in this walk, or in the last one."""
+    distance: Finite
+    """Way of this walk, or the last one, by the plan, m."""
+    position: Vec3
+    """x, y and yaw by the plan since the walker began, m, m, rad: odometry that knows nothing of slip."""
+
+
+class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
+    """What the walker is doing, for people and recordings (key `walk/telemetry`)."""
+
+    version: int = SCHEMA_VERSION
+    seq: Count
+    """`seq` of the sensor frame it belongs to."""
+    state: str
+    """`approach`, `walk`, `stopping`, `stand` or `fallen`."""
+    phase: str
+    """`DSL`, `SSL`, `DSR`, `SSR`, `start`, `stop` or `stand`."""
+    step: Count
+    """Steps completed."""
+    steps: Count
+    """Steps asked for; 0: without end."""
+    zmp: Vec2
+    """Planned ZMP in the walk frame (x forward, y left, origin between the feet at the start), m."""
+    com: Vec2
+    """Planned centre of mass in the walk frame, m."""
+    left: Pose
+    """Planned left sole in the walk frame: x, y, z, m, and roll, pitch, yaw, rad."""
+    right: Pose
+    angle: Vec2 = (0.0, 0.0)
+    """Torso roll and pitch as the walker takes them, rad."""
+    zmp_measured: Vec2 | None = None
+    """ZMP from the force sensors in the walk frame, the feet taken to stand as planned, m; None unloaded."""
+    contact: tuple[bool, bool] = (False, False)
+    """Whether the left and the right foot touch the ground, by their force sensors."""
+    foot_lift: Vec2 = (0.0, 0.0)
+    """Height of the left and the right sole over the plan (leg admittance), m."""
+    ankle_roll: Vec2 = (0.0, 0.0)
+    """Added to LAnkleRoll and RAnkleRoll by the ankle admittance, rad."""
+    ankle_pitch: Vec2 = (0.0, 0.0)
+    """Added to LAnklePitch and RAnklePitch by the ankle admittance, rad."""
+    torso_control: Vec2 = (0.0, 0.0)
+    """Added to LAnklePitch and RAnklePitch by the torso control, rad."""
+    tick: Finite = 0.0
+    """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""

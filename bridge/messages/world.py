@@ -1,0 +1,205 @@
+"""Commands to the world of an emulated robot (query `world/command`).
+
+A command is a msgpack map whose `op` says which one it is. Lengths in m, angles in rad, impulses in N s.
+The floor frame has its origin on the floor where the run began and turns with the floor; the heading frame
+has the torso's heading: x forward, y left, z vertical.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, get_args
+
+import msgspec
+
+from bridge.messages.faults import Fault
+from bridge.messages.schema import SCHEMA_VERSION, Name
+from bridge.types import Bounded
+
+COMMAND = "world/command"
+"""Key suffix of the query."""
+MAX_TILT = 0.6
+"""Steepest floor, rad."""
+MAX_TILT_RATE = 0.35
+"""Fastest turn of the floor, rad/s: a floor that moves faster under the feet is no longer a tilt but a blow."""
+
+Length = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
+Size = tuple[Length, Length, Length]
+Angle = Annotated[float, msgspec.Meta(ge=-100.0, le=100.0)]
+Tilt = Annotated[float, msgspec.Meta(ge=-MAX_TILT, le=MAX_TILT)]
+Friction = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
+Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
+Duration = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
+Foot = Literal["left", "right", "swing"]
+
+
+class _Command(msgspec.Struct, frozen=True, kw_only=True, tag_field="op"):
+    version: int = SCHEMA_VERSION
+
+
+class Status(_Command, frozen=True, kw_only=True, tag="status"):
+    """Only tell what there is."""
+
+    terrain: bool = False
+    """Tell `WorldReply.terrain` too; it does not change until a reset."""
+
+
+class Reset(_Command, frozen=True, kw_only=True, tag="reset"):
+    """Begin anew: same posture, same scenario, same seed, `seq` 0; what was done live is undone."""
+
+
+class Pause(_Command, frozen=True, kw_only=True, tag="pause"):
+    """Hold the world and its clock."""
+
+
+class Resume(_Command, frozen=True, kw_only=True, tag="resume"):
+    """Go on."""
+
+
+class Step(_Command, frozen=True, kw_only=True, tag="step"):
+    """Run some cycles and pause; answered when they have run."""
+
+    cycles: Annotated[int, msgspec.Meta(ge=1, le=100_000)] = 1
+
+
+class StandUp(_Command, frozen=True, kw_only=True, tag="stand-up"):
+    """Put the robot where it lies back on its feet, stiff in its start posture.
+
+    Refused for one that is on its feet and under command.
+    """
+
+
+class Push(_Command, frozen=True, kw_only=True, tag="push"):
+    """Push a link of the robot, or a movable box, at its centre of mass with a constant force."""
+
+    impulse: tuple[Bounded, Bounded, Bounded]
+    """Heading frame, N s; the force is this over the duration."""
+    duration: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.1
+    """s, rounded to physics steps, at least one."""
+    target: str = "Torso"
+    """`Torso`, the joint that moves the link, or the name of a movable box."""
+
+
+class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
+    """Put a box: fixed (a plate, a step, a wall), or movable."""
+
+    name: Name
+    """A box of the same name is replaced."""
+    size: Size
+    """Along its x, y and z, m."""
+    at: tuple[Bounded, Bounded]
+    """Middle of its bottom, m."""
+    yaw: Angle = 0.0
+    frame: Literal["floor", "robot"] = "floor"
+    """`at` and `yaw` in the floor frame, or from the floor point under the torso in its heading."""
+    height: Bounded | None = None
+    """Of its bottom over the floor, m; None: it lies on what is there."""
+    mass: Mass = 0.0
+    """kg; 0: fixed to the floor."""
+    friction: Friction | None = None
+    """Against the robot's soles; None: as the floor."""
+
+
+class Remove(_Command, frozen=True, kw_only=True, tag="remove"):
+    """Take a box away."""
+
+    name: Name
+
+
+class PlateUnderFoot(_Command, frozen=True, kw_only=True, tag="plate-under-foot"):
+    """Put a plate on the floor under a foot as soon as that foot is high enough over the floor."""
+
+    foot: Foot = "swing"
+    """`swing`: whichever is lifted first."""
+    size: Size = (0.16, 0.08, 0.01)
+    """m; narrow enough to miss the other foot, 0.1 m beside."""
+    shift: tuple[Bounded, Bounded] = (0.0, 0.0)
+    """From the middle of the sole's projection, along its heading and to its left, m: a foot that is still to
+    travel lands ahead of where it was lifted."""
+    name: Name = "plate"
+
+
+class SwingPendulum(_Command, frozen=True, kw_only=True, tag="pendulum"):
+    """Let a pendulum fall against the robot, as benchmarks of pushes do: a bob on a light rod.
+
+    It is released at rest, strikes at its lowest point, and is taken away half a period after its release.
+    """
+
+    mass: Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
+    """Of the bob, kg."""
+    length: Annotated[float, msgspec.Meta(gt=0.05, le=10.0)] = 1.0
+    """From the pivot to the middle of the bob, m."""
+    angle: Annotated[float, msgspec.Meta(gt=0.0, le=1.5)]
+    """At the release, from the vertical, rad."""
+    direction: Angle = 0.0
+    """In which the bob moves when it strikes, from the torso's heading to the left, rad."""
+    height: Annotated[float, msgspec.Meta(gt=0.0, le=2.0)] | None = None
+    """Of the strike over the floor, m; None: the torso's centre of mass."""
+
+
+class TiltFloor(_Command, frozen=True, kw_only=True, tag="tilt"):
+    """Turn the floor, with all that is fixed on it, about the point under the torso."""
+
+    roll: Tilt = 0.0
+    """About x, right-handed, rad: positive raises the left."""
+    pitch: Tilt = 0.0
+    """About y, right-handed, rad: positive lowers the front. The floor's orientation is Ry(pitch) Rx(roll)."""
+    duration: Duration = 1.0
+    """s; smooth at both ends."""
+
+
+class SetFriction(_Command, frozen=True, kw_only=True, tag="friction"):
+    """Change the floor's friction, and that of all fixed boxes without their own."""
+
+    friction: Friction
+
+
+class StartFault(_Command, frozen=True, kw_only=True, tag="fault-on"):
+    """Begin a fault; one of the same kind and target is replaced."""
+
+    fault: Fault
+    duration: Duration = 0.0
+    """s; 0: until it is ended or the world is reset."""
+
+
+class EndFault(_Command, frozen=True, kw_only=True, tag="fault-off"):
+    """End a fault by the name that `fault-on` answered, for example `joint-weak:LKneePitch`; empty: all."""
+
+    name: str = ""
+
+
+class Press(_Command, frozen=True, kw_only=True, tag="press"):
+    """Press or release a button, bumper or touch surface."""
+
+    button: str
+    """As in `bridge.messages.elements.ELEMENTS["touch"]`, for example `chest`."""
+    pressed: bool = True
+
+
+WorldCommand = (
+    Status
+    | Reset
+    | Pause
+    | Resume
+    | Step
+    | StandUp
+    | Push
+    | PlaceBox
+    | Remove
+    | PlateUnderFoot
+    | SwingPendulum
+    | TiltFloor
+    | SetFriction
+    | StartFault
+    | EndFault
+    | Press
+)
+
+
+OPS = tuple(str(command.__struct_config__.tag) for command in get_args(WorldCommand))
+
+
+def min_tilt_duration(turn: float) -> float:
+    """Shortest time in which the floor may turn by an angle (rad), s; smooth at both ends."""
+    # the steepest part of the cosine is pi/2 over the mean
+    return 0.5 * math.pi * turn / MAX_TILT_RATE

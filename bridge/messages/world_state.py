@@ -1,0 +1,71 @@
+"""The world of an emulated robot, as the query `world/command` answers it."""
+
+from __future__ import annotations
+
+import msgspec
+
+from bridge.messages.schema import SCHEMA_VERSION
+from bridge.types import Finite, Quaternion, Vec2, Vec3
+
+
+class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
+    """A box in the world."""
+
+    name: str
+    size: Vec3
+    """m"""
+    position: Vec3
+    """Middle of the box, world frame, m."""
+    orientation: Quaternion
+    mass: Finite
+    """kg; 0: fixed."""
+
+
+class Tile(msgspec.Struct, frozen=True):
+    """A square tile that is fixed on the floor, floor frame."""
+
+    at: Vec2
+    """Its middle, m."""
+    edge: Finite
+    """m"""
+    height: Finite
+    """Of its top over the floor, m."""
+
+
+class HeightGrid(msgspec.Struct, frozen=True):
+    """Points of the ground with triangles between, floor frame."""
+
+    centre: Vec2
+    """m"""
+    spacing: Finite
+    """Between neighbours, m."""
+    heights: tuple[tuple[Finite, ...], ...]
+    """Rows from right to left (y), each from back to front (x), m."""
+
+
+class Terrain(msgspec.Struct, frozen=True):
+    """What of the ground is not flat."""
+
+    tiles: tuple[Tile, ...] = ()
+    grid: HeightGrid | None = None
+
+
+class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
+    """The world after a command was carried out."""
+
+    version: int = SCHEMA_VERSION
+    text: str
+    """What was done, in one sentence."""
+    seq: int
+    """Of the boundary at which it was done, or until which it was."""
+    time: Finite
+    """Robot time, s."""
+    paused: bool
+    floor: Vec2
+    """Roll and pitch of the floor, rad."""
+    friction: Finite
+    objects: tuple[WorldObject, ...]
+    faults: tuple[str, ...]
+    """Names of the faults in force."""
+    terrain: Terrain | None = None
+    """Tiles and heights, to a `status` that asks for them; None otherwise."""

@@ -1,0 +1,147 @@
+"""Reading recordings back, whole ones and such as a killed process left behind."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO, Final, NamedTuple
+
+import msgspec
+from mcap.exceptions import EndOfFile, McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, McapRecord, Message, Metadata
+from mcap.stream_reader import CRCValidationError, StreamReader
+from zstandard import ZstdError
+
+from bridge.errors import ConfigurationError
+from bridge.recording.canonical import TOPICS, FrameHash, Recordable
+from bridge.recording.mcap_file import METADATA
+
+_MAGIC: Final = b"\x89MCAP0\r\n"
+_RECORD: Final = struct.Struct("<BQ")
+"""Head of every MCAP record: kind, and the length of what follows."""
+_HASHED: Final = ("sensors", "actuators")
+
+_decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in TOPICS.items()}
+
+
+class Recorded(NamedTuple):
+    """One message of a recording."""
+
+    topic: str
+    time: float
+    """Robot time, s."""
+    message: Recordable
+    """Fields that recordings leave out have their defaults."""
+
+
+def read_recording(path: str | Path) -> Iterator[Recorded]:
+    """The messages of a recording in the order they were written.
+
+    A file whose end is missing is read to its last whole record. Topics that are not in
+    `bridge.recording.canonical.TOPICS` are passed over.
+
+    Raises:
+        ConfigurationError: no such file, not an MCAP file, damaged, or a message that is not what its topic
+            says; the first two are raised by the call itself, the others where reading gets to them.
+    """
+    _open(path).close()
+    return (
+        Recorded(topic, message.log_time * 1e-9, _typed(path, topic, message.data))
+        for topic, message in _messages(path)
+    )
+
+
+def recorded_config(path: str | Path) -> Any:
+    """Configuration that the recording was made with, as plain JSON values; None when it holds none.
+
+    Raises:
+        ConfigurationError: as `read_recording`, or it holds one that is no JSON.
+    """
+    for record in _records(path):
+        if isinstance(record, Metadata) and record.name == METADATA and "config" in record.metadata:
+            try:
+                return msgspec.json.decode(record.metadata["config"])
+            except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+                raise ConfigurationError(f"{path}: its configuration is no JSON: {error}.") from None
+    return None
+
+
+def is_complete(path: str | Path) -> bool:
+    """Whether the recording was closed, and not cut off by a killed process or a full disk.
+
+    Raises:
+        ConfigurationError: no such file, or not an MCAP file.
+    """
+    with _open(path) as file:
+        file.seek(-len(_MAGIC), os.SEEK_END)
+        return file.tell() > 0 and file.read() == _MAGIC
+
+
+def frames_sha256(path: str | Path) -> str:
+    """`bridge.recording.canonical.FrameHash` over the sensor and actuator frames of a recording.
+
+    Raises:
+        ConfigurationError: as `read_recording`.
+    """
+    frames = FrameHash()
+    for topic, message in _messages(path):
+        if topic in _HASHED:
+            frames.line(message.data)
+    return frames.hexdigest()
+
+
+def _typed(path: str | Path, topic: str, data: bytes) -> Recordable:
+    try:
+        return _decoders[topic].decode(data)
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path}: a message on `{topic}` does not fit its type: {error}.") from None
+
+
+def _messages(path: str | Path) -> Iterator[tuple[str, Message]]:
+    topics: dict[int, str] = {}
+    for record in _records(path):
+        if isinstance(record, Channel) and record.message_encoding == "json" and record.topic in _decoders:
+            topics[record.id] = record.topic
+        elif isinstance(record, Message) and record.channel_id in topics:
+            yield topics[record.channel_id], record
+
+
+def _records(path: str | Path) -> Iterator[McapRecord]:
+    """All records up to the footer, or to the last whole one."""
+    with _open(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        while len(head := file.read(_RECORD.size)) == _RECORD.size:
+            kind, length = _RECORD.unpack(head)
+            if kind == Opcode.FOOTER or file.tell() + length > size:
+                return
+            yield from _parse(path, head + file.read(length))
+
+
+def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
+    """The record, or when it is a chunk, those within."""
+    records = []
+    try:
+        for item in StreamReader(BytesIO(record), skip_magic=True, validate_crcs=True).records:
+            records.append(item)
+    except EndOfFile:
+        return records
+    except (McapError, ZstdError, CRCValidationError, struct.error, ValueError, OverflowError) as error:
+        raise ConfigurationError(f"{path}: is damaged ({error}); make the recording anew.") from None
+    return records
+
+
+def _open(path: str | Path) -> BinaryIO:
+    try:
+        file = Path(path).open("rb")  # noqa: SIM115 (the caller closes it)
+    except OSError as error:
+        raise ConfigurationError(
+            f"{path}: cannot be read ({error.strerror}); give the path of a recording (.mcap)."
+        ) from None
+    if file.read(len(_MAGIC)) != _MAGIC:
+        file.close()
+        raise ConfigurationError(f"{path}: is not an MCAP file; give the path of a recording (.mcap).")
+    return file

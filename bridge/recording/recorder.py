@@ -1,0 +1,103 @@
+"""Recordings: all frames of a run in one MCAP file that Foxglove and PlotJuggler open.
+
+Messages are JSON with a JSON schema; their log and publish time is robot time. What is not the same in two
+runs of one seed is left out: the wall-clock fields and the number of the lease. Two lockstep runs therefore
+give byte-identical files. `bridge.recording.playback` reads them back.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import msgspec
+
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.recording.canonical import Recordable
+from bridge.recording.mcap_file import McapFile
+
+
+def later_file(first: Path, number: int) -> Path:
+    """File of a later run of the same process.
+
+    Args:
+        first: file of the first run.
+        number: of the run; 2 after the first reset.
+    """
+    return first.with_name(f"{first.stem}-{number}{first.suffix}") if number > 1 else first
+
+
+class Recorder:
+    """Writes a recording; also a `bridge.recording.observer.Observer`.
+
+    Frames without a time of their own get the time of the last sensor frame written before them. One file is
+    one run: when the robot begins anew (a sensor frame with a smaller `seq`), the file is closed and the next
+    one begun beside it, `frames-2.mcap` after `frames.mcap`.
+
+    Args:
+        path: file to write; an existing one is replaced.
+        config: configuration of the run with its seed, anything msgspec can turn into JSON. For
+            byte-identical recordings it holds nothing that differs between two equal runs, such as paths.
+
+    Raises:
+        ConfigurationError: the file cannot be created.
+    """
+
+    def __init__(self, path: str | Path, config: Any) -> None:
+        self._config = msgspec.json.encode(config, order="deterministic").decode()
+        self._time = 0
+        self._seq = -1
+        self._file = McapFile(Path(path), self._config)
+        self.paths = [self._file.path]
+        """Files written so far."""
+
+    def write(self, message: Recordable) -> None:
+        """Record a message; the time of a sensor frame is also the time of the messages that follow."""
+        if isinstance(message, SensorFrame):
+            if message.seq < self._seq:
+                self._next_file()
+            self._seq = message.seq
+            self._time = round(message.time * 1e9)
+        self._file.write(message, self._time)
+
+    def _next_file(self) -> None:
+        self._file.close()
+        self._file = McapFile(later_file(self.paths[0], len(self.paths) + 1), self._config)
+        self.paths.append(self._file.path)
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        """As an observer: record both."""
+        self.write(frame)
+        self.write(truth)
+
+    def command(self, frame: ActuatorFrame) -> None:
+        """As an observer: record the command in force."""
+        self.write(frame)
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        """As an observer: record it."""
+        self.write(message)
+
+    def notice(self, message: Notice) -> None:
+        """As an observer: record it."""
+        self.write(message)
+
+    def close(self) -> None:
+        """Write the index and close the file; further calls do nothing.
+
+        Raises:
+            LinkError: the rest cannot be written; the file is closed and readable up to there.
+        """
+        self._file.close()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,99 @@
+"""Rotations: matrices from angles and quaternions; roll, pitch, yaw and tilt of a quaternion.
+
+`R_a_b` turns coordinates of frame b into frame a. Roll is about x, pitch about y, yaw about z, right-handed;
+together they are R_yaw R_pitch R_roll (Prenner 2011, 2.4), as the robot's AngleX and AngleY are meant.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bridge.types import Array, Vec3
+
+
+def R_yaw(phi: float) -> Array:
+    """Rotation about z by `phi` rad, shape (3, 3) (Prenner 2011, 2.1)."""
+    c, s = math.cos(phi), math.sin(phi)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def R_pitch(theta: float) -> Array:
+    """Rotation about y by `theta` rad, shape (3, 3) (Prenner 2011, 2.2)."""
+    c, s = math.cos(theta), math.sin(theta)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def R_roll(psi: float) -> Array:
+    """Rotation about x by `psi` rad, shape (3, 3) (Prenner 2011, 2.2)."""
+    c, s = math.cos(psi), math.sin(psi)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
+    """R_yaw R_pitch R_roll, shape (3, 3) (Prenner 2011, 2.4).
+
+    Args:
+        roll: about x, rad.
+        pitch: about y, rad.
+        yaw: about z, rad.
+    """
+    return R_yaw(yaw) @ R_pitch(pitch) @ R_roll(roll)
+
+
+def about_axis(axis: Vec3, angle: float) -> Array:
+    """Rotation about any axis, shape (3, 3) (Rodrigues' formula).
+
+    Args:
+        axis: unit vector.
+        angle: rad, right-handed.
+    """
+    cross = np.cross(np.eye(3), axis)
+    R: Array = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+    return R
+
+
+def heading(R: Array) -> float:
+    """Yaw of a rotation matrix or a homogeneous transform, shape (3, 3) or (4, 4): of its x axis, rad."""
+    return math.atan2(R[1, 0], R[0, 0])
+
+
+def matrix(quaternion: ArrayLike) -> Array:
+    """Rotation matrices, shape (..., 3, 3), of unit quaternions (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = _elements(quaternion)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def roll(quaternion: ArrayLike) -> Array:
+    """Roll, rad, positive to the right, shape (...), of unit quaternions (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = _elements(quaternion)
+    return np.asarray(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)))
+
+
+def pitch(quaternion: ArrayLike) -> Array:
+    """Pitch, rad, positive nose down, shape (...), of unit quaternions (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = _elements(quaternion)
+    return np.asarray(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
+
+
+def yaw(quaternion: ArrayLike) -> Array:
+    """Yaw, rad, positive to the left, shape (...), of unit quaternions (x, y, z, w), shape (..., 4)."""
+    x, y, z, w = _elements(quaternion)
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def tilt(quaternion: ArrayLike) -> Array:
+    """Angle of the z axis to the vertical, rad, shape (...), of unit quaternions (x, y, z, w), (..., 4)."""
+    x, y, _, _ = _elements(quaternion)
+    return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)))
+
+
+def _elements(quaternion: ArrayLike) -> Array:
+    return np.moveaxis(np.asarray(quaternion, dtype=np.float64), -1, 0)

@@ -1,0 +1,98 @@
+"""The interface of a physics engine: everything that the emulated robot needs from physics, and nothing else.
+
+Servos, sensors, scenarios, faults and the DCM are the same on every engine. What one engine needs to do its
+part well (where the rotor's inertia goes, how a joint stops, how a contact is softened) stays in its own
+package.
+
+SI units and radians. The world frame has z up; a scene's floor frame turns with the floor. Quaternions are x,
+y, z, w. No engine draws random numbers: the same calls after `reset` give the same bits.
+
+One engine holds one robot. What is called in every physics step or cycle (`step`, `contacts`, the robot's
+`position`, `velocity` and `torso`) takes and gives arrays and plain values and calls nothing back, so that an
+engine of N robots can do the same with a leading axis of N.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import Body
+from bridge.types import Vec3
+from emulator.engine.multibody import Multibody, Vector
+from emulator.engine.scene import Scene
+from emulator.engine.values import Camera, GroundContacts, PhysicsSettings, RayHit
+
+
+class Engine(ABC):
+    """A world with a floor and, once it is added, a robot.
+
+    An engine may put off building its model until the first call that needs it: the scene is laid, then the
+    robot is added, then both change while the world runs.
+    """
+
+    settings: PhysicsSettings
+    scene: Scene
+    """Floor and objects; a new one after `reset`."""
+    robot: Multibody
+    """Set by `add_robot`."""
+
+    @abstractmethod
+    def add_robot(self, body: Body, rotor_inertia: Vector, *, held: bool = False) -> None:
+        """Put the robot into the world: zero pose, torso upright at the world's origin, no torque on any joint.
+
+        Args:
+            body: Data sheet.
+            rotor_inertia: Of each motor, reflected to its joint, (n,) in the order of `bridge.body.joint_tree`,
+                kg m^2.
+            held: The torso is fixed to the world wherever it is put (test benches).
+        """
+
+    @abstractmethod
+    def begin_cycle(self) -> None:
+        """Forget the contacts so far: a new mean begins."""
+
+    @abstractmethod
+    def step(self, torque: Vector) -> None:
+        """Run one physics step of `settings.step` with the pushes given since the last one.
+
+        Args:
+            torque: Of the drives, (n,), N m; the engine may change the array.
+        """
+
+    @abstractmethod
+    def bare_step(self) -> None:
+        """The engine's own time step alone, nothing applied and nothing read: the floor of a benchmark."""
+
+    @abstractmethod
+    def contacts(self) -> GroundContacts:
+        """Contacts of the robot with the ground, as means over the steps since `begin_cycle`."""
+
+    @abstractmethod
+    def set_gravity(self, gravity: Vec3) -> None:
+        """Set the acceleration of gravity, world frame, m/s^2; (0, 0, -`settings.gravity`) at first."""
+
+    @abstractmethod
+    def rays(self, starts: Sequence[Vec3], ends: Sequence[Vec3], *, ground_only: bool = False) -> list[RayHit]:
+        """Cast rays.
+
+        Args:
+            starts: World frame, m.
+            ends: One for each start, world frame, m.
+            ground_only: Rays meet the floor and what is fixed on it, and nothing else.
+        """
+
+    @abstractmethod
+    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+        """Picture of the world as it is, (height, width, 3), RGB."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Empty the world: a level floor at the origin, no objects, no robot."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free what the engine holds; harmless when called twice."""

@@ -1,0 +1,54 @@
+"""Import of PyBullet, and its clients: a missing installation is one clear sentence."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+
+from bridge.errors import ConfigurationError, LinkError
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Suppress output of compiled code on the standard streams: PyBullet prints its build time."""
+    kept = [os.dup(descriptor) for descriptor in (1, 2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for descriptor in (1, 2):
+            os.dup2(nowhere, descriptor)
+        yield
+    finally:
+        for descriptor, copy in zip((1, 2), kept, strict=True):
+            os.dup2(copy, descriptor)
+        for descriptor in (nowhere, *kept):
+            os.close(descriptor)
+
+
+try:
+    with _silent():
+        import pybullet as bullet
+except ImportError as error:
+    raise ConfigurationError(
+        "PyBullet is not installed: pip install 'nao-hil[emulator]' puts the emulated robot on this machine."
+    ) from error
+
+__all__ = ["bullet", "connect", "disconnect"]
+
+
+def connect() -> int:
+    """A physics client of its own, without a window.
+
+    Raises:
+        LinkError: PyBullet has no client left (it allows about a thousand per process).
+    """
+    client = int(bullet.connect(bullet.DIRECT))
+    if client < 0:
+        raise LinkError("PyBullet gave no physics client; close robots that are no longer needed.")
+    return client
+
+
+def disconnect(client: int) -> None:
+    """Free a client; harmless when it is gone already."""
+    if bullet.isConnected(client):
+        bullet.disconnect(client)

@@ -1,0 +1,204 @@
+"""The robot as a PyBullet multibody, built from the data sheet when it starts.
+
+Link frames are the zero-pose aligned joint frames of the data sheet. The free base is the torso.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import TORSO, Body, JointTree, joint_tree
+from bridge.body.model import Link
+from bridge.types import Side, Vec3
+from emulator.engine.pybullet.client import bullet
+from emulator.engine.pybullet.inertia import PrincipalInertia, principal, tensor_matrix, with_rotor
+from emulator.engine.shapes import (
+    FOOT_LINKS,
+    BoxShape,
+    CapsuleShape,
+    PrismShape,
+    Shape,
+    SphereShape,
+    link_shapes,
+)
+from emulator.poses import Pose
+
+BASE: Final = -1
+"""PyBullet's link number of the torso."""
+GEAR_TORQUE: Final = 100.0
+"""Maximum torque of the gear between the hips, N m: far above the motor's stall torque."""
+GEAR_ERP: Final = 0.2
+"""Fraction of a difference between the two hips that one physics step takes back."""
+HULL_MARGIN: Final = 0.001
+"""What PyBullet adds below a convex hull that meets a plane, m (measured; on links it cannot be changed)."""
+_UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
+_HERE: Final = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A robot in a physics client."""
+
+    client: int
+    robot: int
+    """PyBullet's number of the multibody."""
+    joints: tuple[str, ...]
+    """Mechanical joints; the place in this tuple is PyBullet's joint and link number."""
+    feet: dict[Side, int]
+    """Link numbers of the feet."""
+    masses: tuple[float, ...]
+    """Torso first, then the links in joint order, kg."""
+    torso_com: Vec3
+    """Centre of mass of the torso link in the Torso frame, m."""
+    torso_principal: tuple[float, float, float, float]
+    """Orientation of the torso's inertial frame in the Torso frame."""
+
+    def link_frame(self, link: int) -> Pose:
+        """Pose of a link's frame in the world now, by PyBullet's number of the link; not of the torso."""
+        state = bullet.getLinkState(
+            self.robot, link, computeForwardKinematics=True, physicsClientId=self.client
+        )
+        return Pose(state[4], state[5])
+
+
+def _geometry(shape: Shape, *, visual: bool) -> dict[str, Any]:
+    """PyBullet's arguments for a shape."""
+    length = "length" if visual else "height"
+    if isinstance(shape, BoxShape):
+        return {"shapeType": bullet.GEOM_BOX, "halfExtents": shape.half}
+    if isinstance(shape, CapsuleShape):
+        return {"shapeType": bullet.GEOM_CAPSULE, "radius": shape.radius, length: shape.length}
+    if isinstance(shape, SphereShape):
+        return {"shapeType": bullet.GEOM_SPHERE, "radius": shape.radius}
+    if visual:
+        return {
+            "shapeType": bullet.GEOM_MESH,
+            "vertices": shape.vertices.tolist(),
+            "indices": shape.triangles(),
+        }
+    return {"shapeType": bullet.GEOM_MESH, "vertices": _raised(shape).tolist()}
+
+
+def _raised(prism: PrismShape) -> NDArray[np.float64]:
+    """Vertices with the bottom raised by the margin that PyBullet adds below."""
+    vertices: NDArray[np.float64] = prism.vertices.copy()
+    vertices[: len(vertices) // 2, 2] += HULL_MARGIN
+    return vertices
+
+
+def _create_shape(client: int, shape: Shape) -> tuple[int, int]:
+    """Collision and visual shape numbers."""
+    centre = _HERE if isinstance(shape, PrismShape) else shape.centre
+    turn = shape.orientation if isinstance(shape, CapsuleShape) else _UPRIGHT
+    collision = bullet.createCollisionShape(
+        collisionFramePosition=centre,
+        collisionFrameOrientation=turn,
+        physicsClientId=client,
+        **_geometry(shape, visual=False),
+    )
+    visual = bullet.createVisualShape(
+        visualFramePosition=centre,
+        visualFrameOrientation=turn,
+        rgbaColor=shape.colour,
+        physicsClientId=client,
+        **_geometry(shape, visual=True),
+    )
+    return int(collision), int(visual)
+
+
+def combined_inertia(link: Link, joint: JointTree, rotor_inertia: float) -> PrincipalInertia:
+    """Principal inertia of a link together with the reflected rotor of the joint that moves it."""
+    return principal(with_rotor(tensor_matrix(link.inertia), joint.axis, rotor_inertia))
+
+
+def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixed: bool = False) -> RobotModel:
+    """Put a robot in its zero pose, torso upright at the world's origin, into a physics client.
+
+    Args:
+        client: Physics client.
+        body: Data sheet.
+        rotor_inertia: Reflected rotor inertia about each joint's axis, in the tree's order of joints, kg m^2.
+        fixed: Nail the torso to the world (for tests and test benches).
+    """
+    tree = joint_tree(body)
+    names = tuple(tree)
+    number = {TORSO: 0} | {name: i + 1 for i, name in enumerate(names)}
+    shapes = {name: _create_shape(client, shape) for name, shape in link_shapes(body).items()}
+    none = (-1, -1)
+    torso = body.links[TORSO]
+    torso_inertia = principal(tensor_matrix(torso.inertia))
+    inertias = [
+        combined_inertia(body.links[name], tree[name], rotor)
+        for name, rotor in zip(names, rotor_inertia, strict=True)
+    ]
+    robot = int(
+        bullet.createMultiBody(
+            baseMass=0.0 if fixed else torso.mass,
+            baseCollisionShapeIndex=shapes[TORSO][0],
+            baseVisualShapeIndex=shapes[TORSO][1],
+            baseInertialFramePosition=torso.com,
+            baseInertialFrameOrientation=torso_inertia.orientation,
+            linkMasses=[body.links[name].mass for name in names],
+            linkCollisionShapeIndices=[shapes.get(name, none)[0] for name in names],
+            linkVisualShapeIndices=[shapes.get(name, none)[1] for name in names],
+            linkPositions=[tree[name].offset for name in names],
+            linkOrientations=[_UPRIGHT] * len(names),
+            linkInertialFramePositions=[body.links[name].com for name in names],
+            linkInertialFrameOrientations=[inertia.orientation for inertia in inertias],
+            linkParentIndices=[number[tree[name].parent] for name in names],
+            linkJointTypes=[bullet.JOINT_REVOLUTE] * len(names),
+            linkJointAxis=[tree[name].axis for name in names],
+            physicsClientId=client,
+        )
+    )
+    _set_dynamics(client, robot, BASE, torso_inertia)
+    for i, (name, inertia) in enumerate(zip(names, inertias, strict=True)):
+        _set_dynamics(client, robot, i, inertia)
+        sheet = body.joints[name]
+        bullet.changeDynamics(
+            robot, i, jointLowerLimit=sheet.lower, jointUpperLimit=sheet.upper, physicsClientId=client
+        )
+    _couple_hips(client, robot, names)
+    return RobotModel(
+        client=client,
+        robot=robot,
+        joints=names,
+        feet={side: names.index(link) for side, link in FOOT_LINKS.items()},
+        masses=(torso.mass, *(body.links[name].mass for name in names)),
+        torso_com=torso.com,
+        torso_principal=torso_inertia.orientation,
+    )
+
+
+def _set_dynamics(client: int, robot: int, link: int, inertia: PrincipalInertia) -> None:
+    """Exact inertia, and none of PyBullet's default damping: the servo brakes the joints.
+
+    The inertia needs a call of its own: given together with damping, PyBullet 3.2.7 silently
+    writes a link's inertia to the base.
+    """
+    bullet.changeDynamics(robot, link, localInertiaDiagonal=inertia.moments, physicsClientId=client)
+    bullet.changeDynamics(
+        robot,
+        link,
+        linearDamping=0.0,
+        angularDamping=0.0,
+        jointDamping=0.0,
+        restitution=0.0,
+        # PyBullet multiplies the coefficients of both partners; the floor's alone is the pair's.
+        lateralFriction=1.0,
+        physicsClientId=client,
+    )
+
+
+def _couple_hips(client: int, robot: int, names: tuple[str, ...]) -> None:
+    """Gear the two HipYawPitch joints together: one motor turns both by the same angle."""
+    left, right = names.index("LHipYawPitch"), names.index("RHipYawPitch")
+    gear = bullet.createConstraint(
+        robot, left, robot, right, bullet.JOINT_GEAR, (1.0, 0.0, 0.0), _HERE, _HERE, physicsClientId=client
+    )
+    bullet.changeConstraint(gear, gearRatio=-1.0, maxForce=GEAR_TORQUE, erp=GEAR_ERP, physicsClientId=client)

@@ -1,0 +1,73 @@
+"""Mechanical stops at high speed, where PyBullet's joint limits act too late.
+
+A limit of PyBullet acts from the step after it was passed: a joint at 20 rad/s is then 1.1 degrees beyond it.
+So a joint that would pass its stop within the coming step is braked to arrive at it. The braking uses the
+inertia of the joint's own link and rotor, the least that can be moving: it takes away speed, never turns it
+round, and leaves the rest to PyBullet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import Body, joint_tree
+from emulator.engine.pybullet.inertia import tensor_matrix
+
+Vector = NDArray[np.float64]
+
+
+def own_inertia(body: Body, joint: str) -> float:
+    """Inertia of the link that a joint moves about the joint's axis, kg m^2.
+
+    Args:
+        body: Data sheet.
+        joint: Name.
+    """
+    link, axis = body.links[joint], np.array(joint_tree(body)[joint].axis)
+    arm = np.cross(axis, link.com)
+    return float(axis @ tensor_matrix(link.inertia) @ axis + link.mass * arm @ arm)
+
+
+class Stops:
+    """Stops of all joints.
+
+    Args:
+        body: Data sheet.
+        joints: Mechanical joints in the order of every vector here.
+        rotor_inertia: Of each motor at its joint, kg m^2.
+        step: Physics step, s.
+    """
+
+    def __init__(self, body: Body, joints: Sequence[str], rotor_inertia: Vector, step: float) -> None:
+        self._lower = np.array([body.joints[name].lower for name in joints])
+        self._upper = np.array([body.joints[name].upper for name in joints])
+        inertia = rotor_inertia + [own_inertia(body, name) for name in joints]
+        self._step, self._torque_per_way = step, inertia / step**2
+        self._way, self._goal = np.zeros((2, len(joints)))
+
+    def brake(self, position: Vector, velocity: Vector, torque: Vector) -> None:
+        """Add the braking of a step to the torques, in place.
+
+        Args:
+            position: Joint angles, (n,), rad.
+            velocity: Joint velocities, (n,), rad/s.
+            torque: Of the drives, (n,), N m; changed.
+        """
+        # `way`: angle after the step, q + qd dt. `goal`: the same, but no farther than the upper stop, or than
+        # q if that is beyond. The torque I (way - goal) / dt^2 takes the excess away. Then the lower stop.
+        way, goal = self._way, self._goal
+        np.multiply(velocity, self._step, out=way)
+        way += position
+        np.maximum(position, self._upper, out=goal)
+        np.minimum(way, goal, out=goal)
+        np.subtract(way, goal, out=goal)
+        goal *= self._torque_per_way
+        torque -= goal
+        np.minimum(position, self._lower, out=goal)
+        np.maximum(way, goal, out=goal)
+        np.subtract(way, goal, out=goal)
+        goal *= self._torque_per_way
+        torque -= goal

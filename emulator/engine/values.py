@@ -1,0 +1,89 @@
+"""Values that an engine is given and gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from bridge.types import Quaternion, Side, Vec2, Vec3
+from emulator.vectors import Rotation
+
+
+@dataclass(frozen=True)
+class PhysicsSettings:
+    """Settings of every engine."""
+
+    step: float = 0.001
+    """Time of one physics and servo step, s (assumed)."""
+    gravity: float = 9.81
+    """m/s^2"""
+
+
+@dataclass(frozen=True)
+class TorsoState:
+    """The Torso frame in the world."""
+
+    position: Vec3
+    """m"""
+    orientation: Quaternion
+    """x, y, z, w."""
+    rotation: Rotation
+    """Torso to world."""
+    velocity: Vec3
+    """Of the frame's origin, world frame, m/s."""
+    angular_velocity: Vec3
+    """World frame, rad/s."""
+
+
+@dataclass(frozen=True)
+class FootLoad:
+    """Contact forces on one foot."""
+
+    force: Vec3
+    """Sum of the contact forces, world frame, N."""
+    normal_force: float
+    """Part of it along the sole's normal, N."""
+    cop: Vec2 | None
+    """Centre of pressure in the sole frame (below the AnkleRoll origin), m; None without load."""
+    rim: tuple[Vec3, ...] = ()
+    """Points at which something pushes on the rim of the foot and not on its sole, AnkleRoll frame, m."""
+
+
+@dataclass(frozen=True)
+class GroundContacts:
+    """All contacts of the robot with the ground, forces as means over a cycle."""
+
+    feet: Mapping[Side, FootLoad]
+    zmp: Vec2 | None
+    """Centre of pressure of both feet together, world frame x and y, m; None without load. Each foot has the
+    weight of its force along the floor's normal, so that this is the zero moment point on a tilted floor
+    too."""
+    touching: frozenset[str] = frozenset()
+    """Links other than the feet that touched the ground: `Torso`, or the joint that moves the link."""
+
+
+class RayHit(NamedTuple):
+    """First surface on the way of a ray."""
+
+    kind: Literal["nothing", "robot", "scene"]
+    fraction: float
+    """Of the way from start to end; 1 without a hit."""
+    point: Vec3
+    """World frame, m."""
+    normal: Vec3
+    """Of the surface, world frame, outward."""
+
+
+class Camera(NamedTuple):
+    """A pinhole camera with z upward in the picture."""
+
+    eye: Vec3
+    """World frame, m."""
+    target: Vec3
+    """Point in the middle of the picture, world frame, m."""
+    width: int
+    height: int
+    """Pixels."""
+    field_of_view: float
+    """Vertical angle, rad."""

@@ -1,0 +1,97 @@
+"""From the robot's state at a cycle boundary to a sensor frame in LoLA's order of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
+from bridge.messages import SensorFrame
+from emulator.engine.values import GroundContacts
+from emulator.hands import Hands
+from emulator.sensors.suite import Sensors
+from emulator.servo.servo import Servo
+
+Vector = NDArray[np.float64]
+
+
+class FrameSampler:
+    """Reads all sensors of a robot once per cycle.
+
+    Args:
+        joints: Mechanical joints in the order of every vector of drives and engine.
+        servo: The drives.
+        sensors: Everything that measures.
+        hands: The hands.
+        room: Temperature of the hands' motors, degrees Celsius.
+    """
+
+    def __init__(
+        self, joints: Sequence[str], servo: Servo, sensors: Sensors, hands: Hands, room: float
+    ) -> None:
+        self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
+        self._servo, self._sensors, self._hands, self._room = servo, sensors, hands, room
+        present = set(self._slots) | hands.slots
+        self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
+        """Joints of the frame that this body does not have."""
+
+    def _by_slot(self, values: Vector) -> list[float]:
+        """Values of the mechanical joints in frame order; the two hips share the left one's slot."""
+        slots = [0.0] * N_JOINTS
+        # backwards, so that the left hip, first in the model, has the last word
+        for slot, value in zip(reversed(self._slots), reversed(values.tolist()), strict=True):
+            slots[slot] = value
+        return slots
+
+    def angles(self, position: Vector) -> tuple[float, ...]:
+        """Angles of the mechanical joints (n,), rad, and the hands' openings, in frame order."""
+        return self._hands.put(self._by_slot(position))
+
+    def _temperatures(self) -> tuple[float, ...]:
+        """Of the motors in frame order, degrees Celsius; hands stay cool, absent joints read 0."""
+        temperature = self._by_slot(self._servo.heat.temperature)
+        for slot in self._hands.slots:
+            temperature[slot] = self._room
+        return tuple(temperature)
+
+    def sample(
+        self,
+        position: Vector,
+        contacts: GroundContacts,
+        *,
+        seq: int,
+        time: float,
+        command: int,
+        missed: int,
+    ) -> SensorFrame:
+        """The frame of a boundary.
+
+        Args:
+            position: True angles of the mechanical joints, (n,), rad.
+            contacts: Of the cycle that ends here.
+            seq: Number of the boundary.
+            time: Robot time, s.
+            command: `reply_to` of the command in force.
+            missed: Cycles without an answer so far.
+        """
+        sensors = self._sensors
+        inertial = sensors.inertial.sample
+        return SensorFrame(
+            seq=seq,
+            time=time,
+            position=self.angles(sensors.encoders.read(position)),
+            stiffness=self._hands.put_stiffness(self._by_slot(self._servo.stiffness)),
+            current=tuple(self._by_slot(self._servo.current())),
+            temperature=self._temperatures(),
+            fsr=sensors.forces(contacts),
+            accelerometer=inertial.acceleration,
+            gyroscope=inertial.rate,
+            angle=inertial.angle,
+            touch=sensors.touch.read(contacts.feet),
+            battery=sensors.battery.read(),
+            sonar=sensors.sonars.read(),
+            command=command,
+            missed=missed,
+        )

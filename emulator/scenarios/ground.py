@@ -1,0 +1,97 @@
+"""The ground of a scenario: floor, start, boxes, tiles, heightfield."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+
+from bridge.types import Vec2
+from emulator.scenarios.table import (
+    Degrees,
+    Friction,
+    NotNegative,
+    Plane,
+    Positive,
+    ScenarioTable,
+    Seed,
+    Size,
+    Slope,
+)
+
+
+class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
+    """The floor; Ry(pitch) Rx(roll) about the origin."""
+
+    friction: Friction | None = None
+    """Coulomb coefficient against soles; none: the emulator's own, 0.8."""
+    roll: Slope = 0.0
+    """Degrees; positive raises the left."""
+    pitch: Slope = 0.0
+    """Degrees; positive lowers the front: downhill."""
+
+
+class Start(ScenarioTable, frozen=True, kw_only=True):
+    """How the robot begins; its soles are parallel to the floor."""
+
+    posture: str = "StandInit"
+    x: float = 0.0
+    y: float = 0.0
+    yaw: Degrees = 0.0
+
+
+class PlacedBox(ScenarioTable, frozen=True, kw_only=True):
+    """A plate, a step, a wall; or a box that can be pushed about."""
+
+    name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
+    size: Size
+    at: Vec2
+    """Middle of its bottom."""
+    yaw: Degrees = 0.0
+    height: float | None = None
+    """Of its bottom over the floor; none: it lies on the ground under it."""
+    mass: NotNegative = 0.0
+    """0: fixed on the floor."""
+    friction: Friction | None = None
+    """Against the soles; none: as the floor."""
+
+
+class Tiles(ScenarioTable, frozen=True, kw_only=True):
+    """Square tiles of random height."""
+
+    area: Plane
+    """Along x and y."""
+    height: Positive
+    """Of the highest."""
+    edge: Positive = 0.1
+    centre: Vec2 = (0.0, 0.0)
+    free: NotNegative = 0.25
+    """Radius about the origin that has no tiles."""
+    seed: Seed | None = None
+    """None: the tiles follow the seed of the run."""
+
+
+class Heightfield(ScenarioTable, frozen=True, kw_only=True):
+    """A grid of heights: given, from a CSV file, or random."""
+
+    spacing: Positive = 0.05
+    centre: Vec2 = (0.0, 0.0)
+    heights: tuple[tuple[NotNegative, ...], ...] = ()
+    """Rows from right to left (y), each from back to front (x)."""
+    file: str = ""
+    """CSV of the same, beside the scenario."""
+    area: Plane = (2.0, 1.0)
+    """Of a random one, along x and y."""
+    roughness: NotNegative = 0.0
+    """Greatest height of a random one."""
+    seed: Seed | None = None
+    """None: a random one follows the seed of the run."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError unless there is one source of heights, and a grid."""
+        if (bool(self.heights) + bool(self.file) + (self.roughness > 0.0)) != 1:
+            raise ValueError("give one of `heights`, `file` and `roughness`")
+        if self.heights and (len(self.heights) < 2 or len({len(row) for row in self.heights}) != 1):
+            raise ValueError("`heights` needs two or more rows of one length")
+        if self.heights and len(self.heights[0]) < 2:
+            raise ValueError("each row of `heights` needs two or more points")

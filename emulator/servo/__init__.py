@@ -1,0 +1,1 @@
+"""Joint drives: position loop, gear, friction, heat and mechanical stops."""

@@ -1,1 +1,0 @@
-"""Figures: pictures of runs, for the documentation and the reports."""

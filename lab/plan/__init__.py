@@ -1,1 +1,0 @@
-"""Plans of gaits: figures and studies."""

@@ -1,0 +1,59 @@
+"""nao-hil: an emulated NAO robot, a walking controller for it, and the link between them.
+
+`Robot` is the emulated robot in this process, `walk` a whole walk of it. `connect` controls any robot on the
+link, emulated or real. `WalkClient` commands a walker, `WorldClient` the world of an emulated robot. `load`
+gives a recording as arrays. `JOINTS` names the 25 joints in the order of all frames; `NaoHilError` is the base
+of all errors, each with one sentence.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from bridge.body.joints import JOINTS
+    from bridge.errors import NaoHilError
+    from bridge.link.walk_client import WalkClient
+    from bridge.link.world_client import WorldClient
+    from nao_hil.connection import connect
+    from nao_hil.recording import load
+    from nao_hil.robot import Robot
+    from nao_hil.simulation import walk
+
+    __version__: str
+
+__all__ = ["JOINTS", "NaoHilError", "Robot", "WalkClient", "WorldClient", "connect", "load", "walk"]
+
+_HOME: Final = {
+    "JOINTS": "bridge.body.joints",
+    "NaoHilError": "bridge.errors",
+    "Robot": "nao_hil.robot",
+    "WalkClient": "bridge.link.walk_client",
+    "WorldClient": "bridge.link.world_client",
+    "connect": "nao_hil.connection",
+    "load": "nao_hil.recording",
+    "walk": "nao_hil.simulation",
+}
+"""Public name to the module that defines it; imported at the first use, so that `import nao_hil` is quick."""
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _version()
+    if name not in _HOME:
+        raise AttributeError(f"module 'nao_hil' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("nao-hil")
+    except PackageNotFoundError:  # run from a source tree that is not installed
+        return "0+source"
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

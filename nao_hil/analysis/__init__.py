@@ -1,0 +1,1 @@
+"""Figures of runs: statistics, diagnosis of falls, plots and reports."""

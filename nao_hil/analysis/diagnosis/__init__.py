@@ -1,0 +1,24 @@
+"""What went wrong first, from frames alone: pure, the same live, on a recording and in a test."""
+
+from nao_hil.analysis.diagnosis.balance import Balance, Observer, PlannedStand, Stand
+from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, recorded_body, symptoms_of
+from nao_hil.analysis.diagnosis.moment import Gatherer, Moment, moments
+from nao_hil.analysis.diagnosis.symptom import Symptom
+from nao_hil.analysis.diagnosis.symptoms import Symptoms
+
+__all__ = [
+    "Balance",
+    "Diagnosis",
+    "Gatherer",
+    "Moment",
+    "Observer",
+    "PlannedStand",
+    "Stand",
+    "Symptom",
+    "Symptoms",
+    "diagnose",
+    "explain",
+    "moments",
+    "recorded_body",
+    "symptoms_of",
+]

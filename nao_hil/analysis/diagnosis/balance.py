@@ -1,0 +1,179 @@
+"""How a robot stands at one moment: support polygon, zero moment point, margin, capture point.
+
+Each twice where it can be: by the robot's own sensors, and by the ground truth.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from bridge.body import Body
+from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
+from bridge.rotations import matrix
+from bridge.types import Array, Pose, Side
+from nao_hil.analysis.diagnosis.moment import Moment
+from walker.estimation.com_state import ComEstimator, ComState
+from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
+from walker.estimation.odometry import GroundPlane, Odometry, middle_of_soles, on_ground
+from walker.model.floating_base import SIDES, FloatingBase, RobotPose
+from walker.model.support_polygon import SupportPolygon, convex_hull
+from walker.model.transforms import homogeneous
+from walker.model.zmp import FootForces
+from walker.planning.plan import Foothold
+
+Point = tuple[float, float]
+
+LEAST_FORCE: Final = 3.0
+"""True vertical force with which a foot stands, N; as the walker takes it from its sensors."""
+AT_REST: Final = ("approach", "stand")
+"""States of a walker whose planned feet are where the robot's are."""
+
+
+class Stand(NamedTuple):
+    """A robot in the world and how it stands, by one source."""
+
+    robot: RobotPose
+    contacts: Contacts
+    support: SupportPolygon | None
+    """World frame; None in flight. Truth: the hull of the soles that touch; sensors: that of their force cells,
+    beyond which no force can be felt."""
+    zmp: Point | None
+    """World frame, m."""
+    margin: float | None
+    """Of the zero moment point inside the support polygon, m."""
+    capture: Point
+    """Capture point: where a foot would have to stand for the robot to come to rest over it, world frame, m."""
+
+
+class PlannedStand(NamedTuple):
+    """What the walker meant, in the world."""
+
+    zmp: Point
+    com: Point
+    soles: dict[Side, Foothold]
+    """Planned soles (below the AnkleRoll origin)."""
+    lift: dict[Side, float]
+    """Planned height of each sole, m."""
+    margin: float | None
+    """Of the planned ZMP inside the hull of the planned soles on the ground, m."""
+
+
+class Balance(NamedTuple):
+    """Everything at one moment."""
+
+    moment: Moment
+    sensed: Stand
+    """By encoders, fused angle and force sensors."""
+    true: Stand | None
+    plan: PlannedStand | None
+
+    @property
+    def best(self) -> Stand:
+        """The ground truth where there is one."""
+        return self.true or self.sensed
+
+
+class Observer:
+    """Follows a robot moment by moment; new from the start after a reset.
+
+    Args:
+        body: The data sheet.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self.kinematics = FloatingBase(body)
+        self.ground = GroundPlane()
+        """The ground as known from elsewhere; sensors are read as if the robot stood on it."""
+        self._forces = FootForces(body)
+        self._cells: dict[Side, Array] = {
+            "L": np.column_stack([body.fsr.L, np.ones(4)]),
+            "R": np.column_stack([body.fsr.R, np.ones(4)]),
+        }
+        self._begin()
+
+    def _begin(self) -> None:
+        self._odometry: Odometry | None = None
+        self._contact = ContactEstimator(ContactParameters())
+        self._walk_frame: Foothold | None = None
+        self._com = {True: ComEstimator(), False: ComEstimator()}
+        self._seq = -1
+
+    def update(self, moment: Moment) -> Balance:
+        """One moment, later than the last one; an earlier one begins anew."""
+        frame = moment.sensors
+        if frame.seq < self._seq:
+            self._begin()
+        self._seq = frame.seq
+        true = true_pose(self.kinematics, moment.truth) if moment.truth is not None else None
+        if self._odometry is None:
+            start = middle_of_soles(self.kinematics, true) if true else Foothold()
+            self._odometry = Odometry(self.kinematics, start)
+        sensed = self._sensed(frame, self._odometry.update(frame, self.ground))
+        plan = self._plan(moment.walk, sensed.robot) if moment.walk is not None else None
+        return Balance(moment, sensed, self._true(moment.truth, true) if moment.truth and true else None, plan)
+
+    def _sensed(self, frame: SensorFrame, robot: RobotPose) -> Stand:
+        contacts = self._contact.update(frame.fsr)
+        feet = {side: robot.feet[side] for side in SIDES if contacts.of(side)}
+        point = self._forces.zmp(frame.fsr, feet)
+        zmp = None if point is None else (float(point[0]), float(point[1]))
+        com = self._com[False].update(frame.time, robot.com)
+        return self._stand(robot, contacts, zmp, com, self._cells)
+
+    def _true(self, truth: TruthFrame, robot: RobotPose) -> Stand:
+        contacts = Contacts(truth.left.force[2] > LEAST_FORCE, truth.right.force[2] > LEAST_FORCE)
+        com = self._com[True].update(truth.time, np.array(truth.com))
+        return self._stand(robot, contacts, truth.zmp, com, self.kinematics.soles)
+
+    def _stand(
+        self,
+        robot: RobotPose,
+        contacts: Contacts,
+        zmp: Point | None,
+        com: ComState,
+        bearing: dict[Side, Array],
+    ) -> Stand:
+        corners = [(bearing[s] @ robot.feet[s][:2].T) for s in SIDES if contacts.of(s)]
+        support = SupportPolygon(convex_hull(np.vstack(corners))) if corners else None
+        ground = min(float(self.kinematics.sole_in_world(s, robot.feet[s])[:, 2].min()) for s in SIDES)
+        height = max(float(robot.com[2]) - ground, 0.01)
+        margin = support.margin(zmp) if support is not None and zmp is not None else None
+        return Stand(robot, contacts, support, zmp, margin, com.capture_point(height))
+
+    def _plan(self, walk: WalkTelemetry, robot: RobotPose) -> PlannedStand:
+        if self._walk_frame is None or walk.state in AT_REST:
+            self._walk_frame = self._align(walk, robot)
+        at = self._walk_frame
+        poses: dict[Side, Pose] = {"L": walk.left, "R": walk.right}
+        soles = {side: Foothold(*at.point(*pose[:2]), at.yaw + pose[5]) for side, pose in poses.items()}
+        lift = {side: pose[2] for side, pose in poses.items()}
+        down = [self.sole_on_ground(s, soles[s]) for s in SIDES if lift[s] < 1e-4]
+        zmp = at.point(*walk.zmp)
+        margin = SupportPolygon(convex_hull(np.vstack(down))).margin(zmp) if down else None
+        return PlannedStand(zmp, at.point(*walk.com), soles, lift, margin)
+
+    def _align(self, walk: WalkTelemetry, robot: RobotPose) -> Foothold:
+        """The walk frame in the world, in which the planned ankles are where the robot's are."""
+        *planned, turn = (0.5 * (walk.left[i] + walk.right[i]) for i in (0, 1, 5))
+        x, y = 0.5 * (robot.feet["L"][:2, 3] + robot.feet["R"][:2, 3])
+        yaw = middle_of_soles(self.kinematics, robot).yaw - turn
+        back = Foothold(yaw=yaw).point(*planned)
+        return Foothold(float(x) - back[0], float(y) - back[1], yaw)
+
+    def sole_on_ground(self, side: Side, at: Foothold) -> Array:
+        """Corners of a sole that lies at a pose on the ground, shape (n, 2), m."""
+        corners: Array = (self.kinematics.soles[side] @ on_ground(at).T)[:, :2]
+        return corners
+
+
+def true_pose(robot: FloatingBase, truth: TruthFrame) -> RobotPose:
+    """The robot where the ground truth says it is.
+
+    Args:
+        robot: Kinematics of the body.
+        truth: its torso and joints are read.
+    """
+    torso = homogeneous(matrix(truth.torso_orientation), truth.torso_position)
+    return robot.place(robot.in_torso(truth.joints), torso)

@@ -1,0 +1,224 @@
+"""Signs of trouble in a walk, each with the time it began.
+
+The bounds are set from recorded walks: what an untroubled gait does every step, feet on their edges and a
+capture point outside the support polygon for a moment included, is no symptom.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from bridge.types import Side
+from nao_hil.analysis.diagnosis.balance import Balance, Observer
+from nao_hil.analysis.diagnosis.symptom import Kind, LastingSign, Symptom, TippingSign, fallen, lean_angle
+from walker.model.floating_base import SIDES
+
+MEANING: Final[dict[Kind, str]] = {
+    "zmp": "The ground pushes back at the very edge of the feet, and the robot begins to tip over that edge.",
+    "slip": "A foot that bears weight slides over the ground, so the robot is not where its plan has it.",
+    "late": "The foot is still in the air when the plan already puts weight on it.",
+    "early": "The foot meets the ground too soon, and the ground pushes the robot off its way.",
+    "missed": "No commands came in time: the joints held their last ones in mid-motion.",
+    "tilt": "The torso leans further than this walk ever does when it goes well.",
+}
+"""What a sign of the robot's own means, for somebody who sees it for the first time."""
+
+
+TIPPING: Final = {True: 0.1, False: 0.2}
+"""How long it stays there in a symptom, s, by the ground truth and by the sensors: an untroubled dynamic gait
+comes to 0.06 and 0.19 s."""
+
+
+SLIP_SPEED: Final = 0.1
+"""Of the loaded part of a sole over the ground, m/s; rolling over an edge in a good walk comes to 0.08."""
+
+
+SLIP_TIME: Final = 0.05
+"""s"""
+
+
+LOADED: Final = 12.0
+"""Vertical force under which a foot that moves does not count as slipping, N."""
+
+
+LATE_TIME: Final = 0.15
+"""After the planned touch-down, s."""
+
+
+LATE_HEIGHT: Final = 0.005
+"""Height over the other sole under which a foot without load is not late but only unloaded, m."""
+
+
+EARLY_HEIGHT: Final = 0.004
+"""Planned height over which a touch-down is early, m."""
+
+
+EARLY_TIME: Final = 0.05
+"""s"""
+
+
+TILT: Final = math.radians(12.0)
+"""Of the torso from the vertical, more than an untroubled walk of a nominal robot."""
+
+
+MISSED: Final = 5
+"""Cycles without an answer within `MISSED_TIME`."""
+
+
+MISSED_TIME: Final = 0.2
+"""s"""
+
+
+STARTING: Final = 0.5
+"""Time after a start in which cycles that a controller misses are no sign of anything: it is only coming, s."""
+
+
+UNUSED: Final = 1.0
+"""Time of a walk in which a torso control that corrects nothing at all counts as off, s."""
+
+
+class Symptoms:
+    """Watches a robot moment by moment.
+
+    Args:
+        observer: The one that makes the balances: it knows the body.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self._kinematics = observer.kinematics
+        self._begin()
+
+    def _begin(self) -> None:
+        self._last: Balance | None = None
+        self._tipping = {known: TippingSign(lasting) for known, lasting in TIPPING.items()}
+        self._slip: dict[Side, LastingSign] = {side: LastingSign(SLIP_TIME) for side in SIDES}
+        self._late: dict[Side, LastingSign] = {side: LastingSign(LATE_TIME) for side in SIDES}
+        self._early: dict[Side, LastingSign] = {side: LastingSign(EARLY_TIME) for side in SIDES}
+        self._flown: dict[Side, bool] = {side: False for side in SIDES}
+        self._tilt, self._fall = LastingSign(0.0), LastingSign(0.0)
+        self._missed: list[tuple[float, int]] = []
+        self._lies = False
+        self._controlled = -math.inf
+        self._walked: tuple[float, float] | None = None
+
+    @property
+    def torso_off(self) -> bool:
+        """Whether the last walk did without torso control, by its walker's word."""
+        if self._walked is None:
+            return False
+        began, last = self._walked
+        return last - max(self._controlled, began) > UNUSED
+
+    def update(self, balance: Balance) -> list[Symptom]:
+        """What is new at this moment."""
+        if self._last is not None and balance.moment.sensors.seq < self._last.moment.sensors.seq:
+            self._begin()
+        self._note_control(balance)
+        found = [
+            *self._world(balance),
+            *self._missing(balance),
+            *self._balance(balance),
+            *(s for side in SIDES for s in self._foot(balance, side)),
+            *self._posture(balance),
+        ]
+        if self._lies:  # what a robot does that lies there is no sign of anything
+            found = [s for s in found if s.kind == "world"]
+        lean = lean_angle(balance)
+        self._lies = fallen(balance, lean) or (self._lies and lean > TILT)
+        self._last = balance
+        return found
+
+    def _note_control(self, balance: Balance) -> None:
+        """When the torso control last did something in a walk."""
+        walk, time = balance.moment.walk, balance.moment.sensors.time
+        if walk is None or walk.state not in ("walk", "stopping"):
+            return
+        if self._walked is None or time - self._walked[1] > UNUSED:
+            self._walked = time, time
+        self._walked = self._walked[0], time
+        if any(walk.torso_control):
+            self._controlled = time
+
+    def _world(self, balance: Balance) -> list[Symptom]:
+        time = balance.moment.sensors.time
+        return [
+            Symptom(time, "world", notice.text.rstrip("."))
+            for notice in balance.moment.notices
+            if notice.code in ("world", "fault")
+        ]
+
+    def _missing(self, balance: Balance) -> list[Symptom]:
+        frame = balance.moment.sensors
+        if frame.time < STARTING:
+            return []
+        self._missed = [(t, n) for t, n in self._missed if frame.time - t <= MISSED_TIME]
+        self._missed.append((frame.time, frame.missed))
+        time, before = self._missed[0]
+        if frame.missed - before < MISSED:
+            return []
+        self._missed = []
+        return [Symptom(time, "missed", f"the controller missed {frame.missed - before} cycles")]
+
+    def _balance(self, balance: Balance) -> list[Symptom]:
+        began = self._tipping[balance.true is not None].update(balance.moment.sensors.time, balance.best)
+        return [] if began is None else [Symptom(began, "zmp", "the ZMP left the support polygon")]
+
+    def _foot(self, balance: Balance, side: Side) -> list[Symptom]:
+        found = []
+        time, word = balance.moment.sensors.time, {"L": "left", "R": "right"}[side]
+        slipping = self._slip[side].update(time, self._slip_speed(balance, side) > SLIP_SPEED)
+        if slipping is not None:
+            found.append(Symptom(slipping, "slip", f"the {word} foot slipped"))
+        plan, walk = balance.plan, balance.moment.walk
+        if plan is None or walk is None or walk.state not in ("walk", "stopping"):
+            return found
+        touches, lift = balance.best.contacts.of(side), plan.lift[side]
+        due = max(plan.lift.values()) < 1e-4
+        late = self._late[side].update(time, due and not touches and self._height(balance, side) > LATE_HEIGHT)
+        if late is not None:
+            found.append(Symptom(late, "late", f"the {word} foot touched down late"))
+        swings = lift > EARLY_HEIGHT
+        self._flown[side] = swings and (self._flown[side] or not touches)
+        early = self._early[side].update(time, self._flown[side] and touches)
+        if early is not None:
+            found.append(Symptom(early, "early", f"the {word} foot touched down early"))
+        return found
+
+    def _slip_speed(self, balance: Balance, side: Side) -> float:
+        """Speed over the ground of the point of the sole that bears the load, m/s; 0 without ground truth."""
+        last, now = self._last, balance
+        if last is None or last.true is None or now.true is None or now.moment.truth is None:
+            return 0.0
+        contact = now.moment.truth.left if side == "L" else now.moment.truth.right
+        dt = now.moment.sensors.time - last.moment.sensors.time
+        if contact.cop is None or contact.force[2] < LOADED or dt <= 0.0:
+            return 0.0
+        point = np.array([*contact.cop, self._kinematics.centres[side][2], 1.0])
+        way = (now.true.robot.feet[side] - last.true.robot.feet[side]) @ point
+        return float(np.hypot(way[0], way[1])) / dt
+
+    def _height(self, balance: Balance, side: Side) -> float:
+        """Of a sole's lowest corner over that of the other sole, m."""
+        feet = balance.best.robot.feet
+        low = {s: float(self._kinematics.sole_in_world(s, feet[s])[:, 2].min()) for s in SIDES}
+        return low[side] - min(low.values())
+
+    def _posture(self, balance: Balance) -> list[Symptom]:
+        time = balance.moment.sensors.time
+        lean = lean_angle(balance)
+        found = []
+        if (tilted := self._tilt.update(time, lean > TILT)) is not None:
+            found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
+        if (fell := self._fall.update(time, fallen(balance, lean))) is not None:
+            found.append(Symptom(fell, "fall", "the robot fell"))
+        return found
+
+
+def first_of(symptoms: Sequence[Symptom]) -> Symptom | None:
+    """The earliest sign that is the robot's own, not something done to it."""
+    own = [s for s in symptoms if s.kind not in ("world", "fall")]
+    return min(own, key=lambda s: s.time, default=None)

@@ -1,0 +1,130 @@
+"""What is in a recording, summed up."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from bridge.errors import ConfigurationError
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.recording.canonical import TOPICS, FrameHash
+from bridge.recording.playback import is_complete, read_recording, recorded_config
+from bridge.rotations import tilt
+from nao_hil.analysis.diagnosis import diagnose
+from nao_hil.analysis.diagnosis.symptom import FALLEN
+
+
+class Contents(msgspec.Struct, frozen=True, kw_only=True):
+    """Of one recording; the JSON of `nao-hil info`."""
+
+    file: str
+    complete: bool
+    """False: the process that wrote it was killed; it reads up to its last whole chunk."""
+    config: Any
+    """Of the run; None when the recording has none."""
+    begin: float
+    """Robot time of the first sensor frame, s."""
+    end: float
+    """And of the last, s."""
+    cycles: int
+    """Sensor frames."""
+    gaps: int
+    """Cycles between the first and the last frame that are missing."""
+    cycles_missed: int
+    """Cycles in which the controller did not answer in time, by the robot's count."""
+    messages: dict[str, int]
+    """On each topic."""
+    notices: dict[str, int]
+    """Of each code."""
+    steps: int
+    """In all walks, by the walker's word."""
+    fell: bool | None
+    """By the ground truth; None without it."""
+    distance: float | None
+    """Of the torso over ground, to the fall if it fell, m; None without ground truth."""
+    torso_max: float
+    """Largest tilt of the torso, rad: by the ground truth, or the robot's fused angle."""
+    frames_sha256: str
+    diagnosis: str | None
+    """What went wrong first, in a sentence; None for a robot that did not fall, or of a body nobody knows."""
+
+
+class _Sum:
+    def __init__(self) -> None:
+        self.messages = dict.fromkeys(TOPICS.values(), 0)
+        self.notices: Counter[str] = Counter()
+        self.hash = FrameHash()
+        self.frames: tuple[SensorFrame, SensorFrame] | None = None
+        self.truth: tuple[TruthFrame, TruthFrame] | None = None
+        self.fell = False
+        self.tilt = self.fused = 0.0
+        self.steps = self._step = 0
+
+    def take(self, topic: str, message: Any) -> None:
+        """Take in the next message, which came on a topic of `bridge.recording.canonical.TOPICS`."""
+        self.messages[topic] += 1
+        if isinstance(message, SensorFrame):
+            self.hash.add(message)
+            self.frames = (self.frames[0] if self.frames else message, message)
+            self.fused = max(self.fused, *map(abs, message.angle))
+        elif isinstance(message, ActuatorFrame):
+            self.hash.add(message)
+        elif isinstance(message, TruthFrame):
+            if not self.fell:
+                self.truth = (self.truth[0] if self.truth else message, message)
+            self.fell = self.fell or message.fell
+            self.tilt = max(self.tilt, float(tilt(message.torso_orientation)))
+        elif isinstance(message, WalkTelemetry):
+            if self.frames and message.seq > self.frames[1].seq:
+                return  # said of the robot before it began anew
+            self.steps += message.step - self._step if message.step > self._step else 0
+            self._step = message.step
+        elif isinstance(message, Notice):
+            self.notices[message.code] += 1
+
+
+def inspect(path: Path) -> Contents:
+    """Read a recording from end to end.
+
+    Raises:
+        ConfigurationError: no such file, not a recording, or a damaged one.
+    """
+    found = _Sum()
+    for topic, _, message in read_recording(path):
+        found.take(topic, message)
+    first, last = found.frames or (None, None)
+    cycles = found.messages["sensors"]
+    return Contents(
+        file=str(path),
+        complete=is_complete(path),
+        config=recorded_config(path),
+        begin=first.time if first else 0.0,
+        end=last.time if last else 0.0,
+        cycles=cycles,
+        gaps=last.seq - first.seq + 1 - cycles if first and last else 0,
+        cycles_missed=last.missed - first.missed if first and last else 0,
+        messages=found.messages,
+        notices=dict(sorted(found.notices.items())),
+        steps=found.steps,
+        fell=found.fell if found.truth else None,
+        distance=_way(found.truth) if found.truth else None,
+        torso_max=found.tilt if found.truth else found.fused,
+        frames_sha256=found.hash.hexdigest(),
+        diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN) else None,
+    )
+
+
+def _diagnosis(path: Path) -> str | None:
+    try:
+        diagnosis = diagnose(path)
+    except ConfigurationError:
+        return None
+    return diagnosis.sentence if diagnosis is not None else None
+
+
+def _way(ends: tuple[TruthFrame, TruthFrame]) -> float:
+    return math.dist(ends[0].torso_position[:2], ends[1].torso_position[:2])

@@ -1,0 +1,139 @@
+"""Plots of forces, corrections, joints, currents, inertial unit and timing."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bridge.body.joints import INDEX, JOINTS, LEG_SLOTS
+from nao_hil.analysis.plots.balance_figures import MM
+from nao_hil.analysis.plots.tables import Tables, column
+from nao_hil.analysis.plots.time_axes import legend_above, mark_phases, plot_line, time_axes
+
+_LEGS: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+
+
+_CELLS: Final = ("front left", "front right", "rear left", "rear right")
+
+
+def fsr(t: Tables, figure: Figure) -> None:
+    """Force sums and contacts."""
+    forces, contacts = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
+    for ax in (forces, contacts):
+        mark_phases(t, ax)
+    cells = column(t.sensors, "fsr", 8)
+    touch = column(t.telemetry, "contact", 2)
+    for i, name in enumerate(("left foot", "right foot")):
+        plot_line(forces, t.time, cells[:, 4 * i : 4 * i + 4].sum(axis=1), name, lw=0.9)
+        contacts.fill_between(t.telemetry_time, i, i + 0.8 * touch[:, i], step="post")
+    forces.set(ylabel="sum of four sensors, N")
+    contacts.set(xlabel="time, s", yticks=[0.4, 1.4], yticklabels=["left", "right"], ylabel="contact")
+    forces.legend(fontsize=8)
+
+
+def cells(t: Tables, figure: Figure) -> None:
+    """Every force sensor."""
+    values = column(t.sensors, "fsr", 8)
+    for i, (ax, foot) in enumerate(
+        zip(time_axes(t, figure, ("left foot, N", "right foot, N")), "LR", strict=True)
+    ):
+        for k, name in enumerate(_CELLS):
+            plot_line(ax, t.time, values[:, 4 * i + k], f"{foot} {name}", lw=0.8)
+        legend_above(ax)
+
+
+def admittance(t: Tables, figure: Figure) -> None:
+    """What admittances and swing-foot orientation control add to the plan."""
+    axes = time_axes(t, figure, ("lift of the foot, mm", "on AnkleRoll, deg", "on AnklePitch, deg"))
+    fields = (("foot_lift", MM), ("ankle_roll", 180.0 / math.pi), ("ankle_pitch", 180.0 / math.pi))
+    for ax, (field, scale) in zip(axes, fields, strict=True):
+        _both(t, ax, field, scale)
+    axes[0].legend(fontsize=8)
+
+
+def control(t: Tables, figure: Figure) -> None:
+    """Torso control beside what it controls."""
+    axes = time_axes(t, figure, ("torso's pitch, deg", "on AnklePitch, deg"))
+    plot_line(axes[0], t.telemetry_time, np.degrees(column(t.telemetry, "angle", 2)[:, 1]), "", lw=0.9)
+    _both(t, axes[1], "torso_control", 180.0 / math.pi)
+    axes[1].legend(fontsize=8)
+
+
+def _both(t: Tables, ax: Axes, field: str, scale: float) -> None:
+    values = scale * column(t.telemetry, field, 2)
+    for i, name in enumerate(("left", "right")):
+        plot_line(ax, t.telemetry_time, values[:, i], name, lw=0.9)
+
+
+def joints(t: Tables, figure: Figure) -> None:
+    """Leg joints, asked for and measured."""
+    measured = np.degrees(column(t.sensors, "position", len(JOINTS)))
+    asked = np.degrees(column(t.actuators, "position", len(JOINTS)))
+    asked_time = t.time_of([frame.reply_to for frame in t.actuators])
+    for ax, slot in _leg_axes(t, figure, "deg"):
+        plot_line(ax, t.time, measured[:, slot], "measured", lw=0.8)
+        plot_line(ax, asked_time, asked[:, slot], "asked for", lw=0.6, color="black")
+
+
+def error(t: Tables, figure: Figure) -> None:
+    """Leg joints: by how much they miss what was asked for in the same cycle."""
+    asked = {frame.reply_to: frame.position for frame in t.actuators}
+    pairs = [(f.time, f.position, asked[f.command]) for f in t.sensors if f.command in asked]
+    time = np.array([pair[0] for pair in pairs])
+    miss = np.degrees([np.subtract(pair[1], pair[2]) for pair in pairs]).reshape(-1, len(JOINTS))
+    for ax, slot in _leg_axes(t, figure, "deg"):
+        plot_line(ax, time, miss[:, slot], "measured less asked for", lw=0.8)
+
+
+def _leg_axes(t: Tables, figure: Figure, unit: str) -> list[tuple[Axes, int]]:
+    """An axis for each of five joints of either leg, with its slot."""
+    grid = figure.subplots(len(_LEGS), 2, sharex=True)
+    for row, joint in zip(grid, _LEGS, strict=True):
+        for ax, side in zip(row, "LR", strict=True):
+            ax.set_title(f"{side}{joint}", fontsize=8, pad=2)
+            ax.set_ylabel(unit, fontsize=8)
+            mark_phases(t, ax)
+    for ax in grid[-1]:
+        ax.set_xlabel("time, s")
+    return [
+        (ax, INDEX[f"{side}{joint}"])
+        for row, joint in zip(grid, _LEGS, strict=True)
+        for ax, side in zip(row, "LR", strict=True)
+    ]
+
+
+def current(t: Tables, figure: Figure) -> None:
+    """Currents and temperatures of the legs."""
+    axes = time_axes(t, figure, ("current, A", "temperature, °C"))
+    slots = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
+    for ax, field in zip(axes, ("current", "temperature"), strict=True):
+        values = column(t.sensors, field, len(JOINTS))
+        for slot in slots:
+            plot_line(ax, t.time, values[:, slot], JOINTS[slot], lw=0.6)
+    legend_above(axes[0])
+
+
+def imu(t: Tables, figure: Figure) -> None:
+    """Accelerometer and gyroscope."""
+    axes = time_axes(t, figure, ("specific force, m/s²", "angular velocity, rad/s"))
+    for ax, field in zip(axes, ("accelerometer", "gyroscope"), strict=True):
+        values = column(t.sensors, field, 3)
+        for i, name in enumerate("xyz"):
+            plot_line(ax, t.time, values[:, i], name, lw=0.7)
+    axes[0].legend(fontsize=8)
+
+
+def cycle(t: Tables, figure: Figure) -> None:
+    """How old commands are, and how many came too late."""
+    axes = time_axes(t, figure, ("age of the command, cycles", "cycles missed so far"))
+    command = column(t.sensors, "command")
+    age = np.where(command >= 0, column(t.sensors, "seq") - command, np.nan)
+    plot_line(axes[0], t.time, age, "", lw=0.7)
+    missed = column(t.sensors, "missed")
+    plot_line(axes[1], t.time, missed, "", lw=0.9)
+    for ax, values in zip(axes, (age, missed), strict=True):
+        ax.set_ylim(0.0, 1.1 * max(3.0, float(np.nanmax(values, initial=0.0))))

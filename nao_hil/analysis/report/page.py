@@ -1,0 +1,67 @@
+"""What an experiment comes to, for people: claims beside what was measured, figures, setup, findings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence that may be wrong, and what was found."""
+
+    text: str
+    measured: str
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure's file and what it shows."""
+
+    file: Path
+    title: str
+    """With the number of the thesis' figure, where it has one."""
+    caption: str
+
+
+@dataclass(frozen=True)
+class ReportTable:
+    """Numbers in rows; all cells are text."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class ReportPage:
+    """An experiment in the report."""
+
+    name: str
+    title: str
+    source: str
+    """What the thesis says and shows, and where."""
+    setup: tuple[tuple[str, str], ...]
+    """What was done here: name and value."""
+    claims: tuple[Claim, ...]
+    pictures: tuple[Picture, ...] = ()
+    tables: tuple[ReportTable, ...] = ()
+    findings: tuple[str, ...] = field(default=())
+    """Sentences computed from the data, most of them where a claim did not come out."""
+
+    @property
+    def passed(self) -> bool:
+        """Every claim holds."""
+        return all(claim.holds for claim in self.claims)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An experiment that was done."""
+
+    result: msgspec.Struct
+    """With `name` and `passed`: its JSON."""
+    page: ReportPage

@@ -1,0 +1,97 @@
+"""From pages to one self-contained HTML file, and the same as JSON beside it."""
+
+from __future__ import annotations
+
+import base64
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from bridge.errors import ConfigurationError
+from nao_hil.analysis.report.page import Picture, ReportPage
+from nao_hil.runs.folder import versions
+
+TEMPLATE: Final = "report.html.j2"
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that is in the file."""
+
+    title: str
+    pages: Sequence[ReportPage]
+    facts: Sequence[tuple[str, str]]
+    """On the whole of it: robot, seeds, how to do it again."""
+    configuration: str = ""
+    """Gaits and controllers in full, TOML."""
+    missing: Sequence[tuple[str, str]] = ()
+    """Experiments that were not done, and why."""
+
+
+class Stored(msgspec.Struct, frozen=True, kw_only=True):
+    """The JSON: a report, when it was made and with what. Pictures are named from its folder."""
+
+    report: Report
+    made: str
+    versions: dict[str, str]
+
+
+def read_report(path: Path) -> Stored:
+    """A report's JSON.
+
+    Raises:
+        ConfigurationError: not there, or not a report.
+    """
+    try:
+        stored: Stored = msgspec.json.decode(
+            path.read_bytes(), type=Stored, dec_hook=lambda _, text: Path(text)
+        )
+    except (OSError, msgspec.DecodeError) as error:
+        raise ConfigurationError(f"{path}: is not the JSON of a report ({error}).") from None
+    return stored
+
+
+def write_report(path: Path, report: Report) -> None:
+    """Write the report, and its JSON under the same name.
+
+    Args:
+        path: Of the HTML file.
+        report: Its contents; the pictures' files must be there.
+
+    Raises:
+        ConfigurationError: jinja2 is not installed.
+    """
+    try:
+        import jinja2
+    except ImportError:
+        raise ConfigurationError(
+            "The report needs jinja2, which is not installed; `pip install 'nao-hil[analysis]'` brings it."
+        ) from None
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    made, found = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), versions()
+    html = environment.get_template(TEMPLATE).render(
+        report=report,
+        picture=embedded,
+        versions=found,
+        made=made,
+    )
+    path.write_text(html, encoding="utf-8")
+    stored = Stored(report=report, made=made, versions=found)
+    named = msgspec.json.encode(stored, enc_hook=lambda file: os.path.relpath(file, path.parent))
+    path.with_suffix(".json").write_bytes(msgspec.json.format(named))
+
+
+def embedded(picture: Picture) -> str:
+    """A picture as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(picture.file.read_bytes()).decode()

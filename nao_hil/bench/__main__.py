@@ -1,0 +1,43 @@
+"""`python -m nao_hil.bench [NAME ...] [--json]`: run the benchmarks."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from typing import Any
+
+from nao_hil.bench import cycles, huang_search, lateness, lola, naoqi, page, round_trip, tick
+
+BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
+    "round-trip": round_trip.measure,
+    "lateness": lateness.measure,
+    "tick": tick.measure,
+    "cycles": cycles.measure,
+    "huang-search": huang_search.measure,
+    "page": page.measure,
+    "lola": lola.measure,
+    "naoqi": naoqi.measure,
+}
+
+
+def main() -> None:
+    """Run the named benchmarks, or all."""
+    parser = argparse.ArgumentParser(prog="python -m nao_hil.bench", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHES)}; default: all")
+    parser.add_argument("--json", action="store_true", help="end with one JSON object")
+    arguments = parser.parse_args()
+    for name in arguments.names:
+        if name not in BENCHES:
+            parser.error(f"unknown benchmark {name!r}; known: {', '.join(BENCHES)}")
+    results = {}
+    for name in arguments.names or BENCHES:
+        print(f"{name} ...", flush=True)
+        results[name] = BENCHES[name]()
+        for key, value in results[name].items():
+            print(f"  {key}: {value}", flush=True)
+    if arguments.json:
+        print(json.dumps(results))
+
+
+main()

@@ -1,0 +1,151 @@
+"""`nao-hil config`: what a run would be made with, and whether a file is right before anything runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import msgspec
+import typer
+
+from bridge.body import Body, load_body
+from bridge.config import read_toml
+from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
+from emulator.scenarios import load_scenario
+from emulator.scenarios.model import Scenario
+from emulator.wear import WearProfile, load_wear
+from nao_hil.cli import options
+from nao_hil.runs.config import RunConfig, run_config
+
+
+def show(
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    scenario: options.Scenario = None,
+    gait: options.Gait = None,
+    torso: options.Torso = None,
+    admittance: options.Admittance = None,
+    mode: options.Mode = None,
+    steps: options.Steps = None,
+    duration: options.Duration = None,
+    seed: options.Seed = None,
+    config: options.Config = None,
+    as_json: options.Json = False,
+) -> int:
+    """Print every number that a run with these options would have, as TOML that --config takes back.
+
+    Example: nao-hil config show --gait dynamic --torso thesis > my.toml
+
+    Example: nao-hil config show --config my.toml --json
+    """
+    settings = run_config(
+        config,
+        robot=robot,
+        wear=wear,
+        scenario=scenario,
+        gait=gait,
+        torso=torso,
+        admittance=admittance,
+        mode=mode,
+        steps=steps,
+        duration=duration,
+        seed=seed,
+    )
+    whole = _whole(settings)
+    if as_json:
+        print(msgspec.json.encode(whole).decode(), flush=True)
+    else:
+        print(msgspec.toml.encode(whole).decode(), end="")
+    return 0
+
+
+def _check_run(settings: RunConfig) -> None:
+    """Everything that a run would find wrong before the first cycle."""
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from walker.planning import gait_parameters, make_gait
+    from walker.planning.walkable import check_walkable
+    from walker.stabilization.parameters import controller_parameters
+
+    body = load_body(settings.robot)
+    load_wear(settings.wear)
+    load_scenario(settings.scenario)
+    controller_parameters(settings.gait, settings.controller)
+    parameters = gait_parameters(settings.gait, settings.parameters)
+    check_walkable(body, make_gait(settings.gait, parameters, body))
+
+
+KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
+    "run": (RunConfig, lambda file: _check_run(run_config(file))),
+    "scenario": (Scenario, lambda file: load_scenario(str(file))),
+    "wear": (WearProfile, lambda file: load_wear(str(file))),
+    "body": (Body, load_body),
+}
+"""Kind of a file -> what it is read as, and how it is checked."""
+
+
+def _whole(settings: RunConfig) -> dict[str, Any]:
+    """The configuration with the shipped parameters of gait and controllers filled in; checked."""
+    from walker.planning import gait_parameters
+    from walker.stabilization.parameters import controller_parameters
+
+    _check_run(settings)
+    whole: dict[str, Any] = msgspec.to_builtins(settings) | {
+        "parameters": msgspec.to_builtins(gait_parameters(settings.gait, settings.parameters)),
+        "controller": msgspec.to_builtins(controller_parameters(settings.gait, settings.controller)),
+    }
+    return whole
+
+
+def check(
+    file: Annotated[Path, typer.Argument(help="TOML file.", metavar="FILE", show_default=False)],
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--kind",
+            help="What the file is: run, scenario, wear or body; default: what its keys tell.",
+            metavar="KIND",
+            autocompletion=lambda incomplete: [k for k in KINDS if k.startswith(incomplete)],
+        ),
+    ] = None,
+    as_json: options.Json = False,
+) -> int:
+    """Check a file that a command will be given: of a run (--config), a scenario, a wear profile or a body.
+
+    Whether a run's gait can be walked by its body is checked as well. Exit code 2, and one sentence, if not.
+
+    Example: nao-hil config check my.toml
+
+    Example: nao-hil config check ice.toml --kind scenario
+    """
+    if kind is not None and kind not in KINDS:
+        raise ConfigurationError(unknown_name("kind", kind, KINDS))
+    found = kind or kind_of(file)
+    KINDS[found][1](file)
+    if as_json:
+        print(json.dumps({"file": str(file), "kind": found, "ok": True}), flush=True)
+    else:
+        print(f"{file}: a good {found} file")
+    return 0
+
+
+def kind_of(file: Path) -> str:
+    """What a file is, by the keys at its top: the kind that knows most of them.
+
+    Raises:
+        ConfigurationError: unreadable, not TOML, or no key that any kind has.
+    """
+    keys = set(read_toml(file))
+    known = {kind: len(keys & set(struct.__struct_fields__)) for kind, (struct, _) in KINDS.items()}
+    best = max(known, key=lambda kind: known[kind])
+    if not known[best]:
+        for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check will say so
+            if any(get_close_matches(key, struct.__struct_fields__) for key in keys):
+                return kind
+        raise ConfigurationError(
+            f"{file}: has no key of any file that nao-hil reads; say what it is with --kind."
+        )
+    return best

@@ -1,0 +1,208 @@
+"""`nao-hil doctor`: what of this machine matters to a robot and its controller, and what to do about it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import platform
+import socket
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from typing import Final, Literal, TypeVar
+
+import msgspec
+from rich.markup import escape
+from rich.table import Table
+
+from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
+from emulator.timing import CycleTimer, CycleTimes
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+
+T = TypeVar("T")
+Verdict = Literal["good", "warning", "bad"]
+
+OLDEST_PYTHON: Final = (3, 10)
+PORT: Final = 7447
+"""Of the default endpoint."""
+CYCLE: Final = 0.01
+CYCLES: Final = 100
+CALM: Final = 0.001
+"""s; 99 of 100 wake-ups of a quiet machine come sooner after the deadline."""
+EXTRAS: Final = {
+    "emulator": ("pybullet",),
+    "analysis": ("matplotlib", "psutil"),
+    "design": ("control", "optuna"),
+}
+"""Optional packages by the extra of nao-hil that brings them."""
+
+_STYLES: Final[dict[Verdict, str]] = {"good": "green", "warning": "yellow", "bad": "red"}
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True):
+    """One thing looked at."""
+
+    name: str
+    verdict: Verdict
+    value: str
+    """What was found."""
+    advice: str
+    """What it means, and what to do when it is not good."""
+
+
+def doctor(as_json: options.Json = False) -> int:
+    """Say what of this machine matters: cores, timer, permissions, port, packages.
+
+    Example: nao-hil doctor --json
+    """
+    return run(as_json)
+
+
+def run(as_json: bool) -> int:
+    """Print the findings; the exit code is 0, or 3 when one of them keeps nao-hil from working."""
+    findings = diagnose()
+    bad = any(f.verdict == "bad" for f in findings)
+    if as_json:
+        result = {"healthy": not bad, "findings": findings}
+        print(msgspec.json.encode(result).decode(), flush=True)
+    else:
+        _print(findings)
+    return 3 if bad else 0
+
+
+def diagnose() -> list[Finding]:
+    """Look at everything; takes a little over a second for the timer."""
+    return [
+        python_finding(sys.version_info[:3]),
+        cores_finding(usable_cores()),
+        timer_finding(in_child(measure_timer)),
+        real_time_finding(in_child(partial(request_real_time, CONTROLLER_PRIORITY))),
+        port_finding(PORT),
+        *(package_finding(extra, name) for extra, names in EXTRAS.items() for name in names),
+    ]
+
+
+def python_finding(found: tuple[int, ...]) -> Finding:
+    """Whether this Python is new enough."""
+    wanted = ".".join(map(str, OLDEST_PYTHON))
+    good = found >= OLDEST_PYTHON
+    return Finding(
+        name="python",
+        verdict="good" if good else "bad",
+        value=f"{'.'.join(map(str, found))} on {platform.system()} {platform.machine()}",
+        advice="New enough." if good else f"Python {wanted} or newer is needed; install one.",
+    )
+
+
+def usable_cores() -> int:
+    """Cores this process may run on."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def cores_finding(cores: int) -> Finding:
+    """Whether robot and walker have a core each."""
+    good = cores >= 2
+    return Finding(
+        name="cores",
+        verdict="good" if good else "warning",
+        value=str(cores),
+        advice="One for the robot and one for the walker."
+        if good
+        else "Robot and walker share one core; use --mode lockstep, which waits instead of missing cycles.",
+    )
+
+
+def measure_timer() -> CycleTimes:
+    """Keep 100 cycles of 10 ms as the robot's process does, at ordinary priority."""
+    timer = CycleTimer(CYCLE)
+    quiet_process(None)
+    timer.restart()
+    for _ in range(CYCLES):
+        timer.wait()
+    return timer.times
+
+
+def timer_finding(times: CycleTimes | None) -> Finding:
+    """How late a 10 ms loop wakes up at ordinary priority."""
+    if times is None:
+        return Finding(
+            name="timer", verdict="warning", value="not measured", advice="No process could be started."
+        )
+    late = times.lateness
+    calm = late.p99 <= CALM and times.skipped == 0
+    return Finding(
+        name="timer",
+        verdict="good" if calm else "warning",
+        value=f"late by {1e6 * late.p50:.0f} us (p50), {1e6 * late.p99:.0f} us (p99), "
+        f"{1e6 * late.max:.0f} us (max), {times.skipped} of {times.cycles + times.skipped} cycles skipped",
+        advice="A 10 ms cycle keeps time."
+        if calm
+        else "Wake-ups come late: end other work here, permit real-time scheduling, or use --mode lockstep.",
+    )
+
+
+def real_time_finding(permitted: bool | None) -> Finding:
+    """Whether SCHED_FIFO may be used."""
+    return Finding(
+        name="real-time scheduling",
+        verdict="good" if permitted else "warning",
+        value="permitted" if permitted else "not permitted",
+        advice="SCHED_FIFO is used for the robot's cycle."
+        if permitted
+        else "Works without; for punctual cycles on a busy machine set `rtprio 50` for your user in "
+        "/etc/security/limits.conf, or give a container the capability SYS_NICE.",
+    )
+
+
+def port_finding(port: int) -> Finding:
+    """Whether the default port can be listened on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        # As the link itself does: a port of connections that have just ended counts as free.
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError as error:
+            return Finding(
+                name=f"port {port}",
+                verdict="warning",
+                value=f"cannot be used ({error.strerror})",
+                advice=f"A robot may be running already; end it, or choose another port: "
+                f"--listen tcp/127.0.0.1:{port + 1}, and --connect with the same for the walker.",
+            )
+    return Finding(
+        name=f"port {port}", verdict="good", value="free", advice="The default endpoint can be used."
+    )
+
+
+def package_finding(extra: str, name: str) -> Finding:
+    """Whether an optional package is there."""
+    try:
+        found = version(name)
+    except PackageNotFoundError:
+        return Finding(
+            name=name,
+            verdict="warning",
+            value="not installed",
+            advice=f"Only the {extra} needs it; pip install 'nao-hil[{extra}]' brings it.",
+        )
+    return Finding(name=name, verdict="good", value=found, advice=f"Used by the {extra}.")
+
+
+def in_child(work: Callable[[], T]) -> T | None:
+    """Result of `work` in a process of its own, so that this one stays as it is; None when there is none."""
+    try:
+        with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+            return pool.submit(work).result()
+    except (OSError, BrokenProcessPool):
+        return None
+
+
+def _print(findings: list[Finding]) -> None:
+    table = Table("", "what", "found", "what it means", title="nao-hil doctor")
+    for f in findings:
+        table.add_row(f"[{_STYLES[f.verdict]}]{f.verdict}[/]", f.name, escape(f.value), escape(f.advice))
+    open_console(stderr=False).print(table)

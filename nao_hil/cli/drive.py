@@ -1,0 +1,91 @@
+"""`nao-hil drive`: walk a robot by hand."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+from rich.live import Live
+from rich.table import Table
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.link.walk_client import WalkClient
+from bridge.types import Vec3
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import on_signals
+from nao_hil.drive.driver import HELP
+from nao_hil.drive.inputs import Inputs
+
+if TYPE_CHECKING:
+    from nao_hil.drive.session import Session
+
+_LOOK: Final = 0.25
+"""s between two looks at the robot while no key is pressed."""
+
+
+def drive(
+    gamepad: Annotated[
+        Path | None,
+        typer.Option(
+            "--gamepad",
+            help="Joystick device, as /dev/input/js0: left stick walks, buttons stop and switch.",
+            metavar="DEVICE",
+        ),
+    ] = None,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Walk a robot by the keys of this terminal; its walker was started with --serve.
+
+    The robot stops three seconds after the driver's last word, should this terminal or the line break.
+
+    Example: nao-hil up --serve        (in another terminal: nao-hil drive)
+
+    Example: nao-hil drive --gamepad /dev/input/js0 --connect tcp/192.168.1.7:7447
+    """
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from nao_hil.drive.session import Session
+
+    stop = threading.Event()
+    on_signals(stop.set)
+    with Inputs(gamepad) as inputs, WalkClient(name, connect) as client:
+        session = Session(client)
+        with Live(console=open_console(), auto_refresh=False) as live:
+            try:
+                while not stop.is_set() and not session.wheel.leave:
+                    live.update(picture(session), refresh=True)
+                    taken = inputs.wait(_LOOK)
+                    session.take(taken.keys if taken.open else ["Q"], taken.stick)
+            finally:
+                session.end()
+            live.update(picture(session), refresh=True)
+    if as_json:
+        position = session.status.position
+        result = {"position": position, "commands": session.commands, "refused": session.refused}
+        print(json.dumps(result), flush=True)
+    return 0
+
+
+def picture(session: Session) -> Table:
+    """What the driver sees."""
+    s = session.status
+    table = Table(show_header=False, title="nao-hil drive")
+    table.add_row("robot", f"{s.state}, step {s.steps}, x {s.position[0]:.3f} m by the plan")
+    table.add_row("wanted", _in_words(session.driver.velocity(session.wheel)))
+    table.add_row("walks", _in_words(s.velocity))
+    control = f"{s.gait} gait, torso control {s.torso}, admittance {'on' if s.admittance else 'off'}"
+    table.add_row("controllers", control)
+    table.add_row("keys", "; ".join(f"{keys}: {what}" for keys, what in HELP.items()))
+    table.add_row("walker", session.said)
+    return table
+
+
+def _in_words(velocity: Vec3) -> str:
+    x, y, turn = velocity
+    rest = f", {y:+.3f} m/s sideways, {turn:+.2f} rad/s" if y or turn else ""
+    return f"{x:.3f} m/s{rest}" if any(velocity) else "stand"

@@ -1,0 +1,123 @@
+"""`nao-hil emulate`: the robot's process."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+from typing import Annotated, Any
+
+import msgspec
+import typer
+from rich.console import Console
+
+from bridge.body import Body, load_body
+from bridge.body.quantities import absent_joints
+from bridge.errors import ConfigurationError
+from bridge.guard import Guard
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
+from bridge.messages import Info
+from bridge.realtime import ROBOT_PRIORITY, quiet_process
+from bridge.recording.observer import Observer
+from bridge.recording.recorder import Recorder
+from nao_hil import __version__
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import on_signals
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.summary import RunStatistics
+
+
+def emulate(
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    scenario: options.Scenario = None,
+    mode: options.Mode = None,
+    seed: options.Seed = None,
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    realtime_priority: options.RealtimePriority = True,
+    disarmed: Annotated[
+        bool, typer.Option("--disarmed", help="Start as a real robot does: `nao-hil arm` comes first.")
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
+    ] = False,
+    config: options.Config = None,
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Run the emulated robot until Ctrl-C; a controller may come and go.
+
+    Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
+    """
+    settings = run_config(config, robot=robot, wear=wear, scenario=scenario, mode=mode, seed=seed)
+    if settings.mode == "in-process":
+        raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
+    console = open_console()
+    stop = threading.Event()
+    on_signals(stop.set)
+    body = load_body(settings.robot)
+    guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
+    directory = RunDirectory(out)
+    if directory.clear():
+        console.print(f"the run that was in {directory.path} is replaced", highlight=False)
+    summary = _run(settings, body, guard, name, listen, realtime_priority, directory, stop, console)
+    if as_json:
+        print(json.dumps(summary), flush=True)
+    return 0
+
+
+def _run(
+    settings: RunConfig,
+    body: Body,
+    guard: Guard,
+    name: str,
+    listen: str,
+    priority: bool,
+    directory: RunDirectory,
+    stop: threading.Event,
+    console: Console,
+) -> dict[str, Any]:
+    # Imported late: the walker's machine has no PyBullet, and the command line must start there too.
+    from emulator.process import RobotProcess
+    from emulator.scenarios import load_scenario
+    from emulator.timing import CycleTimer
+    from nao_hil.runs.build import build_robot
+
+    info = Info(
+        robot=name,
+        body=body.name,
+        side="emulator",
+        mode=settings.mode,
+        cycle=body.cycle,
+        absent=absent_joints(body),
+        boot=secrets.randbits(47),
+        software=f"nao-hil {__version__}",
+    )
+    statistics = RunStatistics(settings.seed)
+    scenario = load_scenario(settings.scenario)
+    robot = build_robot(settings, scenario)
+    with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
+        directory.write_config(settings)
+        directory.write_scenario(scenario)
+        observers: list[Observer] = [statistics, recorder]
+        process = RobotProcess(robot, link, guard, observers, stop, dry_run=guard.status.dry_run)
+        console.print(
+            f"robot `{name}` ({body.title}) at {listen}, {settings.mode}; recording to {directory.path}"
+        )
+        summary: dict[str, Any]
+        if settings.mode == "real-time":
+            timer = CycleTimer(body.cycle)
+            quiet_process(ROBOT_PRIORITY if priority else None)
+            process.real_time(timer)
+            extra = {"timing": msgspec.to_builtins(timer.times)}
+        else:
+            process.lockstep()
+            extra = {}
+        summary = msgspec.to_builtins(statistics.summary(process.wall_seconds)) | extra
+        summary["commands_refused"] = link.refused
+    robot.close()
+    directory.write_summary(summary)
+    return summary

@@ -1,0 +1,132 @@
+"""`nao-hil experiment`: what the robot is and does, measured, with a verdict and a report."""
+
+from __future__ import annotations
+
+import math
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+
+from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
+from nao_hil.cli import options
+from nao_hil.cli.campaign_progress import CampaignProgress
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import on_signals
+from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.folder import RunDirectory
+
+Seeds = Annotated[
+    int | None,
+    typer.Option(
+        "--seeds",
+        help="Runs per arm, each with its own seed; default: the experiment's own.",
+        min=1,
+        metavar="N",
+    ),
+]
+FirstSeed = Annotated[
+    int, typer.Option("--first-seed", help="The first seed; others follow it.", min=0, metavar="N")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", help="Runs at a time; default: one per core.", min=1, metavar="N"),
+]
+Duration = Annotated[
+    float | None,
+    typer.Option("--duration", help="Seconds of one run, for `soak`; default: its own.", min=10.0, metavar="S"),
+]
+Wear = Annotated[
+    str | None,
+    typer.Option(
+        "--wear",
+        help="Drives and sensors: ideal, nominal (default), worn, or a profile's path.",
+        metavar="WEAR",
+    ),
+]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="TOML file; its `robot`, `wear`, `gait` and that gait's tables `parameters`, `controller` count.",
+        metavar="FILE",
+    ),
+]
+
+
+def experiment(
+    name: Annotated[str, typer.Argument(help="A name of `nao-hil experiments`, or `all`: the thesis' nine.")],
+    seeds: Seeds = None,
+    first_seed: FirstSeed = 0,
+    robot: options.Body = None,
+    wear: Wear = None,
+    config: Config = None,
+    workers: Workers = None,
+    duration: Duration = None,
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Run an experiment over many seeds; figures, JSON and report.html go to the run's folder.
+
+    Walks are kept there too: the same command with the same --out goes on where it was stopped. Exit code 1:
+    the verdict failed. `network` and `outages` make network namespaces: Linux, root and iproute2. `soak` walks
+    by the clock for --duration (300 s) with the first seed.
+
+    Example: nao-hil experiment obstacle --seeds 6 --first-seed 100 --json
+    """
+    if name != ALL and name not in EXPERIMENTS:
+        raise ConfigurationError(unknown_name("experiment", name, (*EXPERIMENTS, ALL)))
+    if duration is not None and not math.isfinite(duration):
+        raise ConfigurationError("--duration must be a finite number of seconds.")
+    changes = _changes(config, robot, wear)
+    directory = RunDirectory(out)
+    directory.write_config(changes)
+    stop = threading.Event()
+    on_signals(stop.set)
+    # Imported late: physics, figures and the template are for those who run one.
+    from nao_hil.experiments.runner import Runner
+    from nao_hil.runs.campaign import Campaign
+
+    console = open_console()
+    with (
+        CampaignProgress(console) as progress,
+        Campaign(directory.path / "walks", workers=workers, stop=stop, progress=progress) as campaign,
+    ):
+        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration)
+        for each in [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]:
+            progress.begin(each)
+            runner.run(each, directory.path / each if name == ALL else directory.path)
+    data = runner.summary(name)
+    directory.write_summary(data)
+    report = runner.report("The thesis' experiments" if name == ALL else f"Experiment {name}")
+    if runner.interrupted:
+        console.print("Interrupted: the report has what is there.")
+    console.print(f"report: {report}", highlight=False, soft_wrap=True)
+    if as_json:
+        print(msgspec.json.encode(data).decode(), flush=True)
+    if runner.interrupted:
+        return 130
+    return 0 if runner.passed else 1
+
+
+def _changes(file: Path | None, robot: str | None, wear: str | None) -> RunConfig:
+    """Robot, wear and changed parameters; the robot is a nominal one unless someone says otherwise."""
+    settings = run_config(file, robot=robot, wear=wear)
+    if wear is None and (file is None or "wear" not in msgspec.toml.decode(file.read_bytes())):
+        settings = msgspec.structs.replace(settings, wear="nominal")
+    return settings
+
+
+def experiments(as_json: options.Json = False) -> int:
+    """List the experiments there are."""
+    if as_json:
+        print(msgspec.json.encode({name: entry.what for name, entry in EXPERIMENTS.items()}).decode())
+        return 0
+    for name, entry in EXPERIMENTS.items():
+        print(f"{name:14} {entry.what}")
+    print(f"{ALL:14} those of the thesis, in one report")
+    return 0

@@ -1,0 +1,173 @@
+"""`nao-hil`: the command line of both sides.
+
+Exit codes: 0 done and well, 1 the robot fell or a verdict failed, 2 usage or configuration, 3 a process, a
+link or a device failed; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+import sys
+import traceback
+from typing import Annotated, Any
+
+import typer
+
+from bridge.errors import NaoHilError
+from nao_hil import __version__
+from nao_hil.cli import (
+    catalogue,
+    config,
+    design,
+    doctor,
+    drive,
+    emulate,
+    experiment,
+    guard,
+    info,
+    keys,
+    lola,
+    naoqi,
+    plan,
+    plot,
+    record,
+    replay,
+    up,
+    view,
+    walk,
+)
+from nao_hil.cli.certificates import add_keys
+from nao_hil.cli.logs import end_log
+
+_ClickException: Any = typer.BadParameter.__mro__[2]
+"""Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
+
+app = typer.Typer(
+    name="nao-hil",
+    help="The NAO robot that nobody has to own: an emulated DCM, and a walking controller for it.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(up.up)
+app.command()(emulate.emulate)
+app.command()(walk.walk)
+app.command()(drive.drive)
+app.command()(view.view)
+app.command()(record.record)
+app.command()(replay.replay)
+app.command()(info.info)
+app.command()(plot.plot)
+app.command()(doctor.doctor)
+app.command()(plan.plan)
+app.command()(experiment.experiment)
+app.command()(catalogue.robots)
+app.command()(catalogue.gaits)
+app.command()(experiment.experiments)
+app.command()(catalogue.scenarios)
+app.command()(guard.stop)
+app.command()(guard.arm)
+app.command()(keys.keys)
+serve = typer.Typer(
+    help="Let a robot on the link pose as a NAO for programs written for one.", no_args_is_help=True
+)
+serve.command("lola")(lola.serve)
+serve.command("naoqi")(naoqi.serve)
+app.add_typer(serve, name="serve")
+bridge = typer.Typer(help="Put a real NAO on the link.", no_args_is_help=True)
+bridge.command("lola")(lola.bridge)
+bridge.command("naoqi")(naoqi.bridge)
+app.add_typer(bridge, name="bridge")
+designs = typer.Typer(
+    help="Compute the numbers that the walker loads; needs the extra `design`.", no_args_is_help=True
+)
+designs.command("torso")(design.torso)
+app.add_typer(designs, name="design")
+configuration = typer.Typer(help="Show or check the configuration of a run.", no_args_is_help=True)
+configuration.command("show")(config.show)
+configuration.command("check")(config.check)
+app.add_typer(configuration, name="config")
+add_keys(app)  # after all commands
+
+
+def _version(value: bool) -> None:
+    if value:
+        typer.echo(f"nao-hil {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point: every error a user can cause is one sentence on stderr and an exit code."""
+    code = run(arguments)
+    end_log()
+    for stream in (sys.stdout, sys.stderr):
+        if stream is None:  # closed by whoever started this
+            continue
+        try:
+            stream.flush()
+        except BrokenPipeError:  # `| head` has read enough
+            pass
+        except OSError as error:
+            _tell(f"the output cannot be written ({error.strerror}).")
+            code = 3
+    # Everything that must be closed is; Python taking its libraries apart would double the time a Ctrl-C takes.
+    os._exit(code)
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """As `main`, but the exit code is returned."""
+    try:
+        result: Any = app(args=arguments, standalone_mode=False)
+    except _ClickException as error:
+        if sentence := _in_words(
+            error.format_message()
+        ):  # a command without arguments has shown its help instead
+            _tell(sentence)
+        return 2
+    except NaoHilError as error:
+        _tell(str(error))
+        return error.exit_code
+    except (KeyboardInterrupt, typer.Abort):
+        return 130
+    except SystemExit:  # typer's way to end when `| head` has read enough; its exit code would be a fall's
+        return 0
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            return _fault(error)
+        _tell(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
+        return 3
+    except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
+        return _fault(error)
+    return result if isinstance(result, int) else 0
+
+
+def _in_words(sentence: str) -> str:
+    """Typer's sentence as a person would say it."""
+    sentence = re.sub(r"Input should be a valid integer\b.*", "it must be a whole number", sentence)
+    sentence = re.sub(r"Input should be a valid number\b.*", "it must be a number", sentence)
+    return sentence.replace("Input should be ", "it must be ")
+
+
+def _fault(error: Exception) -> int:
+    traceback.print_exc()
+    _tell(f"this is a fault of nao-hil itself: {error!r}; please report it.")
+    return 3
+
+
+def _tell(sentence: str) -> None:
+    end_log()
+    with contextlib.suppress(OSError):
+        print(f"error: {sentence}", file=sys.stderr)

@@ -1,0 +1,166 @@
+"""Options that several commands share, with one wording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bridge.errors import ConfigurationError
+
+
+def _among(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """What completes a name; the names are asked for when somebody presses the tab key, not before."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names() if name.startswith(incomplete)]
+
+    return complete
+
+
+def _bodies() -> Iterable[str]:
+    from bridge.body import BODIES
+
+    return BODIES
+
+
+def _wear() -> Iterable[str]:
+    from emulator.wear import WEAR
+
+    return WEAR
+
+
+def _scenarios() -> Iterable[str]:
+    from emulator.scenarios import SCENARIOS
+
+    return SCENARIOS
+
+
+def _gaits() -> Iterable[str]:
+    from walker.planning import GAITS
+
+    return GAITS
+
+
+Body = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        help="Body: a name of `nao-hil robots`, or a data sheet's path.",
+        metavar="BODY",
+        autocompletion=_among(_bodies),
+    ),
+]
+Wear = Annotated[
+    str | None,
+    typer.Option(
+        "--wear",
+        help="Drives and sensors: ideal, nominal, worn, or a profile's path.",
+        metavar="WEAR",
+        autocompletion=_among(_wear),
+    ),
+]
+Scenario = Annotated[
+    str | None,
+    typer.Option(
+        "--scenario",
+        help="World: a name of `nao-hil scenarios`, or a path.",
+        metavar="NAME|FILE",
+        autocompletion=_among(_scenarios),
+    ),
+]
+Gait = Annotated[
+    str | None,
+    typer.Option(
+        "--gait",
+        help="Gait: a name of `nao-hil gaits`.",
+        metavar="GAIT",
+        autocompletion=_among(_gaits),
+    ),
+]
+Torso = Annotated[
+    str | None,
+    typer.Option(
+        "--torso",
+        help="Torso control; default: the gait's own choice.",
+        metavar="none|thesis|robust",
+        autocompletion=_among(lambda: ("none", "thesis", "robust")),
+    ),
+]
+Admittance = Annotated[
+    bool | None,
+    typer.Option(
+        "--admittance/--no-admittance", help="Leg and ankle admittance; default: the gait's own choice."
+    ),
+]
+Steps = Annotated[
+    int | None,
+    typer.Option(
+        "--steps",
+        help="Steps to walk, the closing one included; 0: without end. Default: 10, with --duration 0.",
+        metavar="N",
+    ),
+]
+Duration = Annotated[
+    float | None, typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
+]
+Mode = Annotated[
+    str | None,
+    typer.Option(
+        "--mode",
+        help="`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer; "
+        "`in-process` (`up` alone): one process, no link.",
+        metavar="real-time|lockstep|in-process",
+        autocompletion=_among(lambda: ("real-time", "lockstep", "in-process")),
+    ),
+]
+Seed = Annotated[int | None, typer.Option("--seed", help="Seed of everything random.", metavar="N")]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="TOML file with any of these options and the tables `parameters` (gait), `controller`.",
+        metavar="FILE",
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", help="Folder for recording and summary; default runs/<time>/.", metavar="DIR"),
+]
+Json = Annotated[bool, typer.Option("--json", help="End with one JSON object on the last line of stdout.")]
+Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]
+Listen = Annotated[
+    str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
+]
+Connect = Annotated[str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")]
+RealtimePriority = Annotated[
+    bool,
+    typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time."),
+]
+Serve = Annotated[
+    bool,
+    typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
+]
+Recording = Annotated[Path, typer.Argument(help="Recording (.mcap).", metavar="FILE", show_default=False)]
+Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.", min=0.0, metavar="S")]
+End = Annotated[
+    float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")
+]
+View = Annotated[
+    bool,
+    typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does."),
+]
+Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", min=1, max=65535, metavar="PORT")]
+
+
+def stretch(begin: float, end: float | None) -> str:
+    """The words for --from and --to."""
+    return f"from {begin:g} s to {'its end' if end is None else f'{end:g} s'}"
+
+
+def check_stretch(begin: float, end: float | None) -> None:
+    """Raises ConfigurationError unless --from is before --to."""
+    if end is not None and end <= begin:
+        raise ConfigurationError(f"--to {end:g} is not after --from {begin:g}; both are robot times in s.")

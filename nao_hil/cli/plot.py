@@ -1,0 +1,110 @@
+"""`nao-hil plot`: the named plots of a recording."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
+from nao_hil.analysis.plots.names import PLOTS
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+
+
+def plot(
+    file: options.Recording,
+    what: Annotated[
+        str,
+        typer.Option(
+            "--what",
+            help="Names, with commas between, or `all`. "
+            + "; ".join(f"[bold]{name}[/bold]: {shows}" for name, shows in PLOTS.items())
+            + ".",
+            metavar="NAME,...",
+            autocompletion=lambda incomplete: complete(incomplete),
+        ),
+    ] = "torso,zmp,fsr",
+    form: Annotated[Literal["png", "svg"], typer.Option("--format", help="Of the files.")] = "png",
+    begin: options.Begin = 0.0,
+    end: options.End = None,
+    robot: options.Body = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder for the files; default: the recording's.", metavar="DIR"),
+    ] = None,
+    as_json: options.Json = False,
+) -> int:
+    """Draw plots of a recording, one file each, FILE-NAME.png.
+
+    Bands mark single supports (blue on the left foot, red on the right), dotted lines what happened in the
+    world, a red line the fall.
+
+    Example: nao-hil plot runs/20260101T120000Z/frames.mcap --what torso,zmp,fsr
+
+    Example: nao-hil plot walk.mcap --what all --format svg --from 10 --to 15 --out pictures
+    """
+    names = chosen(what)
+    options.check_stretch(begin, end)
+    try:
+        from nao_hil.analysis.plots.draw import draw, missing
+        from nao_hil.analysis.plots.tables import load
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[analysis]'.") from None
+    from nao_hil.runs.replay import recorded_body
+
+    console = open_console()
+    with console.status(f"reading {file}") as status:
+        tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
+        if not tables.sensors:
+            raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
+        folder = out if out is not None else file.parent
+        _make(folder)
+        files = []
+        for name in names:
+            if what == "all" and missing(tables, name):
+                continue
+            status.update(f"drawing {name}")
+            files.append(folder / f"{file.stem}-{name}.{form}")
+            draw(tables, name, files[-1], file.name)
+    for path in files:
+        console.print(f"written to {path}", soft_wrap=True)
+    if as_json:
+        print(json.dumps({"files": [str(path) for path in files]}), flush=True)
+    return 0
+
+
+def chosen(what: str) -> list[str]:
+    """Names of plots from a list with commas.
+
+    Raises:
+        ConfigurationError: a name that is none.
+    """
+    if what == "all":
+        return list(PLOTS)
+    names = [name.strip() for name in what.split(",") if name.strip()]
+    for name in names:
+        if name not in PLOTS:
+            raise ConfigurationError(unknown_name("plot", name, [*PLOTS, "all"]))
+    if not names:
+        raise ConfigurationError(f"--what is empty; known: {', '.join(PLOTS)}, all")
+    return names
+
+
+def complete(incomplete: str) -> list[str]:
+    """Names that go on with what was typed after the last comma."""
+    before, comma, last = incomplete.rpartition(",")
+    return [f"{before}{comma}{name}" for name in [*PLOTS, "all"] if name.startswith(last)]
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(
+            f"{folder}: the folder cannot be made ({error.strerror}); give another with --out."
+        ) from None

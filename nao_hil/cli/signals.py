@@ -1,0 +1,32 @@
+"""Ctrl-C, SIGTERM and the death of the command that started this one end a command in good order."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+
+from nao_hil.runs.supervisor import SUPERVISED
+
+
+def on_signals(stop: Callable[[], None]) -> None:
+    """Call `stop` at the first Ctrl-C or SIGTERM; a second one ends the process at once.
+
+    A child of `nao-hil up` takes the end of its stdin, which a killed parent leaves behind, for a Ctrl-C.
+    """
+
+    def handle(number: int, _frame: object) -> None:
+        signal.signal(number, signal.SIG_DFL)
+        stop()
+
+    signal.signal(signal.SIGINT, handle)
+    signal.signal(signal.SIGTERM, handle)
+    if SUPERVISED in os.environ:
+        threading.Thread(target=_interrupt_at_end_of_stdin, name="supervised", daemon=True).start()
+
+
+def _interrupt_at_end_of_stdin() -> None:
+    sys.stdin.buffer.read()
+    os.kill(os.getpid(), signal.SIGINT)

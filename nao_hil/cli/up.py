@@ -1,0 +1,163 @@
+"""`nao-hil up`: both sides at once, watched."""
+
+from __future__ import annotations
+
+import threading
+
+import msgspec
+
+from bridge.errors import ConfigurationError, LinkError, NaoHilError
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.recording.recorder import Recorder
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.outcome import conclude
+from nao_hil.cli.progress import WalkProgress
+from nao_hil.cli.signals import on_signals
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.monitor import Monitor
+from nao_hil.runs.supervisor import Child, ChildResult
+from nao_hil.view.child import LivePage
+from nao_hil.view.server import DEFAULT_PORT
+
+GRACE = 5.0
+"""s a side has to end by itself after it was asked to."""
+
+
+def up(
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    scenario: options.Scenario = None,
+    gait: options.Gait = None,
+    torso: options.Torso = None,
+    admittance: options.Admittance = None,
+    mode: options.Mode = None,
+    steps: options.Steps = None,
+    duration: options.Duration = None,
+    seed: options.Seed = None,
+    serve: options.Serve = False,
+    view: options.View = False,
+    port: options.Port = DEFAULT_PORT,
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    config: options.Config = None,
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Start the robot and the walker as two processes and watch them walk.
+
+    Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
+
+    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page).
+    """
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from nao_hil.runs.build import controller_maker
+
+    settings = run_config(
+        config,
+        robot=robot,
+        wear=wear,
+        scenario=scenario,
+        gait=gait,
+        torso=torso,
+        admittance=admittance,
+        mode=mode,
+        steps=steps,
+        duration=duration,
+        seed=seed,
+    )
+    controller_maker(settings)  # refuses what the walker would, before anything has begun
+    if settings.mode == "in-process" and (serve or view):
+        raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
+    directory = RunDirectory(out)
+    if directory.clear():
+        open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)
+    directory.write_config(settings)
+    if settings.mode == "in-process":
+        return _in_process(settings, directory, as_json)
+    file = str(directory.config)
+    stop = threading.Event()
+    on_signals(stop.set)
+    common = ["--name", name, "--config", file, "--json"]
+    emulator = Child(
+        "robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common], directory.path
+    )
+    serving = ["--serve"] if serve else []
+    walker = Child("walker", ["walk", "--connect", listen, *serving, *common], directory.path)
+    page = LivePage(name, listen, port, directory.path) if view else None
+    console = open_console()
+    try:
+        with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
+            while not stop.is_set() and emulator.running and walker.running:
+                stop.wait(0.2)
+                progress.show(monitor)
+                if page is not None:
+                    page.tell(console)
+    finally:
+        if page is not None:
+            page.ask_to_end()
+        # Both at once; a walker that ended by itself has brought the robot to a stand before.
+        walker.ask_to_end()
+        emulator.ask_to_end()
+        walker_result = walker.end(GRACE)
+        robot_result = emulator.end(GRACE)
+        if page is not None:
+            page.end(GRACE)
+    code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+    if page is not None and code != 130 and robot_result.result is not None:
+        recording = directory.last_recording(robot_result.result["resets"])
+        console.print(f"look at it again: nao-hil view --replay {recording}", highlight=False, soft_wrap=True)
+        if not serve:
+            console.print("walk it, push it: nao-hil up --serve --view", highlight=False)
+    return 0 if serve and code == 130 else code  # a walker that serves has no other end
+
+
+def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> int:
+    """Robot and walker in this process, as fast as they compute."""
+    from emulator.scenarios import load_scenario
+    from nao_hil.runs.in_process import walk_in_process
+
+    directory.write_scenario(load_scenario(settings.scenario))
+    stop, console = threading.Event(), open_console()
+    on_signals(stop.set)
+    with Recorder(directory.recording, settings) as recorder, console.status("walking in this process"):
+        summary = walk_in_process(settings, [recorder], stop.is_set)
+    interrupted = stop.is_set()
+    conclude(msgspec.to_builtins(summary), directory, console, interrupted=interrupted, as_json=as_json)
+    return 1 if summary.fell else 130 if interrupted else 0
+
+
+def _conclude(
+    settings: RunConfig,
+    directory: RunDirectory,
+    robot: ChildResult,
+    walker: ChildResult,
+    interrupted: bool,
+    as_json: bool,
+) -> int:
+    """Summary, JSON and exit code of a run."""
+    console = open_console()
+    if interrupted and (robot.result is None or walker.result is None):
+        return 130  # before both sides had begun
+    failed = [
+        (name, outcome)
+        for name, outcome in (("robot", robot), ("walker", walker))
+        if outcome.code not in (0, 1, 130) or outcome.result is None
+    ]
+    if failed:
+        # A side that ended because the other failed has no result either: the one with the reason speaks.
+        raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
+    assert robot.result is not None
+    summary = robot.result | {"walker": walker.result}
+    summary = conclude(summary, directory, console, interrupted=interrupted, as_json=as_json)
+    if summary["fell"] or walker.code == 1:
+        return 1
+    return 130 if interrupted else 0
+
+
+def _failure(name: str, outcome: ChildResult) -> NaoHilError:
+    error: NaoHilError
+    sentence = f"the {name}'s process failed: {outcome.error}"
+    error = ConfigurationError(outcome.error) if outcome.code == 2 else LinkError(sentence)
+    return error

@@ -1,0 +1,58 @@
+"""`nao-hil view`: the live page."""
+
+from __future__ import annotations
+
+import os
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.recording.playback import read_recording
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import on_signals
+from nao_hil.view.child import READY
+from nao_hil.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
+
+NICENESS = 10
+"""The page gives way to the real-time loops of robot and walker."""
+
+
+def view(
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    port: options.Port = DEFAULT_PORT,
+    host: Annotated[
+        str,
+        typer.Option("--host", help="Address the page listens on; others than loopback are open to all."),
+    ] = DEFAULT_HOST,
+    replay: Annotated[
+        Path | None,
+        typer.Option("--replay", help="Show a recording with a timeline instead.", metavar="FILE"),
+    ] = None,
+) -> int:
+    """Show a robot, emulated or real, or a recording, in the browser; ends with Ctrl-C.
+
+    Example: nao-hil view --replay runs/20260101T120000Z/frames.mcap
+    """
+    if replay is not None:
+        read_recording(replay)  # says so where it is none, before there is a page
+    stop = threading.Event()
+    on_signals(stop.set)
+    console = open_console()
+    server = open_server(host, port, "nao-hil")
+    os.nice(NICENESS)
+    console.print(f"{READY} http://{host}:{port}/", highlight=False)
+    if replay is not None:
+        from nao_hil.view.film import Film
+
+        Film(server, replay, stop).run()
+    else:
+        from nao_hil.view.follow import Follower
+
+        Follower(server, name, connect, stop).run()
+    server.stop()
+    return 0

@@ -1,0 +1,81 @@
+"""`nao-hil walk`: the walker's process."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+from typing import Annotated, Final
+
+import msgspec
+import typer
+
+from bridge.errors import LinkError
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.messages.walk import COMMAND
+from bridge.realtime import CONTROLLER_PRIORITY
+from nao_hil.cli import options
+from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.signals import on_signals
+from nao_hil.runs.config import run_config
+
+SWITCH_INTERVAL: Final = 5e-4
+"""s for which a command being checked may hold up a tick; Python's own 5 ms are half a cycle."""
+
+
+def walk(
+    robot: options.Body = None,
+    gait: options.Gait = None,
+    torso: options.Torso = None,
+    admittance: options.Admittance = None,
+    steps: options.Steps = None,
+    duration: options.Duration = None,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    controller: Annotated[
+        str, typer.Option("--controller", help="Name of this controller, shown to others.", metavar="NAME")
+    ] = "walker",
+    serve: options.Serve = False,
+    realtime_priority: options.RealtimePriority = True,
+    config: options.Config = None,
+    as_json: options.Json = False,
+) -> int:
+    """Walk the robot at the other end of the link, emulated or real; waits for it if it is not there yet.
+
+    Example: nao-hil walk --gait static --steps 20 --connect tcp/192.168.1.7:7447
+
+    With --serve it stands and waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
+    """
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from nao_hil.runs.build import controller_maker
+    from walker.process import WalkerProcess
+    from walker.service import WalkService
+
+    settings = run_config(
+        config, robot=robot, gait=gait, torso=torso, admittance=admittance, steps=steps, duration=duration
+    )
+    log_to_stderr()
+    stop = threading.Event()
+    # made first, so that a wrong parameter is told before anyone waits
+    service = WalkService(settings.gait, settings.parameters, settings.controller) if serve else None
+    make = service.make if service is not None else controller_maker(settings)
+    with ControllerLink(name, connect, controller) as link:
+        if service is not None:
+            link.serve(COMMAND, service.answer)
+            sys.setswitchinterval(SWITCH_INTERVAL)
+
+        def end() -> None:
+            stop.set()
+            link.wake()
+
+        on_signals(end)
+        body = settings.robot if robot is not None or config is not None else None
+        priority = CONTROLLER_PRIORITY if realtime_priority else None
+        result = WalkerProcess(link, make, body, stop.is_set, priority, service).run()
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(result)), flush=True)
+    if result.fell:
+        return 1
+    if result.late and not serve:
+        raise LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
+    return 0 if result.done or serve else 130

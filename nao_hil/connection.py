@@ -1,0 +1,99 @@
+"""Control of any robot on the link, emulated or real, cycle by cycle."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from bridge.errors import LinkError, RobotSilent
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.messages import Info, SensorFrame
+from nao_hil.commands import JointValues, actuator_frame
+
+
+class Connection:
+    """A robot on the link that this program controls, made by `connect`.
+
+    Args:
+        link: Open link that holds the lease.
+        info: Description of the robot.
+        patience: Time to wait for a sensor frame, s.
+    """
+
+    def __init__(self, link: ControllerLink, info: Info, patience: float) -> None:
+        self._link, self._patience = link, patience
+        self.info = info
+        """Description of the robot: its body, its cycle time (s), the joints that it does not have."""
+        self.frame = self._receive()
+        """The newest sensor frame."""
+
+    def step(self, position: JointValues, stiffness: JointValues = 1.0) -> SensorFrame:
+        """Answer the newest sensor frame and wait for the next.
+
+        Args:
+            position: Joint angles, rad, 25 in the order of `nao_hil.JOINTS`.
+            stiffness: 0..1, 25 or one for all joints; negative: the motor is off.
+
+        Returns:
+            The next sensor frame. In real time frames that came too fast to be answered are left out.
+
+        Raises:
+            RobotSilent: the robot went away.
+            LinkError: the robot gave the lease to nobody or another controller.
+            ConfigurationError: not 25 numbers.
+            FrameError: a number that is not finite.
+        """
+        command, frame = actuator_frame(self.frame.seq, position, stiffness), self.frame
+        while frame.seq == command.reply_to:  # in lockstep the robot repeats a frame until its answer is there
+            self._link.send(command)
+            frame = self._receive()
+        self.frame = frame
+        return frame
+
+    def _receive(self) -> SensorFrame:
+        receive = self._link.next if self.info.mode == "lockstep" else self._link.latest
+        deadline = time.monotonic() + self._patience
+        while time.monotonic() < deadline and self._link.lease:
+            frame = receive(deadline - time.monotonic())
+            if frame is not None:
+                return frame
+        raise RobotSilent(f"Robot `{self._link.robot}` at {self._link.endpoint} sends no sensor frames.")
+
+
+@contextmanager
+def connect(
+    endpoint: str = DEFAULT_ENDPOINT,
+    *,
+    robot: str = DEFAULT_ROBOT,
+    name: str = "python",
+    patience: float = 10.0,
+) -> Iterator[Connection]:
+    """Take control of a robot on the link for as long as the context lasts.
+
+    Example:
+        with nao_hil.connect("tcp/192.168.1.7:7447") as robot:
+            stand = robot.frame.position
+            while robot.frame.time < 5.0:
+                robot.step(stand, 0.8)
+
+    Args:
+        endpoint: Zenoh endpoint of the robot.
+        robot: Id of the robot.
+        name: Name of this controller, shown to others.
+        patience: Time to wait for the robot, s.
+
+    Raises:
+        ConfigurationError: bad id, name or endpoint.
+        LinkError: no robot there.
+        LeaseRefused: another controller holds it.
+    """
+    with ControllerLink(robot, endpoint, name) as link:
+        info = link.wait_robot(timeout=patience)
+        if info is None:
+            raise LinkError(f"No robot `{robot}` answered at {endpoint}.")
+        link.acquire()
+        try:
+            yield Connection(link, info, patience)
+        finally:
+            link.release()

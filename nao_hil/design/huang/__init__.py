@@ -1,0 +1,1 @@
+"""Search for the hip motion of the gait huang with the largest stability margin."""

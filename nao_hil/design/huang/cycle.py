@@ -1,0 +1,145 @@
+"""The periodic cycle of the gait huang: poses, zero moment point and stability margin of a hip motion."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from bridge.body import Body
+from bridge.types import Array
+from nao_hil.design.huang.motions import Linear, sample_x, sample_y
+from nao_hil.design.huang.support import CycleSupport
+from nao_hil.design.huang.table import ZmpTable
+from walker.model.errors import UnreachableError
+from walker.model.gravity import GRAVITY
+from walker.planning.huang.foot import FootPath, FootShape, Placement
+from walker.planning.huang.hip import Choice, hip_x, hip_y, hip_z
+from walker.planning.huang.multibody import Ankle, Bodies
+from walker.planning.huang.parameters import HuangParameters, check_bounds, refuse
+
+SAMPLE: Final = 0.01
+"""Time between the moments of a cycle at which the margin is computed, s."""
+
+
+class Cycle:
+    """The periodic cycle of a body, the left foot in front, without the choice of the hip motion.
+
+    Args:
+        p: parameters.
+        body: data sheet.
+        arms: joint angles of arms and head that are not zero, rad.
+        dt: s, between samples.
+
+    Raises:
+        ConfigurationError: parameters out of their bounds.
+    """
+
+    def __init__(self, p: HuangParameters, body: Body, arms: dict[str, float], dt: float = SAMPLE) -> None:
+        check_bounds(p)
+        self.p, self.bodies = p, Bodies(body, arms)
+        self.times: Array = np.arange(0.0, p.T_c - 1e-9, dt).astype(np.float64)
+        shape = FootShape.of(body)
+        self.rear = FootPath(p, shape, Placement(0.0), Placement(2.0 * p.D_s))
+        self.front = FootPath(p, shape, Placement(-p.D_s), Placement(p.D_s))
+        self.support = CycleSupport(p, body, self.rear, self.front, self.times)
+        self._z = hip_z(p)
+        self._feet: dict[float, tuple[Ankle, Ankle]] = {}
+
+    def frames(self, t: float, x: float, y: float) -> Array:
+        """Frames of all bodies, shape (bodies, 4, 4), m.
+
+        Args:
+            t: from the beginning of double support, s.
+            x: of the hips' middle, m.
+            y: of the hips' middle, m.
+
+        Raises:
+            UnreachableError: a foot is out of the leg's reach.
+        """
+        return self.bodies.frames((x, y, self.height(t)), *self.feet(t))
+
+    def height(self, t: float) -> float:
+        """Height of the hip joints at a time, s, m."""
+        return self._z.at(t if t >= 0.5 * self.p.T_d else t + self.p.T_c).position
+
+    def feet(self, t: float) -> tuple[Ankle, Ankle]:
+        """Left (front) and right (rear) foot at a time, s."""
+        if t not in self._feet:
+            half = 0.5 * self.p.l_FA
+            ankles = []
+            for path, time, y in ((self.front, t + self.p.T_c, half), (self.rear, t, -half)):
+                x, z, pitch = path.motion(time)
+                ankles.append(Ankle(x.position, y, z.position, pitch.position))
+            self._feet[t] = (ankles[0], ankles[1])
+        return self._feet[t]
+
+    def x_at(self, choice: Choice, t: float) -> float:
+        """X of the hips' middle at a time, s, for a choice, m."""
+        return hip_x(self.p, choice.x_sd, choice.x_ed).at(t).position + self.p.D_s / self.p.T_c * t
+
+    def zmp(self, choice: Choice) -> tuple[Array, Array]:
+        """Zero moment point over the cycle by poses alone, no table: x and y, shape (times,), m."""
+        along, across = hip_x(self.p, choice.x_sd, choice.x_ed), hip_y(self.p, choice.y_d, choice.y_m)
+        mean, step = self.p.D_s / self.p.T_c, 1e-3
+        points = []
+        for t in self.times.tolist():
+            before, now, after = (
+                self.frames(s, along.at(s).position + mean * s, across.at(s).position)
+                for s in (t - step, t, t + step)
+            )
+            points.append(self.bodies.zmp(before, now, after, step))
+        x, y = np.array(points).T
+        return x, y
+
+    def pendulum_zmp(self, choice: Choice) -> tuple[Array, Array]:
+        """The same of a point mass (3.4) that moves with the hip at the height of the centre of mass."""
+        p = self.p
+        x = sample_x(p, self.times).at(np.array([choice.x_sd]), np.array([choice.x_ed]))
+        y = sample_y(p, self.times).at(np.array([choice.y_d]), np.array([choice.y_m]))
+        middle = 0.5 * (p.T_c + p.T_d)
+        com = self.bodies.centre_of_mass(self.frames(middle, self.x_at(choice, middle), choice.y_m))
+        ahead = com[0] - self.x_at(choice, middle)
+        return (
+            (x.position + ahead - x.acceleration * com[2] / GRAVITY)[:, 0],
+            (y.position - y.acceleration * com[2] / GRAVITY)[:, 0],
+        )
+
+    def table(self, choice: Choice, axis: str, motions: Linear, corners: tuple[Array, Array]) -> ZmpTable:
+        """Factors of (13), (14) along one axis, the other one as chosen.
+
+        Args:
+            choice: for the other axis.
+            axis: `x` or `y`.
+            motions: along the axis.
+            corners: of the searched range: first and second numbers, m.
+
+        Raises:
+            ConfigurationError: a pose is out of the legs' reach.
+        """
+        u = motions.at(*corners).position
+        try:
+            if axis == "x":
+                across = hip_y(self.p, choice.y_d, choice.y_m)
+                return ZmpTable(
+                    self.bodies,
+                    lambda t, u: self.frames(t, u, across.at(t).position),
+                    self.times,
+                    u.min(axis=1),
+                    u.max(axis=1),
+                )
+            return ZmpTable(
+                self.bodies,
+                lambda t, u: self.frames(t, self.x_at(choice, t), u),
+                self.times,
+                u.min(axis=1),
+                u.max(axis=1),
+            )
+        except UnreachableError as error:
+            refuse(f"{error}; lower H_max, or shorten D_s")
+            raise AssertionError from None
+
+    def margin(self, choice: Choice) -> float:
+        """Stability margin d_zmp of a choice, by poses alone, m."""
+        x, y = self.zmp(choice)
+        return float(self.support.margins(x[:, None], y[:, None]).min())

@@ -1,0 +1,125 @@
+"""The search for the motion of the hip with the largest stability margin ((11), (12)).
+
+The source tries all x_sd, x_ed in (0, 0.5 D_s). So does this search, all pairs over the whole cycle at once,
+and the same for y_d, y_m, which the source does not have. The two searches take turns, because the polygon of a
+double support couples x and y: each pair alone stops where the minimum margin has a ridge across them. From
+there all four are refined together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from bridge.types import Array
+from nao_hil.design.huang.cycle import Cycle
+from nao_hil.design.huang.motions import Linear, Sampled, sample_x, sample_y
+from nao_hil.design.huang.refinement import MEAN_WEIGHT, grids, refined, tabulated
+from walker.planning.huang.hip import Choice
+
+GRID: Final = 40
+"""Points along each of x_sd and x_ed."""
+LATERAL_GRID: Final = 24
+"""Points along each of y_d and y_m."""
+MAX_TURNS: Final = 6
+"""Maximum number of refinements of all four, each with new tables."""
+Progress = Callable[[str], None]
+
+
+class Surface(NamedTuple):
+    """Margins over a grid of two numbers."""
+
+    first: Array
+    """x_sd, or y_d, m."""
+    second: Array
+    """x_ed, or y_m, m."""
+    margin: Array
+    """Minimum over the cycle, shape (first, second), m."""
+    score: Array
+    """The same plus a little of the mean (`MEAN_WEIGHT`), m."""
+
+    def best(self) -> tuple[int, int]:
+        """Indices of the maximum score."""
+        i, j = np.unravel_index(int(np.argmax(self.score)), self.score.shape)
+        return int(i), int(j)
+
+
+class CyclePlan(NamedTuple):
+    """Result of a search."""
+
+    choice: Choice
+    margin: float
+    """Of the choice, m."""
+
+
+def search(cycle: Cycle, grid: int = GRID, progress: Progress = lambda _: None) -> CyclePlan:
+    """The choice with the largest margin; a number that the parameters name keeps its value.
+
+    Args:
+        cycle: body and parameters.
+        grid: points along each dimension.
+        progress: called with the part of the search that begins.
+
+    Raises:
+        ConfigurationError: poses out of the legs' reach.
+    """
+    p = cycle.p
+    half = 0.5 * p.D_s
+    x = [half if value is None else value for value in (p.x_sd, p.x_ed)]
+    y = [0.25 * p.l_FA * k if value is None else value for k, value in ((0.3, p.y_d), (1.2, p.y_m))]
+    choice = Choice(0.8 * x[0] if p.x_sd is None else x[0], 0.8 * x[1] if p.x_ed is None else x[1], y[0], y[1])
+    if None not in (p.x_sd, p.x_ed, p.y_d, p.y_m):
+        return CyclePlan(choice, cycle.margin(choice))
+    for again in ("", ", again"):
+        if None in (p.y_d, p.y_m):
+            progress(f"y_d, y_m{again}")
+            choice, _ = across(cycle, choice)
+        if None in (p.x_sd, p.x_ed):
+            progress(f"x_sd, x_ed{again}")
+            choice, _ = along(cycle, choice, grid)
+    for turn in range(1, MAX_TURNS + 1):
+        progress(f"all four, turn {turn}")
+        before, choice = choice, refined(cycle, choice, grid)
+        if choice == before:
+            break
+    return CyclePlan(choice, cycle.margin(choice))
+
+
+def along(cycle: Cycle, choice: Choice, grid: int = GRID) -> tuple[Choice, Surface]:
+    """The best x_sd and x_ed of a grid within bound (11).
+
+    Args:
+        cycle: body and parameters.
+        choice: y_d and y_m are taken from it.
+        grid: points along each dimension.
+    """
+    (first, second), _ = grids(cycle.p, grid)
+    best, surface = _best_of(cycle, choice, "x", sample_x(cycle.p, cycle.times), (first, second))
+    return choice._replace(x_sd=best[0], x_ed=best[1]), surface
+
+
+def across(cycle: Cycle, choice: Choice) -> tuple[Choice, Surface]:
+    """The best y_d and y_m of a grid from the path's middle to the ankles' line.
+
+    Args:
+        cycle: body and parameters.
+        choice: x_sd and x_ed are taken from it.
+    """
+    _, (first, second) = grids(cycle.p, LATERAL_GRID)
+    best, surface = _best_of(cycle, choice, "y", sample_y(cycle.p, cycle.times), (first, second))
+    return choice._replace(y_d=best[0], y_m=best[1]), surface
+
+
+def _best_of(
+    cycle: Cycle, choice: Choice, axis: str, motions: Linear, axes: tuple[Array, Array]
+) -> tuple[tuple[float, float], Surface]:
+    a, b = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
+    u: Sampled = motions.at(a, b)
+    margins = cycle.support.margins(*tabulated(cycle, choice, axis, motions, axes).zmp(u))
+    minimum, shape = margins.min(axis=0), (len(axes[0]), len(axes[1]))
+    score = minimum + MEAN_WEIGHT * margins.mean(axis=0)
+    surface = Surface(axes[0], axes[1], minimum.reshape(shape), score.reshape(shape))
+    i, j = surface.best()
+    return (float(axes[0][i]), float(axes[1][j])), surface

@@ -1,0 +1,96 @@
+"""One driver at the wheel of one walker, from the terminal or from the page."""
+
+from __future__ import annotations
+
+import time
+from typing import Final, Protocol
+
+from bridge.errors import LinkError, WalkRefused
+from bridge.messages.walk import WalkCommand, WalkStatus
+from nao_hil.drive.driver import Driver, Wheel
+from walker.planning import GAITS, gait_parameters
+
+SIGN: Final = 1.0
+"""s between two signs of life of the driver."""
+
+
+class Walker(Protocol):
+    """What takes commands: a `bridge.link.walk_client.WalkClient`."""
+
+    def send(self, command: WalkCommand) -> WalkStatus:
+        """Carry out a command."""
+
+    def status(self) -> WalkStatus:
+        """What it does."""
+
+    def stop(self) -> WalkStatus:
+        """Let it close its feet."""
+
+
+class Session:
+    """What keys and a stick do to a walker.
+
+    Args:
+        walker: The one that is driven.
+
+    Raises:
+        LinkError: no walker there takes commands.
+        WalkRefused: the walker has no robot.
+    """
+
+    def __init__(self, walker: Walker) -> None:
+        self._walker = walker
+        speeds = {gait: gait_parameters(gait).periodic_step.velocity for gait in GAITS}
+        self.driver = Driver({gait: speed for gait, speed in speeds.items() if speed > 0.0})
+        self.status: WalkStatus = walker.status()
+        self.wheel = self.driver.at_rest(self.status)
+        self.commands = self.refused = 0
+        """Sent, and refused of them."""
+        self.said = ""
+        """What the walker said to the last command."""
+        self._spoke = time.monotonic()
+
+    def take(self, keys: list[str], stick: float | None = None) -> None:
+        """Carry out what came in, give a sign of life if one is due, and look how the robot is.
+
+        Args:
+            keys: As in `nao_hil.drive.driver.HELP`.
+            stick: Deflection forwards, -1..1; None: it was not moved.
+
+        Raises:
+            LinkError: the walker does not answer.
+        """
+        for key in keys:
+            self._turn(self.driver.press(self.wheel, key))
+        if stick is not None:
+            self._turn(self.driver.stick(self.wheel, stick))
+        again = self.driver.again(self.wheel)
+        if again is not None and time.monotonic() - self._spoke > SIGN:
+            if not self._send(again):  # it fell, say: whoever wants to go on says so anew
+                self.wheel = self.driver.press(self.wheel, "x")
+        else:
+            self.status = self._walker.status()
+
+    def _turn(self, wheel: Wheel) -> None:
+        command = self.driver.command(self.wheel, wheel)
+        if command is None or self._send(command):
+            self.wheel = wheel  # a wheel that the walker refused turns back
+
+    def _send(self, command: WalkCommand) -> bool:
+        self.commands += 1
+        self._spoke = time.monotonic()
+        try:
+            self.status = self._walker.send(command)
+        except WalkRefused as refusal:
+            self.refused += 1
+            self.said = str(refusal)
+            return False
+        self.said = self.status.text
+        return True
+
+    def end(self) -> None:
+        """Leave the robot standing."""
+        try:
+            self.status = self._walker.stop()
+        except (LinkError, WalkRefused):
+            self.said = "The walker does not answer any more."

@@ -1,0 +1,198 @@
+"""Arms of an experiment summed up: who survived, when and which way the others fell, and what gave in."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import Body
+from nao_hil.analysis.report.page import ReportTable
+from nao_hil.analysis.statistics import Paired, paired, wilson
+from nao_hil.experiments.geometry import zmp_margin
+from nao_hil.runs.track import LEG_NAMES, PHASES, Array, Track
+from nao_hil.runs.walk import WalkEnd, WalkOutcome
+
+BEFORE_FALL: Final = 1.0
+"""s before a fall in which the joint that lags most is looked for."""
+
+
+class Arm(msgspec.Struct, frozen=True, kw_only=True):
+    """Runs of one arm."""
+
+    n: int
+    survived: int
+    interval: tuple[float, float]
+    """Wilson's, 95 %, of the share that survived."""
+    fall_times: tuple[float, ...]
+    """s of the walk, ascending."""
+    tilt_max_deg: tuple[float, float]
+    """Median and largest over the runs of the largest torso tilt before any fall."""
+    speed: float
+    """Median over the runs, m/s over ground."""
+
+    @property
+    def share(self) -> float:
+        """That survived."""
+        return self.survived / self.n
+
+    def words(self) -> str:
+        """For claims that they walk on."""
+        low, high = (100.0 * bound for bound in self.interval)
+        return f"{self.survived} of {self.n} walk on ({low:.0f} to {high:.0f} %)"
+
+    def fall_words(self) -> str:
+        """For claims that they fall; Wilson's interval of the complement is the interval's."""
+        low, high = (100.0 * (1.0 - bound) for bound in reversed(self.interval))
+        return f"{self.n - self.survived} of {self.n} fall ({low:.0f} to {high:.0f} %)"
+
+
+def arm(results: Sequence[WalkOutcome], by: float = math.inf) -> Arm:
+    """Sum up an arm.
+
+    Args:
+        results: Of one arm.
+        by: Time until which a run must stand to count as survived, s of the walk.
+    """
+    alive = [survives(result.end, by) for result in results]
+    tilts = np.degrees([result.end.tilt_max for result in results])
+    return Arm(
+        n=len(results),
+        survived=sum(alive),
+        interval=wilson(sum(alive), len(results)),
+        fall_times=tuple(sorted(result.end.time for result in results if not result.end.survived)),
+        tilt_max_deg=(float(np.median(tilts)), float(tilts.max())),
+        speed=float(np.median([result.end.speed for result in results])),
+    )
+
+
+def survives(end: WalkEnd, by: float) -> bool:
+    """Whether a walk still stood at a time, s."""
+    return end.survived or end.time > by
+
+
+def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome], by: float = math.inf) -> Paired:
+    """The seeds that ran in both arms, compared."""
+    first = {result.seed: survives(result.end, by) for result in with_}
+    second = {result.seed: survives(result.end, by) for result in without}
+    seeds = [seed for seed in first if seed in second]
+    return paired([first[seed] for seed in seeds], [second[seed] for seed in seeds])
+
+
+def pair_words(pair: Paired) -> str:
+    """For people."""
+    return (
+        f"Same seeds: {pair.both} walk on in both arms, {pair.only_with} only with, {pair.only_without} only "
+        f"without, {pair.neither} in neither; exact McNemar p = {pair.p_value:.2g}."
+    )
+
+
+def arms_table(arms: dict[str, Arm]) -> ReportTable:
+    """Arms side by side."""
+    rows = []
+    for name, a in arms.items():
+        low, high = (100.0 * bound for bound in a.interval)
+        rows.append(
+            (
+                name,
+                f"{a.survived} of {a.n}",
+                f"{low:.0f} to {high:.0f} %",
+                _times(a.fall_times),
+                f"{a.tilt_max_deg[0]:.1f} / {a.tilt_max_deg[1]:.1f}",
+                f"{a.speed:.3f}",
+            )
+        )
+    head = (
+        "arm",
+        "survived",
+        "95 % interval",
+        "falls at, s: first / median / last",
+        "torso tilt, deg: median / worst",
+        "m/s over ground",
+    )
+    return ReportTable("Arms", head, tuple(rows))
+
+
+def _times(times: Sequence[float]) -> str:
+    if not times:
+        return "none"
+    return f"{times[0]:.1f} / {float(np.median(times)):.1f} / {times[-1]:.1f}"
+
+
+def falls_finding(name: str, results: Sequence[WalkOutcome], body: Body | None) -> str:
+    """How the falls of an arm came about in numbers; empty when none fell. Without a body, no margins."""
+    fallen = [result for result in results if not result.end.survived]
+    if not fallen:
+        return ""
+    directions = Counter(direction(result.end) for result in fallen)
+    to = ", ".join(f"{count} {where}" for where, count in directions.most_common())
+    text = (
+        f"{name}: {len(fallen)} of {len(results)} fall, at {_times(sorted(r.end.time for r in fallen))} s "
+        f"(first / median / last), {to}."
+    )
+    phases = Counter(_phase_of_fall(result) for result in fallen if len(result.track))
+    if phases:
+        text += f" The lean begins in {', '.join(f'{p} ({count})' for p, count in phases.most_common())}."
+    lags = [lag for result in fallen if (lag := largest_lag(result)) is not None]
+    if lags:
+        joint, count = Counter(joint for joint, _ in lags).most_common(1)[0]
+        size = float(np.median([math.degrees(angle) for name_, angle in lags if name_ == joint]))
+        text += f" In the second before, {joint} is farthest off its request in {count} ({size:.1f} deg)."
+    margins = [m for result in results if body is not None and (m := least_margin(result, body)) is not None]
+    if margins:
+        text += (
+            f" Least margin of the ZMP to the edge of the planned stance sole, up to a second before any fall: "
+            f"{1e3 * float(np.median(margins)):.0f} mm (median), {1e3 * min(margins):.0f} mm (worst)."
+        )
+    return text
+
+
+def direction(end: WalkEnd) -> str:
+    """Which way a robot fell, in a word."""
+    if abs(end.roll) > abs(end.pitch):
+        return "to the right" if end.roll > 0.0 else "to the left"
+    return "forward" if end.pitch > 0.0 else "backward"
+
+
+def _before(result: WalkOutcome, seconds: float) -> Track:
+    return result.track.until(result.end.time - seconds)
+
+
+def _phase_of_fall(result: WalkOutcome) -> str:
+    """Phase in which the torso last passed 10 degrees on its way down."""
+    track = result.track.until(result.end.time)
+    upright = np.flatnonzero(track.tilt < math.radians(10.0))
+    row = int(upright[-1]) if upright.size else 0
+    return PHASES[int(track["phase"][row])]
+
+
+def largest_lag(result: WalkOutcome) -> tuple[str, float] | None:
+    """Leg joint that is farthest off its request in the second before a fall, and by how much, rad."""
+    track = result.track.until(result.end.time)
+    if not len(track):
+        return None
+    rows = track["time"] > result.end.time - BEFORE_FALL
+    lag = np.abs(track["request"] - track["joints"])[rows].max(axis=0)
+    worst = int(lag.argmax())
+    return LEG_NAMES[worst], float(lag[worst])
+
+
+def least_margin(result: WalkOutcome, body: Body) -> float | None:
+    """Least distance of the true ZMP from the stance sole's edge in single support before any fall, m."""
+    track = _before(result, 0.0 if result.end.survived else BEFORE_FALL)
+    margins = zmp_margin(track, body)
+    return float(np.nanmin(margins)) if np.isfinite(margins).any() else None
+
+
+def growth_per_step(track: Track, values: Array) -> float | None:
+    """Slope of a quantity's mean over each step against the number of the step; None before three steps."""
+    steps = track["step"]
+    numbers = np.unique(steps)
+    if len(numbers) < 3:
+        return None
+    means = [values[steps == number].mean() for number in numbers]
+    return float(np.polyfit(numbers, means, 1)[0])

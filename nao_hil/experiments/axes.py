@@ -1,0 +1,79 @@
+"""The thesis' axes: its colours, its phase line, and where a figure goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from nao_hil.runs.track import PHASES, Array, Track
+
+RED: Final = "tab:red"
+BLUE: Final = "tab:blue"
+GREEN: Final = "tab:green"
+CYAN: Final = "tab:cyan"
+
+
+def new_figure(width: float = 9.0, height: float = 4.5) -> Figure:
+    """An empty figure with a tight layout."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG; gives its path."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+    return path
+
+
+def phase_line(axes: Any, track: Track, step: float, colour: str = "k") -> None:
+    """The phases of a walk as the thesis draws them: 0 in DSL, one `step` higher in SSL, DSR and SSR each.
+
+    Args:
+        axes: To draw on.
+        track: Of the walk.
+        step: In the units of the axis.
+        colour: Of the line.
+    """
+    levels = {PHASES.index(name): i * step for i, name in enumerate(("DSL", "SSL", "DSR", "SSR"))}
+    values = np.array([levels.get(int(phase), np.nan) for phase in track["phase"]])
+    axes.plot(track["time"], values, color=colour, linewidth=0.8, label="phase: DSL, SSL, DSR, SSR")
+
+
+def feet(axes: Any, time: Array, left: Array, right: Array) -> None:
+    """Ankle in the hip's frame over time: x blue, y green, z red; left solid, right dash-dotted; mm."""
+    for i, (name, colour) in enumerate((("x", BLUE), ("y", GREEN), ("z", RED))):
+        axes.plot(time, 1e3 * left[:, i], color=colour, label=f"{name}, left")
+        axes.plot(time, 1e3 * right[:, i], color=colour, linestyle="-.", label=f"{name}, right")
+
+
+def finish(axes: Any, x: str, y: str, title: str = "") -> None:
+    """Labels, grid, and a legend beside the axes."""
+    axes.set(xlabel=x, ylabel=y, title=title)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def two_arms(axes: Any, with_: Track, without: Track, quantity: Callable[[Track], Array]) -> None:
+    """A quantity of both arms over the time of the walk, as the thesis draws them: blue without, red with."""
+    for track, colour, label in ((without, BLUE, "without"), (with_, RED, "with")):
+        axes.plot(track["time"], quantity(track), color=colour, linewidth=0.9, label=label)
+
+
+def pitch_and_roll(path: Path, with_: Track, without: Track, phases: bool = False) -> Path:
+    """True torso pitch and roll of both arms (figures 4.2, 4.9 and 4.16), rad; phases in steps of 0.05."""
+    figure = new_figure(9.0, 6.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for panel, name in ((upper, "pitch"), (lower, "roll")):
+        two_arms(panel, with_, without, lambda track, name=name: getattr(track, name))  # type: ignore[misc]
+        largest = 1.1 * max(float(np.abs(getattr(track, name)).max(initial=0.1)) for track in (with_, without))
+        panel.set_ylim(-min(largest, 0.6), min(largest, 0.6))
+    if phases:
+        phase_line(upper, with_ if len(with_) >= len(without) else without, 0.05)
+        upper.plot(with_["time"], with_["control"].sum(axis=1), CYAN, linewidth=0.7, label="control, with")
+    finish(upper, "", "torso pitch / rad")
+    finish(lower, "t / s", "torso roll / rad")
+    return save(figure, path)

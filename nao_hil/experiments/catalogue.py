@@ -1,0 +1,70 @@
+"""The experiments by name. Each is a module with `experiment(context) -> Outcome`, imported when it is run."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from nao_hil.analysis.report.page import Outcome
+
+if TYPE_CHECKING:  # the list alone needs no physics
+    from nao_hil.experiments.context import Context
+
+ALL: Final = "all"
+"""In place of a name: those of the thesis, in one report."""
+
+
+class Entry(NamedTuple):
+    """One experiment."""
+
+    module: str
+    """In `nao_hil.experiments`."""
+    what: str
+    """What it measures, for people."""
+    seeds: int
+    """Unless told otherwise."""
+    thesis: bool = True
+    """Part of `all`."""
+
+    def load(self) -> Callable[[Context], Outcome]:
+        """The function that does it."""
+        function: Callable[[Context], Outcome] = importlib.import_module(
+            f"nao_hil.experiments.{self.module}"
+        ).experiment
+        return function
+
+
+EXPERIMENTS: Final[dict[str, Entry]] = {
+    "static-walk": Entry("static_walk", "the statically stable gait, planned and walked (figure 3.4)", 3),
+    "obstacle": Entry(
+        "obstacle", "R1: 1 cm under the swing foot, without and with admittance (4.1, 4.2, 4.8)", 20
+    ),
+    "torso-drift": Entry(
+        "torso_drift", "R2: the static gait with admittance, without and with torso control (4.9)", 20
+    ),
+    "torso-step": Entry(
+        "torso_step", "R3: the torso's answer to steps of the stance ankle, and its plant (4.10)", 5
+    ),
+    "torso-design": Entry(
+        "torso_design", "R4: the thesis' torso controllers and a robust one (4.11 to 4.15)", 1
+    ),
+    "dynamic-walk": Entry("dynamic_walk", "the dynamically stable gait, planned and walked (3.6, 3.7)", 3),
+    "dynamic-torso": Entry(
+        "dynamic_torso", "R5: the dynamic gait without and with torso control, 60 s (4.16)", 20
+    ),
+    "slope": Entry("slope", "R6: the steepest slope in four directions", 20),
+    "spring": Entry("spring", "the spring of the leg admittance and its pole (4.7)", 20),
+    "huang-margin": Entry(
+        "huang_margin", "Huang's gait: searched against badly chosen hip motion, a known step", 20, False
+    ),
+    "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
+    "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
+    "watchdog": Entry(
+        "watchdog", "walks whose controller dies: does the guard bring the robot to rest", 50, False
+    ),
+    "network": Entry("network", "walks in real time over delay, jitter and loss (root, Linux)", 20, False),
+    "soak": Entry("soak", "a long walk in real time: memory, files, punctuality, drift (Linux)", 1, False),
+    "outages": Entry("outages", "walks with the link interrupted, or a process killed (root, Linux)", 1, False),
+}
+"""In the order of the thesis."""

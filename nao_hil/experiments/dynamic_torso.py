@@ -1,0 +1,139 @@
+"""R5: the dynamic gait without torso control, with the thesis' and with the robust one (figure 4.16)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+
+from bridge.body import load_body
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from nao_hil.analysis.statistics import Paired
+from nao_hil.experiments import axes
+from nao_hil.experiments.arms import Arm, arm, arms_table, falls_finding, pair_words, pairs
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import setup_rows
+
+
+@dataclass(frozen=True)
+class DynamicTorsoSetup:
+    """The experiment's numbers."""
+
+    duration: float = 60.0
+    """s"""
+    falls_by: float = 15.0
+    """s by which the arm without torso control is to have fallen."""
+    falls: float = 0.8
+    survives: float = 0.95
+    speed: float = 0.15
+    """m/s over ground, at least."""
+    probe_wear: str = "worn"
+    """Another robot, tried without torso control when too few fall."""
+    probe_seeds: int = 4
+
+
+class DynamicTorsoResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "dynamic-torso"
+    passed: bool
+    with_: Arm = msgspec.field(name="with")
+    without: Arm
+    thesis: Arm
+    """With the thesis' own design in place of the robust one; no claim rests on it."""
+    paired: Paired
+
+
+def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outcome:
+    """Three arms, figure 4.16, and the verdict."""
+    setup = setup or DynamicTorsoSetup()
+    with_, without, thesis = context.run(
+        *(
+            context.walks(f"dynamic-torso, {torso}", "dynamic", setup.duration, {"torso": torso})
+            for torso in ("robust", "none", "thesis")
+        )
+    )
+    arms = arm(with_), arm(without, by=setup.falls_by), arm(thesis)
+    pair = pairs(with_, without)
+    claims = _claims(setup, arms[0], arms[1])
+    body = load_body(context.robot)
+    findings = (
+        pair_words(pair),
+        falls_finding("Without", without, body),
+        falls_finding("With the thesis' design", thesis, body),
+        falls_finding("With the robust design", with_, body),
+        "" if claims[0].holds or context.campaign.interrupted else _probe(context, setup),
+    )
+    result = DynamicTorsoResult(
+        passed=all(claim.holds for claim in claims),
+        with_=arms[0],
+        without=arms[1],
+        thesis=arms[2],
+        paired=pair,
+    )
+    page = ReportPage(
+        name="dynamic-torso",
+        title="R5: the dynamic gait needs torso control",
+        source=(
+            "Thesis 4.2.3, figure 4.16: the dynamic gait falls after about 4 s without torso control and "
+            "goes on stably with it."
+        ),
+        setup=setup_rows(
+            context,
+            [
+                ("gait", "dynamic"),
+                ("arms", "torso control: robust with its damping, none, and the thesis' design"),
+                ("length", f"{setup.duration:g} s; without: to have fallen by {setup.falls_by:g} s"),
+            ],
+        ),
+        claims=claims,
+        pictures=(
+            Picture(
+                axes.pitch_and_roll(
+                    context.out / "dynamic-torso-4.16.png", with_[0].track, without[0].track, phases=True
+                ),
+                "Figure 4.16: pitch of the torso, and its roll",
+                f"Seed {with_[0].seed}; blue without, red with the robust torso control; phases black: 0 "
+                "DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR.",
+            ),
+        ),
+        tables=(arms_table({"robust": arms[0], f"none, at {setup.falls_by:g} s": arms[1], "thesis": arms[2]}),),
+        findings=tuple(text for text in findings if text),
+    )
+    return Outcome(result, page)
+
+
+def _claims(setup: DynamicTorsoSetup, with_: Arm, without: Arm) -> tuple[Claim, ...]:
+    return (
+        Claim(
+            f"Without torso control {100 * setup.falls:.0f} % or more fall within {setup.falls_by:g} s",
+            without.fall_words(),
+            1.0 - without.share >= setup.falls - 1e-9,
+        ),
+        Claim(
+            f"With it {100 * setup.survives:.0f} % or more walk for {setup.duration:g} s",
+            with_.words(),
+            with_.share >= setup.survives - 1e-9,
+        ),
+        Claim(
+            f"With it at {setup.speed:g} m/s or more over ground",
+            f"{with_.speed:.3f} m/s (median)",
+            with_.speed >= setup.speed,
+        ),
+    )
+
+
+def _probe(context: Context, setup: DynamicTorsoSetup) -> str:
+    """The arm without torso control on a robot with more backlash, in a sentence."""
+    few = context.first(setup.probe_seeds).on(setup.probe_wear)
+    (results,) = few.run(
+        few.walks(
+            f"dynamic-torso, none, {setup.probe_wear}",
+            "dynamic",
+            setup.falls_by,
+            {"torso": "none"},
+            keep_track=False,
+        )
+    )
+    fell = arm(results).fall_words()
+    return f"On {setup.probe_wear} drives, without torso control and by {setup.falls_by:g} s: {fell}."

@@ -1,0 +1,232 @@
+"""R1: a plate of 1 cm under the swing foot in the static gait, without and with the admittances (thesis 4.1).
+
+The thesis' robot is brought to fall by the force with which its swing foot treads on the plate; with the
+admittances the force stays small and it walks on. Both arms have the gait's own torso control.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import msgspec
+
+from bridge.body import load_body
+from bridge.messages.world import PlateUnderFoot
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from nao_hil.analysis.statistics import Paired
+from nao_hil.experiments import axes
+from nao_hil.experiments.arms import Arm, arm, arms_table, falls_finding, pair_words, pairs
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.geometry import ankle_in_hip
+from nao_hil.experiments.landing_force import Force, ObstacleSetup, landing_forces, plot_feet, plot_force
+from nao_hil.experiments.setup import setup_rows
+from nao_hil.runs.walk import WalkOutcome
+
+
+class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "obstacle"
+    passed: bool
+    with_: Arm = msgspec.field(name="with")
+    without: Arm
+    paired: Paired
+    force_with: Force
+    force_without: Force
+    force_ratio: float
+    """Of the medians."""
+    survived_plate: float | None = None
+    """Highest of the lower plates on which every run walks on with admittance, m; None: not tried, 0: none."""
+    felling_plate: float | None = None
+    """Lowest of the higher plates on which enough fall without it, m; None: not tried, or none of them."""
+
+
+def plate(setup: ObstacleSetup) -> tuple[tuple[float, PlateUnderFoot], ...]:
+    """Under the right foot, which swings in SSL; as in the scenario `obstacle`."""
+    size = (0.20, 0.08, setup.height)
+    return ((setup.plate_time, PlateUnderFoot(foot="right", size=size, shift=(0.03, 0.0))),)
+
+
+def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
+    """Both arms, the figures 4.1, 4.2 and 4.8, and the verdict."""
+    setup = setup or ObstacleSetup()
+    with_, without = context.run(
+        context.walks("obstacle, with", "static", setup.duration, {"admittance": True}, plates=plate(setup)),
+        context.walks(
+            "obstacle, without", "static", setup.duration, {"admittance": False}, plates=plate(setup)
+        ),
+    )
+    forces = landing_forces(with_, setup), landing_forces(without, setup)
+    arms = arm(with_), arm(without)
+    ratio = forces[0].median / forces[1].median if forces[1].median else math.nan
+    pair = pairs(with_, without)
+    claims = _claims(setup, arms, forces, ratio)
+    findings = [pair_words(pair)]
+    body = load_body(context.robot)
+    survived = felling = None
+    if not context.campaign.interrupted:
+        if not claims[1].holds:
+            survived = _highest(context, setup)
+            findings.append(_tried(setup.lower, setup, "with admittance every run walks over", survived))
+        if not claims[0].holds:
+            felling = _lowest(context, setup)
+            findings.append(_tried(setup.higher, setup, "without admittance enough fall from", felling))
+    findings += [
+        falls_finding("With", with_, body),
+        falls_finding("Without", without, body),
+        _force_finding(context, forces, ratio, setup),
+    ]
+    result = ObstacleResult(
+        passed=all(claim.holds for claim in claims),
+        with_=arms[0],
+        without=arms[1],
+        paired=pair,
+        force_with=forces[0],
+        force_without=forces[1],
+        force_ratio=ratio,
+        survived_plate=survived,
+        felling_plate=felling,
+    )
+    page = ReportPage(
+        name="obstacle",
+        title="R1: a plate of 1 cm under the swing foot",
+        source=(
+            "Thesis 4.1, figures 4.1, 4.2 and 4.8: at t = 17 s, in SSL, an object of 1 cm lies under the "
+            "swing foot. Without admittance the contact force reaches 15 N and the robot falls at about 18 "
+            "s; with it the force stays at about 5 N, the foot stays on the object for two steps and steps "
+            "down at about 32 s."
+        ),
+        setup=setup_rows(
+            context,
+            [
+                ("gait", "static, T_DSP 2 s, T_SSP 1.5 s"),
+                (
+                    "plate",
+                    f"{1e3 * setup.height:g} mm, under the right foot at {setup.plate_time:g} s of the walk",
+                ),
+                ("length", f"{setup.duration:g} s"),
+                ("arms", "admittance on and off, torso control as the gait ships it"),
+            ],
+        ),
+        claims=claims,
+        pictures=_pictures(context, setup, with_[0], without[0]),
+        tables=(arms_table({"with admittance": arms[0], "without": arms[1]}),),
+        findings=tuple(text for text in findings if text),
+    )
+    return Outcome(result, page)
+
+
+def _claims(
+    setup: ObstacleSetup, arms: tuple[Arm, Arm], forces: tuple[Force, Force], ratio: float
+) -> tuple[Claim, ...]:
+    with_, without = arms
+    return (
+        Claim(
+            f"Without admittance {100 * setup.falls:.0f} % or more fall",
+            without.fall_words(),
+            1.0 - without.share >= setup.falls - 1e-9,
+        ),
+        Claim(
+            f"With it {100 * setup.survives:.0f} % or more walk on",
+            with_.words(),
+            with_.share >= setup.survives - 1e-9,
+        ),
+        Claim(
+            "Contact force while loading in SSL at most half of that without",
+            f"{forces[0].median:.1f} N with, {forces[1].median:.1f} N without (medians of the peaks): "
+            f"{100.0 * ratio:.0f} %",
+            ratio <= setup.force_ratio,
+        ),
+    )
+
+
+def _share(context: Context, setup: ObstacleSetup, height: float, *, admittance: bool) -> float:
+    """Share of a few runs that walks over a plate of some height, m."""
+    few = context.first(setup.probe_seeds)
+    arm_name = "with" if admittance else "without"
+    (results,) = few.run(
+        few.walks(
+            f"obstacle, {arm_name}, {1e3 * height:g} mm",
+            "static",
+            setup.duration,
+            {"admittance": admittance},
+            plates=plate(replace(setup, height=height)),
+            keep_track=False,
+        )
+    )
+    return arm(results).share
+
+
+def _highest(context: Context, setup: ObstacleSetup) -> float:
+    """Highest lower plate on which every run walks on with admittance, those below it included, m; 0: none."""
+    highest = 0.0
+    for height in setup.lower:
+        if _share(context, setup, height, admittance=True) < 1.0:
+            break
+        highest = height
+    return highest
+
+
+def _lowest(context: Context, setup: ObstacleSetup) -> float | None:
+    """Lowest higher plate on which enough fall without admittance, m; None: on none of them."""
+    for height in setup.higher:
+        if _share(context, setup, height, admittance=False) <= 1.0 - setup.falls + 1e-9:
+            return height
+    return None
+
+
+def _tried(heights: Sequence[float], setup: ObstacleSetup, what: str, found: float | None) -> str:
+    tried = ", ".join(f"{1e3 * height:g}" for height in heights)
+    return (
+        f"Other plates, {tried} mm with {setup.probe_seeds} seeds each: {what} "
+        f"{f'{1e3 * found:g} mm' if found else 'none of them'}."
+    )
+
+
+def _force_finding(context: Context, forces: tuple[Force, Force], ratio: float, setup: ObstacleSetup) -> str:
+    """Which damping the wanted force would take, as far as the force is damping times speed."""
+    if not ratio > setup.force_ratio:
+        return ""
+    from walker.stabilization.parameters import controller_parameters
+
+    changes = context.config("static", 0, {}).controller
+    damping = controller_parameters("static", changes).leg.D
+    wanted = setup.force_ratio * forces[1].median
+    return (
+        f"The leg admittance yields at F / D: for {wanted:.1f} N, half of what is measured without it, its "
+        f"damping leg.D would have to be about {damping * wanted / forces[0].median:.0f} N s/m in place of "
+        f"{damping:.0f}."
+    )
+
+
+def _pictures(
+    context: Context, setup: ObstacleSetup, with_: WalkOutcome, without: WalkOutcome
+) -> tuple[Picture, ...]:
+    seed = with_.seed
+    note = f"Seed {seed}; blue without, red with admittance."
+    out, body = context.out, load_body(context.robot)
+    return (
+        Picture(
+            plot_force(out / "obstacle-4.1.png", with_.track, without.track, setup.plate_time),
+            "Figure 4.1: contact force on the right foot",
+            f"{note} Sum of the right foot's four sensors; phases green: 0 DSL, 5 SSL, 10 DSR, 15 SSR.",
+        ),
+        Picture(
+            axes.pitch_and_roll(out / "obstacle-4.2.png", with_.track, without.track),
+            "Figure 4.2: pitch of the torso, and its roll",
+            f"{note} True angles, positive nose down and to the right.",
+        ),
+        Picture(
+            plot_feet(
+                out / "obstacle-4.8.png",
+                with_.track,
+                ankle_in_hip(body, "L", with_.track["request"]),
+                ankle_in_hip(body, "R", with_.track["request"]),
+            ),
+            "Figure 4.8: trajectories of the feet with admittance",
+            f"Seed {seed}; ankles in the frames of their hips as requested, left solid, right dash-dotted; "
+            "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
+        ),
+    )

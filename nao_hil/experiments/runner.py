@@ -1,0 +1,148 @@
+"""Does experiments one after the other: folders, JSON, what a person sees, and the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+from rich.console import Console
+
+from nao_hil.analysis.report.page import Outcome, ReportPage
+from nao_hil.analysis.report.render import Report, write_report
+from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import seed_words
+from nao_hil.runs.campaign import Campaign, Interrupted
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.fingerprint import source_hash
+from walker.planning import gait_parameters
+from walker.stabilization.parameters import controller_parameters
+
+GAITS: Final = ("static", "dynamic")
+"""Whose parameters the report prints, beside the chosen one's."""
+
+
+class Runner:
+    """Does experiments and keeps what came of them.
+
+    Args:
+        campaign: To run in.
+        console: Where to tell.
+        path: Folder of it all.
+        changes: Robot, wear and changed parameters.
+        seeds: Number of them; None: each experiment's own.
+        first_seed: The first of them.
+        duration: Of one run, s; None: each experiment's own.
+    """
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        console: Console,
+        path: Path,
+        changes: RunConfig,
+        seeds: int | None = None,
+        first_seed: int = 0,
+        duration: float | None = None,
+    ) -> None:
+        self._campaign, self._console = campaign, console
+        self._path, self._changes = path, changes
+        self._seeds, self._first = seeds, first_seed
+        self._duration = duration
+        self._pages: list[ReportPage] = []
+        self.results: dict[str, dict[str, Any]] = {}
+        """By name, what goes into the JSON."""
+        self.missing: list[tuple[str, str]] = []
+        """Experiments that were not done, and why."""
+
+    @property
+    def interrupted(self) -> bool:
+        """It was stopped."""
+        return self._campaign.interrupted
+
+    @property
+    def passed(self) -> bool:
+        """All that was asked for is done, and every claim holds."""
+        return not self.missing and all(result["passed"] for result in self.results.values())
+
+    def seeds(self, name: str) -> tuple[int, ...]:
+        """Of an experiment."""
+        return tuple(range(self._first, self._first + (self._seeds or EXPERIMENTS[name].seeds)))
+
+    def run(self, name: str, out: Path) -> None:
+        """Do an experiment; `out` is for its JSON and figures.
+
+        Raises:
+            NaoHilError: a configuration that cannot be walked, or a run that failed.
+        """
+        if self.interrupted:
+            self.missing.append((name, "interrupted before it began"))
+            return
+        out.mkdir(parents=True, exist_ok=True)
+        try:
+            outcome = EXPERIMENTS[name].load()(
+                Context(self._campaign, out, self.seeds(name), self._changes, self._duration)
+            )
+        except Interrupted:
+            self.missing.append((name, "interrupted; what was walked is kept and need not be walked again"))
+            return
+        self._keep(name, out, outcome)
+
+    def _keep(self, name: str, out: Path, outcome: Outcome) -> None:
+        seeds = self.seeds(name)
+        (out / f"{name}.json").write_bytes(msgspec.json.format(msgspec.json.encode(outcome.result)))
+        self.results[name] = msgspec.json.decode(msgspec.json.encode(outcome.result)) | {
+            "robot": self._changes.robot,
+            "wear": self._changes.wear,
+            "seeds": len(seeds),
+            "first_seed": seeds[0],
+            "interrupted": self.interrupted,
+        }
+        self._pages.append(outcome.page)
+        self._say(outcome.page)
+
+    def _say(self, page: ReportPage) -> None:
+        verdict = "[green]comes out[/]" if page.passed else "[yellow]does not come out[/]"
+        self._console.print(f"[bold]{page.name}[/]: {verdict}")
+        for claim in page.claims:
+            mark = "[green]holds[/]" if claim.holds else "[yellow]does not hold[/]"
+            self._console.print(f"  {mark}  {claim.text}: {claim.measured}", highlight=False)
+        for finding in page.findings:
+            self._console.print(f"  - {finding}", highlight=False, style="dim")
+
+    def summary(self, name: str) -> dict[str, Any]:
+        """The JSON of an experiment, or of all."""
+        data = self.results.get(name, {"name": name, "passed": self.passed, "interrupted": self.interrupted})
+        if name == ALL:
+            data = data | {"experiments": self.results, "missing": [each for each, _ in self.missing]}
+        return data
+
+    def report(self, title: str) -> Path:
+        """Write the report; gives its path."""
+        changes = self._changes
+        names = [page.name for page in self._pages]
+        facts = [
+            ("robot", f"{changes.robot}, {changes.wear} drives and sensors"),
+            ("seeds", ", ".join(f"{n}: {seed_words(self.seeds(n))}" for n in names) or "none"),
+            ("sources", f"sha256 {source_hash()[:16]} of robot, walker and contract"),
+        ]
+        if self.interrupted:
+            facts.append(("interrupted", "shares are of the runs that were done"))
+        path = self._path / "report.html"
+        write_report(path, Report(title, self._pages, facts, _configuration(changes), self.missing))
+        return path
+
+
+def _configuration(changes: RunConfig) -> str:
+    """Parameters of gaits and controllers as they were, in the form of a configuration file."""
+    parts = []
+    for gait in dict.fromkeys((*GAITS, changes.gait)):
+        same = gait == changes.gait
+        table = {
+            "gait": gait,
+            "parameters": gait_parameters(gait, changes.parameters if same else {}),
+            "controller": controller_parameters(gait, changes.controller if same else {}),
+        }
+        parts.append(msgspec.toml.encode(table).decode())
+    return "\n".join(parts)

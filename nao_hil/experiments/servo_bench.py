@@ -1,0 +1,209 @@
+"""The test bench of the drives: torso nailed to the world, legs free in the air.
+
+Every measurement is one of the real bench's: what is read are encoders, currents, temperatures, the motors' own
+angles and the torque of a clamp; gravity is switched off where it would hide the drive.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import TracebackType
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import Body
+from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, LEG_JOINTS
+from bridge.body.postures import POSTURES
+from bridge.messages import ActuatorFrame
+from emulator.poses import quaternion
+from emulator.robot import EmulatedRobot
+from emulator.wear import WearProfile
+
+Vector = NDArray[np.float64]
+LEGS: Final = tuple(name for name in (*LEG_JOINTS["L"], *LEG_JOINTS["R"]) if name in INDEX)
+"""The eleven motors of both legs."""
+ZERO: Final = POSTURES["StandZero"]
+SETTLE: Final = 0.3
+"""Rest before each measurement, s."""
+FAR: Final = 0.3
+"""Position error at which every drive gives full voltage, rad."""
+CLAMP: Final = 1000.0
+"""What the clamp holds, N m."""
+
+
+class Bench:
+    """One robot on the bench.
+
+    Args:
+        body: Data sheet.
+        wear: State of the drives.
+        posture: 25 angles, rad.
+        gravity: m/s^2.
+        orientation: Of the torso, as Euler angles about x, y and z, rad.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        wear: WearProfile,
+        posture: tuple[float, ...] = ZERO,
+        gravity: float = 0.0,
+        orientation: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.body, self.posture = body, posture
+        self.robot = EmulatedRobot(
+            body,
+            seed=0,
+            posture=posture,
+            wear=wear,
+            settle=0.0,
+            lift=1.0,
+            held=True,
+            orientation=quaternion(*orientation),
+        )
+        # the robot's own settings keep gravity: its inertial unit would not start without
+        self.robot.engine.set_gravity((0.0, 0.0, -gravity))
+        self._cycle = 0
+        self.play(lambda _: {}, SETTLE)
+
+    def __enter__(self) -> Bench:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.robot.close()
+
+    def play(
+        self, requests: Callable[[float], dict[str, float]], duration: float, stiffness: float = 1.0
+    ) -> Vector:
+        """Let requests follow a rule in time.
+
+        Args:
+            requests: Joint requests at a time, rad; joints left out keep the posture's.
+            duration: s.
+            stiffness: Of all joints.
+
+        Returns:
+            Time, and the leg joints' encoder angles, true angles, motor angles, currents, temperatures and
+            stiffnesses, in the order of `LEGS`: shape (cycles, 1 + 6 x 11).
+        """
+        rows = []
+        for _ in range(round(duration / self.body.cycle)):
+            angles = list(self.posture)
+            for name, angle in requests(self._cycle * self.body.cycle).items():
+                angles[INDEX[name]] = angle
+            command = ActuatorFrame(
+                reply_to=self._cycle, position=tuple(angles), stiffness=(stiffness,) * len(angles)
+            )
+            frame = self.robot.advance(command)
+            self._cycle += 1
+            motors = self._mechanical(self.robot.servo.motor_angle)
+            slots = [INDEX[name] for name in LEGS]
+            columns = (
+                frame.position,
+                self.robot.truth().joints,
+                frame.current,
+                frame.temperature,
+                frame.stiffness,
+            )
+            read, true, current, temperature, force = ([column[i] for i in slots] for column in columns)
+            rows.append([self._cycle * self.body.cycle, *read, *true, *motors, *current, *temperature, *force])
+        return np.array(rows)
+
+    def _mechanical(self, values: Vector) -> list[float]:
+        joints = self.robot.engine.robot.joints
+        return [float(values[joints.index(name)]) for name in LEGS]
+
+    def clamp(self, free: str | None = None) -> None:
+        """Clamp all joints where they are, but one."""
+        robot = self.robot.engine.robot
+        robot.lock([name for name in robot.joints if not _moves_with(name, free)], CLAMP)
+
+    def clamp_torque(self) -> Vector:
+        """Torque that the clamp holds against each leg motor, N m, absolute; both hips' halves are added."""
+        robot = self.robot.engine.robot
+        torque = dict(zip(robot.joints, np.abs(robot.lock_torque()).tolist(), strict=True))
+        torque["LHipYawPitch"] += torque["RHipYawPitch"]
+        return np.array([torque[name] for name in LEGS])
+
+
+def _moves_with(name: str, motor: str | None) -> bool:
+    return motor is not None and INDEX_WITH_MIRROR[name] == INDEX[motor]
+
+
+def part(track: Vector, column: int) -> Vector:
+    """One of the groups of a track: 0 encoders, 1 true, 2 motors, 3 currents, 4 temperatures, 5 stiffnesses."""
+    size = len(LEGS)
+    return np.asarray(track[:, 1 + column * size : 1 + (column + 1) * size])
+
+
+def run_through(body: Body, wear: WearProfile, joint: str) -> Vector:
+    """One joint from stop to stop, the others clamped, without gravity; the track of `Bench.play`."""
+    sheet = body.joints[joint]
+    posture = list(ZERO)
+    posture[INDEX[joint]] = sheet.lower
+    with Bench(body, wear, tuple(posture)) as bench:
+        bench.clamp(joint)
+        return bench.play(lambda _: {joint: sheet.upper}, 1.0)
+
+
+def step_response(body: Body, wear: WearProfile, joint: str, step: float) -> Vector:
+    """One joint of a free leg is asked to turn by a step, with gravity; the track of `Bench.play`."""
+    posture = POSTURES["StandInit"]
+    with Bench(body, wear, posture, 9.81) as bench:
+        return bench.play(lambda _: {joint: posture[INDEX[joint]] + step}, 0.5)
+
+
+def slow_reversal(body: Body, wear: WearProfile, reach: float, speed: float) -> Vector:
+    """All leg joints slowly to and fro by a reach, once and a half; the last whole period, without gravity."""
+    posture = POSTURES["StandInit"]
+    period = 4.0 * reach / speed
+
+    def triangle(time: float) -> dict[str, float]:
+        phase = (time / period + 0.25) % 1.0
+        way = reach * (4.0 * abs(phase - 0.5) - 1.0)
+        return {name: posture[INDEX[name]] - way for name in LEGS}
+
+    with Bench(body, wear, posture) as bench:
+        bench.play(triangle, 0.5 * period)
+        return bench.play(triangle, period)
+
+
+def clamped(body: Body, wear: WearProfile, stiffness: float) -> tuple[Vector, Vector]:
+    """Torque (N m) and current (A) of the leg motors with their joints clamped and a request far away."""
+    with Bench(body, wear) as bench:
+        bench.clamp()
+        track = bench.play(lambda _: {name: _far(body, name) for name in LEGS}, 0.2, stiffness)
+        return bench.clamp_torque(), part(track, 3)[-1]
+
+
+def _far(body: Body, joint: str) -> float:
+    """A request of full voltage, near enough to leave the coupled AnkleRoll its range."""
+    sheet = body.joints[joint]
+    return FAR if sheet.upper > FAR else -FAR
+
+
+def overload(body: Body, wear: WearProfile, duration: float) -> Vector:
+    """All leg motors stalled at full stiffness; the track of `Bench.play`."""
+    with Bench(body, wear) as bench:
+        bench.clamp()
+        return bench.play(lambda _: {name: _far(body, name) for name in LEGS}, duration)
+
+
+def fall_limp(body: Body, wear: WearProfile) -> Vector:
+    """How far each leg joint moves by the leg's weight in 2 s without stiffness, rad, the larger of two poses.
+
+    The torso lies on its back with raised legs, and on its side.
+    """
+    raised = list(POSTURES["StandInit"])
+    raised[INDEX["LHipRoll"]], raised[INDEX["RHipRoll"]] = 0.3, -0.3
+    moved = []
+    for orientation in ((0.0, -0.5 * math.pi, 0.0), (0.5 * math.pi, 0.0, 0.0)):
+        with Bench(body, wear, tuple(raised), 9.81, orientation) as bench:
+            angles = part(bench.play(lambda _: {}, 2.0, stiffness=0.0), 1)
+            moved.append(np.abs(angles - angles[0]).max(axis=0))
+    return np.asarray(np.max(moved, axis=0))

@@ -1,0 +1,127 @@
+"""R7: the spring of the leg admittance (thesis 4.4, figure 4.7), and that no force drives it to its pole."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from nao_hil.experiments import axes
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import seed_words
+from walker.stabilization.admittance.leg import LegAdmittance, LegParameters
+
+THESIS_POLE = math.pi**2 / 300.0
+"""|e| at which the force is infinite with the thesis' parameters, m."""
+
+
+@dataclass(frozen=True)
+class SpringSetup:
+    """The experiment's numbers."""
+
+    cycles: int = 2000
+    """Of each force history."""
+    cycle: float = 0.01
+    """s"""
+    largest: float = 1e6
+    """Forces are drawn up to this size, N, each size as likely as the next."""
+
+
+class SpringResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "spring"
+    passed: bool
+    pole_m: float
+    stiffness_n_per_m: float
+    """At zero."""
+    force_at_10_mm: float
+    """N"""
+    deflection_max: float
+    """Largest |e| over the pole, of all force histories: less than 1."""
+    n: int
+    """Force histories."""
+
+
+def deflection(seed: int, setup: SpringSetup, parameters: LegParameters) -> float:
+    """Largest |e + k_b| over the pole that a random history of forces and swings leads to."""
+    random = np.random.default_rng(seed)
+    leg = LegAdmittance(parameters)
+    worst = 0.0
+    for k in range(setup.cycles):
+        size = 10.0 ** random.uniform(-2.0, math.log10(setup.largest))
+        progress = (k % 150) / 150.0
+        role = "swing" if (k // 150) % 2 == 0 else "stance"
+        leg.update(float(size * random.choice([0.0, 1.0])), role, setup.cycle, progress=progress)  # type: ignore[arg-type]
+        worst = max(worst, abs(leg.e + parameters.k_b))
+    return worst / parameters.pole
+
+
+def experiment(context: Context, setup: SpringSetup | None = None) -> Outcome:
+    """The curve, its pole, and the property."""
+    setup = setup or SpringSetup()
+    thesis = LegParameters()
+    worst = max(deflection(seed, setup, thesis) for seed in context.seeds)
+    slope = (thesis.spring(1e-6) - thesis.spring(-1e-6)) / 2e-6
+    claims = (
+        Claim(
+            "The pole is at |e| = pi^2 / 300 = 32.9 mm",
+            f"{1e3 * thesis.pole:.2f} mm",
+            abs(thesis.pole / THESIS_POLE - 1.0) < 0.01,
+        ),
+        Claim(
+            "Soft about zero: k_c / (2 pi k_a) = 23.9 N/m",
+            f"{slope:.2f} N/m; {thesis.spring(0.01):.3f} N at 10 mm",
+            abs(slope / (0.5 * 300.0 / (2.0 * math.pi)) - 1.0) < 0.01,
+        ),
+        Claim(
+            "No history of forces drives the foot's offset to the pole",
+            f"at most {worst:.9f} of it in {len(context.seeds)} histories of {setup.cycles} cycles "
+            f"with forces up to {setup.largest:.0e} N",
+            worst < 1.0,
+        ),
+    )
+    result = SpringResult(
+        passed=all(claim.holds for claim in claims),
+        pole_m=thesis.pole,
+        stiffness_n_per_m=slope,
+        force_at_10_mm=thesis.spring(0.01),
+        deflection_max=worst,
+        n=len(context.seeds),
+    )
+    page = ReportPage(
+        name="spring",
+        title="R7: the spring of the leg admittance",
+        source="Thesis (4.4), figure 4.7: k_a = 1/300, k_b = 0, k_c = 0.5, k_d = 0.",
+        setup=(
+            ("spring", "k_a = 1/300 m, k_b = 0, k_c = 0.5 N, k_d = 0"),
+            ("force histories", f"random sizes and swings, seeds {seed_words(context.seeds)}"),
+        ),
+        claims=claims,
+        pictures=(
+            Picture(
+                _plot(context.out / "spring-4.7.png", thesis),
+                "Figure 4.7: the spring's characteristic",
+                "Force over deflection between the poles, with the slope at zero.",
+            ),
+        ),
+    )
+    return Outcome(result, page)
+
+
+def _plot(path: Path, p: LegParameters) -> Path:
+    figure = axes.new_figure(7.0, 4.5)
+    panel = figure.subplots()
+    e = np.linspace(-0.995, 0.995, 2001) * p.pole
+    panel.plot(e, [p.spring(value) for value in e.tolist()], label="F_Foot,d(e)")
+    for side in (-1.0, 1.0):
+        panel.axvline(
+            side * p.pole, color="k", linestyle=":", linewidth=0.9, label="pole" if side > 0 else None
+        )
+    panel.set_ylim(-15.0, 15.0)
+    axes.finish(panel, "e_n / m", "F_Foot,d / N")
+    return axes.save(figure, path)

@@ -1,0 +1,214 @@
+"""R3: the thesis' identification experiment (figure 4.10) on the emulated robot.
+
+Left leg stretched and standing, right leg drawn up, centre of mass over the left foot's middle, torso upright.
+A square wave on the stance AnklePitch, and the fused torso pitch that follows: a plant of the form of (4.12).
+
+The thesis draws an input of 0.7 rad, which no stance on one leg survives; it is taken for its normalisation.
+Here the wave is small enough that the sole stays flat on the ground.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final, TypeAlias
+
+import msgspec
+import numpy as np
+
+from bridge.body import load_body
+from bridge.errors import ConfigurationError
+from emulator.wear import load_wear
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.plant_fit import Plant, Shape, fit_plant, read_shape
+from nao_hil.experiments.setup import seed_words
+from nao_hil.experiments.torso_responses import PERIOD, Responses, TorsoStepTask, run_task
+from nao_hil.experiments.torso_step_figures import plot, plot_wave
+
+AMPLITUDE: Final = math.radians(1.5)
+"""Of the square wave about the operating point, rad: beyond it the sole tips over the toes."""
+
+
+FREQUENCY_TARGET: Final = 7.0
+
+
+FREQUENCY_TOLERANCE: Final = 0.15
+
+
+PEAK_RANGE: Final = (1.6, 2.1)
+
+
+class TorsoStepResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out; shares are of the final value, everything but `true` is of the fused angle."""
+
+    name: str = "torso-step"
+    passed: bool
+    """Natural frequency within 15 % of 7.0 rad/s, peak 1.6 to 2.1, an undershoot."""
+    natural_frequency_rad_s: float
+    damping: float
+    zero_time_s: float
+    """Positive: right-half-plane zero at 1 / zero_time. It stands for the delay, too."""
+    gain: float
+    """Torso angle per ankle angle at rest; (4.12) is normalised to 1."""
+    peak: float
+    undershoot: float
+    rise_time_s: float
+    residual_rms: float
+    n: int
+    """Step responses averaged."""
+    fallen: int
+    """Runs in which the stance did not survive."""
+    natural_frequency_spread: float
+    """Standard deviation of the seeds' own fits, rad/s; 0 for one seed."""
+    amplitude_rad: float
+    true: Plant
+    """The same fit to the true torso pitch."""
+    true_shape: Shape
+
+
+Spread: TypeAlias = Callable[
+    [Callable[[TorsoStepTask], Responses | None], list[TorsoStepTask]], list[Responses | None]
+]
+"""Runs tasks somewhere: a function, and its arguments."""
+
+
+def run(
+    seeds: Sequence[int],
+    body: str = "nao-v3",
+    wear: str = "nominal",
+    out: Path | None = None,
+    amplitude: float = AMPLITUDE,
+    spread: Spread | None = None,
+) -> TorsoStepResult:
+    """The experiment over some seeds.
+
+    Args:
+        seeds: One run each.
+        body: Data sheet by name or path.
+        wear: Wear profile by name or path.
+        out: Folder for `torso-step.json` and `torso-step.png`; None: nothing is written.
+        amplitude: Of the square wave, rad.
+        spread: Calls a function with each of some arguments, over processes; None: here, one after the other.
+
+    Raises:
+        ConfigurationError: no stance survived, or the body cannot stand on one leg.
+    """
+    sheet, profile = load_body(body), load_wear(wear)
+    tasks = [TorsoStepTask(sheet, profile, seed, amplitude) for seed in seeds]
+    runs = spread(run_task, tasks) if spread is not None else [run_task(task) for task in tasks]
+    standing = [responses for responses in runs if responses is not None]
+    if not standing:
+        raise ConfigurationError(
+            f"No stance on one leg survived a wave of {math.degrees(amplitude):.3g} deg on {wear} drives; "
+            "a smaller amplitude would be right."
+        )
+    fused, true = (np.concatenate([getattr(r, kind) for r in standing]) for kind in ("fused", "true"))
+    time = sheet.cycle * np.arange(1, fused.shape[1] + 1)
+    plant, residual = fit_plant(time, fused.mean(axis=0))
+    shape = read_shape(time, fused.mean(axis=0))
+    own = [fit_plant(time, r.fused.mean(axis=0))[0].natural_frequency_rad_s for r in standing]
+    off = abs(plant.natural_frequency_rad_s / FREQUENCY_TARGET - 1.0)
+    result = TorsoStepResult(
+        passed=off <= FREQUENCY_TOLERANCE
+        and PEAK_RANGE[0] <= shape.peak <= PEAK_RANGE[1]
+        and shape.undershoot < 0.0,
+        natural_frequency_rad_s=plant.natural_frequency_rad_s,
+        damping=plant.damping,
+        zero_time_s=plant.zero_time_s,
+        gain=plant.gain,
+        peak=shape.peak,
+        undershoot=shape.undershoot,
+        rise_time_s=shape.rise_time_s,
+        residual_rms=residual / abs(shape.final),
+        n=len(fused),
+        fallen=len(runs) - len(standing),
+        natural_frequency_spread=float(np.std(own)),
+        amplitude_rad=amplitude,
+        true=fit_plant(time, true.mean(axis=0))[0],
+        true_shape=read_shape(time, true.mean(axis=0)),
+    )
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "torso-step.json").write_bytes(msgspec.json.format(msgspec.json.encode(result)))
+        plot(out / "torso-step.png", time, fused, true, plant)
+        plot_wave(out / "torso-step-4.10.png", standing[0], sheet.cycle)
+    return result
+
+
+def experiment(context: Context) -> Outcome:
+    """The experiment as part of a campaign: its page, figure 4.10, and the verdict."""
+    result = run(
+        context.seeds,
+        context.robot,
+        context.wear,
+        context.out,
+        spread=lambda function, tasks: context.campaign.map("torso-step", function, tasks),
+    )
+    off = abs(result.natural_frequency_rad_s / FREQUENCY_TARGET - 1.0)
+    claims = (
+        Claim(
+            "Natural frequency 7.0 rad/s (within 15 %)",
+            f"{result.natural_frequency_rad_s:.2f} rad/s",
+            off <= FREQUENCY_TOLERANCE,
+        ),
+        Claim(
+            "Peak about twice the final value (1.6 to 2.1)",
+            f"{result.peak:.2f}",
+            PEAK_RANGE[0] <= result.peak <= PEAK_RANGE[1],
+        ),
+        Claim(
+            "An undershoot first",
+            f"{100 * result.undershoot:.0f} % of the final value",
+            result.undershoot < 0.0,
+        ),
+    )
+    page = ReportPage(
+        name="torso-step",
+        title="R3: the torso's answer to a step of the stance ankle",
+        source=(
+            "Thesis 4.2.1, figure 4.10, and the plant (4.12) fitted to it: rise 100 ms, peak twice the "
+            "final value, an undershoot first; 7.0 rad/s, damping 0.10."
+        ),
+        setup=(
+            ("stance", "left leg stretched and standing, right leg drawn up, torso upright"),
+            (
+                "input",
+                f"square wave of {math.degrees(result.amplitude_rad):.1f} deg (the thesis draws 0.7 rad, "
+                f"which no stance on one leg survives), period {PERIOD:g} s",
+            ),
+            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+            ("seeds", f"{seed_words(context.seeds)}; {result.fallen} fell"),
+        ),
+        claims=claims,
+        pictures=(
+            Picture(
+                context.out / "torso-step-4.10.png",
+                "Figure 4.10: square wave on the stance ankle",
+                f"Seed {context.seeds[0]}; input green, fused pitch red over its gain, the thesis' plant "
+                "(4.12) blue.",
+            ),
+            Picture(
+                context.out / "torso-step.png",
+                "All steps, and the fit",
+                "Shares of the final value; (4.12) dash-dotted.",
+            ),
+        ),
+        findings=(
+            f"Damping {result.damping:.2f} (thesis 0.10), rise time {1e3 * result.rise_time_s:.0f} ms (about "
+            f"100), zero at {1.0 / result.zero_time_s:.1f} rad/s in the right half plane (8), gain "
+            f"{result.gain:.2f}.",
+        ),
+    )
+    return Outcome(result, page)
+
+
+def main() -> None:
+    """Five seeds on the nominal V3; figures in the folder `torso-step`."""
+    result = run(range(5), out=Path("torso-step"))
+    print(msgspec.json.format(msgspec.json.encode(result)).decode())
+
+
+if __name__ == "__main__":
+    main()

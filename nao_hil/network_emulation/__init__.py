@@ -1,0 +1,8 @@
+"""Network emulation: delay, jitter, loss, reordering, limited rate, outages between two network namespaces."""
+
+from nao_hil.network_emulation.channel import Channel, NetworkConditions
+from nao_hil.network_emulation.link import EmulatedLink
+from nao_hil.network_emulation.site import Site
+
+__all__ = ["Channel", "EmulatedLink", "NetworkConditions", "Site"]
+"""What a run on a bad network needs."""

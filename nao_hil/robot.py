@@ -1,0 +1,105 @@
+"""The emulated robot in this process: a command in, a sensor frame out."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+import msgspec
+
+from bridge.messages import SensorFrame, TruthFrame
+from nao_hil.commands import JointValues, actuator_frame
+from nao_hil.runs.build import build_robot
+from nao_hil.runs.config import run_config
+
+
+class Robot:
+    """An emulated robot that this process steps; close it, or use it as a context manager.
+
+    It starts in its standing posture with full stiffness. The same seed gives the same frames, bit for bit.
+
+    Example:
+        with nao_hil.Robot("nao-v6", seed=1) as robot:
+            stand = robot.frame.position
+            for _ in range(100):
+                frame = robot.step(stand, 0.8)
+            print(frame.time, robot.truth.com)
+
+    Args:
+        body: Name of a body (`nao-hil robots`), or path of a data sheet.
+        seed: Of everything random.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
+        scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
+
+    Raises:
+        ConfigurationError: no such body, wear profile or scenario.
+    """
+
+    def __init__(
+        self, body: str = "nao-v3", *, seed: int = 0, wear: str = "nominal", scenario: str = "flat"
+    ) -> None:
+        self._config = run_config(None, robot=body, seed=seed, wear=wear, scenario=scenario)
+        self._robot = build_robot(self._config)
+
+    @property
+    def body(self) -> str:
+        """Name of the body."""
+        return self._robot.body.name
+
+    @property
+    def cycle(self) -> float:
+        """Time of one step, s."""
+        return self._robot.body.cycle
+
+    @property
+    def frame(self) -> SensorFrame:
+        """The newest sensor frame."""
+        return self._robot.frame
+
+    @property
+    def truth(self) -> TruthFrame:
+        """Ground truth at the newest sensor frame."""
+        return self._robot.truth()
+
+    def reset(self, seed: int | None = None) -> SensorFrame:
+        """Begin anew at time 0.
+
+        Args:
+            seed: Of everything random; None: the same as before.
+
+        Returns:
+            The first sensor frame.
+        """
+        if seed is not None:
+            self._config = msgspec.structs.replace(self._config, seed=seed)
+        self._robot.close()
+        self._robot = build_robot(self._config)
+        return self.frame
+
+    def step(self, position: JointValues | None = None, stiffness: JointValues = 1.0) -> SensorFrame:
+        """Run one cycle with a command.
+
+        Args:
+            position: Joint angles, rad, 25 in the order of `nao_hil.JOINTS`; None: the last command holds.
+            stiffness: 0..1, 25 or one for all joints; negative: the motor is off.
+
+        Returns:
+            The sensor frame at the end of the cycle.
+
+        Raises:
+            ConfigurationError: not 25 numbers.
+            FrameError: a number that is not finite.
+        """
+        command = None if position is None else actuator_frame(self.frame.seq, position, stiffness)
+        return self._robot.advance(command)
+
+    def close(self) -> None:
+        """Free the physics engine."""
+        self._robot.close()
+
+    def __enter__(self) -> Robot:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,1 @@
+"""One run: its configuration, robot and controller built from it, in process, its folder, and its result."""

@@ -1,0 +1,60 @@
+"""A process of the robot's cycle and priority that does nothing else: what of a lateness is the machine's."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import tempfile
+from array import array
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+import numpy.typing as npt
+
+from bridge.realtime import ROBOT_PRIORITY, quiet_process
+from emulator.timing import CycleTimer
+
+
+class BareLoop:
+    """Waits for one deadline after the other, in a process of its own, until the context ends."""
+
+    def __init__(self) -> None:
+        self.lateness: npt.NDArray[np.float64] = np.empty(0)
+        """How late each deadline was met, s, shape (n,); there when the context has ended."""
+
+    def __enter__(self) -> BareLoop:
+        self._folder = tempfile.TemporaryDirectory()
+        self._file = Path(self._folder.name) / "lateness.npy"
+        command = [sys.executable, "-m", "nao_hil.runs.bare_loop", str(self._file)]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
+        assert self._process.stdout is not None
+        self._process.stdout.readline()  # it begins
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._process.terminate()
+        self._process.communicate()
+        self.lateness = np.load(self._file)
+        self._folder.cleanup()
+
+
+def main() -> None:
+    """Wait for 10 ms deadlines until SIGTERM, then write the file that is named on the command line."""
+    ended: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C is the parent's
+    timer, late = CycleTimer(0.01), array("d")
+    quiet_process(ROBOT_PRIORITY)
+    print("begins", flush=True)
+    timer.restart()
+    while not ended:
+        late.append(timer.wait())
+    np.save(sys.argv[1], np.array(late))
+
+
+if __name__ == "__main__":
+    main()

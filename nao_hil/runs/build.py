@@ -1,0 +1,62 @@
+"""Builds the robot and the controller that a configuration describes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bridge.body import Body, load_body
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.ground import ground_parameters
+from walker.controller import Controller, WalkOrder
+from walker.planning import gait_parameters, make_gait
+from walker.planning.walkable import check_walkable
+from walker.process import MakeController
+from walker.stabilization.parameters import controller_parameters
+
+if TYPE_CHECKING:
+    from emulator.robot import EmulatedRobot
+    from emulator.scenarios import Scenario
+
+
+def build_robot(settings: RunConfig, scenario: Scenario | None = None) -> EmulatedRobot:
+    """The emulated robot of a run, at cycle 0; the caller closes it.
+
+    Args:
+        settings: Configuration; `robot`, `wear`, `scenario` and `seed` are read.
+        scenario: Replaces the scenario that the configuration names.
+
+    Raises:
+        ConfigurationError: no such body, wear profile or scenario.
+    """
+    # imported here: the walker's machine builds controllers and has no physics engine
+    from emulator.robot import EmulatedRobot
+    from emulator.scenarios import load_scenario
+    from emulator.wear import load_wear
+
+    return EmulatedRobot(
+        load_body(settings.robot),
+        seed=settings.seed,
+        wear=load_wear(settings.wear),
+        scenario=load_scenario(settings.scenario) if scenario is None else scenario,
+    )
+
+
+def controller_maker(settings: RunConfig) -> MakeController:
+    """A function that makes the controller of a run, given the robot's body and cycle time (s).
+
+    Args:
+        settings: Configuration; `gait`, `parameters`, `controller`, `steps` and `duration` are read.
+
+    Raises:
+        ConfigurationError: a wrong parameter of the gait or the controller.
+    """
+    controllers = controller_parameters(settings.gait, settings.controller)
+    order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))
+    gait_parameters(settings.gait, settings.parameters)  # refuses a wrong parameter before a robot is there
+
+    def make(body: Body, cycle: float) -> Controller:
+        parameters = gait_parameters(settings.gait, ground_parameters(settings, body))
+        check_walkable(body, make_gait(settings.gait, parameters, body))
+        return Controller(body, make_gait(settings.gait, parameters, body), order, cycle, controllers)
+
+    return make

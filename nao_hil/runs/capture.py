@@ -1,0 +1,136 @@
+"""Everything a robot and its controller say on the wire, written down; for any robot, emulated or real."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final
+
+import msgspec
+import zenoh
+
+from bridge.errors import FrameError
+from bridge.link import keys
+from bridge.link.mailbox import Mailbox
+from bridge.link.session import check_endpoint, subscribe, try_client
+from bridge.messages import Info, SensorFrame, TruthFrame, decode
+from bridge.recording.canonical import TOPICS, Recordable
+from bridge.recording.recorder import Recorder
+
+_QUEUE: Final = 8192
+"""Messages that may wait for the disk: some twenty seconds of a robot's."""
+_QUERY: Final = 1.0
+"""s"""
+_PATIENCE: Final = 0.05
+"""s between two looks for a robot that is not there."""
+_KINDS: Final = {topic: kind for kind, topic in TOPICS.items()}
+
+
+class Capture:
+    """Records a robot from the wire; close it, or use it as a context manager.
+
+    Actuator frames are recorded as the controller sent them, before the robot's guard. A frame that a robot in
+    lockstep repeats is recorded once.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+
+    Raises:
+        ConfigurationError: bad id or endpoint.
+    """
+
+    def __init__(self, robot: str, connect: str) -> None:
+        self._robot = keys.check_name("Robot id", robot)
+        self._endpoint = check_endpoint(connect)
+        self._session: zenoh.Session | None = None
+        self._queue: Mailbox[tuple[str, bytes]] = Mailbox(_QUEUE)
+        self._newest: dict[str, int] = {}
+        self.counts = dict.fromkeys(_KINDS, 0)
+        """Messages recorded on each topic."""
+        self.refused = 0
+        """Messages that were not what their key says."""
+        self.seconds = 0.0
+        """Robot time recorded."""
+        self._since: float | None = None
+
+    def wait_robot(self, stop: Callable[[], bool]) -> Info | None:
+        """Wait until the robot answers and listen from then on; None when `stop()` became true."""
+        while not stop():
+            info = self._ask()
+            if info is not None:
+                return info
+            time.sleep(_PATIENCE)
+        return None
+
+    def _ask(self) -> Info | None:
+        if self._session is None:
+            self._session = try_client(self._endpoint)
+        if self._session is None:
+            return None
+        for reply in self._session.get(keys.key(self._robot, keys.INFO), timeout=_QUERY):
+            if reply.ok is not None:
+                self._subscribers = [
+                    subscribe(self._session, keys.key(self._robot, topic), partial(self._keep, topic))
+                    for topic in _KINDS
+                ]
+                return decode(reply.ok.payload.to_bytes(), Info)
+        return None
+
+    def _keep(self, topic: str, payload: bytes) -> None:
+        self._queue.put((topic, payload))
+
+    def record(self, recorder: Recorder, timeout: float) -> None:
+        """Write what has come, waiting up to `timeout` s for the first of it."""
+        first = self._queue.take(timeout)
+        for topic, payload in ([first] if first is not None else []) + self._queue.drain():
+            try:
+                message = decode(payload, _KINDS[topic])
+            except FrameError:
+                self.refused += 1  # a stranger on the key
+            else:
+                self._write(recorder, topic, message)
+
+    def _write(self, recorder: Recorder, topic: str, message: Recordable) -> None:
+        if isinstance(message, (SensorFrame, TruthFrame)):
+            if self._newest.get(topic) == message.seq:
+                return
+            self._newest[topic] = message.seq
+        if isinstance(message, SensorFrame):
+            self._count_time(message.time)
+        recorder.write(message)
+        self.counts[topic] += 1
+
+    def _count_time(self, now: float) -> None:
+        if self._since is not None and now > self._since:
+            self.seconds += now - self._since
+        self._since = now
+
+    def close(self) -> None:
+        """Leave the network."""
+        if self._session is not None:
+            self._session.close()
+
+    def __enter__(self) -> Capture:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def described(info: Info) -> dict[str, Any]:
+    """Configuration record of a recording from the wire: what is known of the robot."""
+    known = msgspec.to_builtins(info)
+    return {"robot": known.pop("body"), "name": known.pop("robot")} | {
+        key: known[key] for key in ("side", "mode", "cycle", "software")
+    }
+
+
+def free_name(folder: Path, robot: str) -> Path:
+    """A new file for a recording, named by robot and time in UTC."""
+    return folder / f"{robot}-{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}.mcap"

@@ -1,0 +1,75 @@
+"""The configuration of a run: what the command line and `--config FILE` say, checked as one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from bridge.config import from_dict, load_toml
+from bridge.errors import ConfigurationError
+from bridge.guard import GuardSettings
+
+Mode = Literal["real-time", "lockstep", "in-process"]
+
+
+class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A whole run, both sides of it. Written beside every result; can be given back with `--config`."""
+
+    robot: str = "nao-v3"
+    """Body: a name of `nao-hil robots`, or the path of a data sheet."""
+    wear: str = "nominal"
+    """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
+    scenario: str = "flat"
+    """World: a name of `nao-hil scenarios`, or the path of one."""
+    gait: str = "static"
+    mode: Mode = "real-time"
+    steps: Annotated[int, msgspec.Meta(ge=0)] = 10
+    """Steps to walk, the closing step included; 0: no bound."""
+    duration: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
+    """Time to walk, s; 0: no bound."""
+    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    parameters: dict[str, Any] = {}
+    """Gait parameters that differ from the shipped ones."""
+    controller: dict[str, Any] = {}
+    """Controller parameters that differ from the gait's shipped ones: `torso`, `admittance`, and tables."""
+    guard: GuardSettings = GuardSettings()
+    """Bounds and times of the guard on the robot's side."""
+
+
+def run_config(
+    file: Path | None, *, torso: str | None = None, admittance: bool | None = None, **options: Any
+) -> RunConfig:
+    """The defaults, overridden by the file, overridden by the options that are not None.
+
+    Paths become absolute, so that what is written beside a result can be run again from any folder.
+
+    Args:
+        file: TOML.
+        torso: into the table `controller`.
+        admittance: into the table `controller`.
+        options: fields of `RunConfig`; a duration without steps bounds the walk by time alone.
+
+    Raises:
+        ConfigurationError: unreadable file, unknown key, or an impossible value.
+    """
+    base = load_toml(file, RunConfig) if file else RunConfig()
+    given = {k: v for k, v in options.items() if v is not None}
+    if given.get("duration"):
+        given.setdefault("steps", 0)
+    switches = {k: v for k, v in (("torso", torso), ("admittance", admittance)) if v is not None}
+    given["controller"] = base.controller | switches
+    config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
+    files = {field: _absolute(getattr(config, field)) for field in ("robot", "wear", "scenario")}
+    config = msgspec.structs.replace(config, **files)
+    if config.steps == 1:
+        raise ConfigurationError(
+            "options: steps is 1; a walk has at least 2, one out and one to close the feet."
+        )
+    return config
+
+
+def _absolute(name_or_path: str) -> str:
+    path = Path(name_or_path)
+    return str(path.absolute()) if path.suffix == ".toml" or path.name != name_or_path else name_or_path

@@ -1,0 +1,99 @@
+"""The folder of a run: configuration, versions, recording, summary."""
+
+from __future__ import annotations
+
+import json
+import platform
+import re
+import sys
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from bridge.errors import ConfigurationError
+from bridge.recording.recorder import later_file
+
+_RESULT: Final = re.compile(r"summary\.json|frames(-\d+)?\.mcap")
+"""Files of a run that do not exist before it."""
+PACKAGES: Final = ("nao-hil", "pybullet", "numpy", "scipy", "eclipse-zenoh", "msgspec")
+
+
+class RunDirectory:
+    """`runs/<time>/`, or the folder that was asked for.
+
+    Args:
+        out: folder to use; made if it is not there. None: a new one under `runs/`, named by the time in UTC.
+
+    Raises:
+        ConfigurationError: the folder cannot be made.
+    """
+
+    def __init__(self, out: Path | None) -> None:
+        try:
+            self.path = out if out is not None else _fresh(Path("runs"))
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigurationError(
+                f"{error.filename}: the folder of the run cannot be made ({error.strerror}); give a writable "
+                "one with --out."
+            ) from None
+
+    @property
+    def recording(self) -> Path:
+        """All frames of the run, up to its first reset."""
+        return self.path / "frames.mcap"
+
+    def last_recording(self, resets: int) -> Path:
+        """All frames since the last of so many resets."""
+        return later_file(self.recording, resets + 1)
+
+    @property
+    def config(self) -> Path:
+        """The run's configuration, which `--config` takes back."""
+        return self.path / "config.toml"
+
+    def clear(self) -> bool:
+        """Remove recordings and summary that an earlier run left in the folder; whether there were any."""
+        left = [path for path in self.path.iterdir() if _RESULT.fullmatch(path.name)]
+        for path in left:
+            path.unlink()
+        return bool(left)
+
+    def write_config(self, settings: msgspec.Struct | dict[str, Any]) -> None:
+        """Write the configuration, and beside it the versions of what ran."""
+        self.config.write_bytes(msgspec.toml.encode(settings))
+        (self.path / "versions.json").write_text(json.dumps(versions(), indent=2) + "\n")
+
+    def write_scenario(self, scenario: msgspec.Struct) -> None:
+        """Write the world in full, a heightfield's numbers included."""
+        (self.path / "scenario.toml").write_bytes(msgspec.toml.encode(scenario))
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Write the result of the run."""
+        (self.path / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+
+
+def _fresh(parent: Path) -> Path:
+    stem = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+    for suffix in ("", *(f"-{n}" for n in range(2, 1000))):
+        path = parent / f"{stem}{suffix}"
+        try:
+            path.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        return path
+    raise ConfigurationError(f"{parent}: a thousand runs began within one second; give a folder with --out.")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, the platform and the packages a result depends on."""
+    found = {"python": sys.version.split()[0], "platform": platform.platform()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

@@ -1,0 +1,78 @@
+"""Robot and controller in one process, called directly: no link, no wall clock."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Sequence
+
+from bridge.guard import Guard
+from bridge.messages import Notice
+from bridge.recording.observer import Observer
+from emulator.robot import EmulatedRobot
+from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.summary import RunStatistics, Summary
+from walker.controller import Controller
+
+
+def walk_in_process(
+    settings: RunConfig, observers: Sequence[Observer] = (), stop: Callable[[], bool] = lambda: False
+) -> Summary:
+    """Walk as configured, until the order is done, the robot lies still after a fall, or `stop()`.
+
+    Args:
+        settings: Configuration of the run.
+        observers: Told of each cycle.
+        stop: Asked after each cycle.
+
+    Raises:
+        ConfigurationError: no such body, wear profile or scenario, or parameters that cannot be walked.
+    """
+    make, statistics = controller_maker(settings), RunStatistics(settings.seed)
+    with build_robot(settings) as robot:
+        controller = make(robot.body, robot.body.cycle)
+        began = time.monotonic()
+        run(robot, Guard(robot.body, settings.guard), controller, [statistics, *observers], ended=stop)
+        return statistics.summary(time.monotonic() - began)
+
+
+def run(
+    robot: EmulatedRobot,
+    guard: Guard,
+    controller: Controller,
+    observers: Sequence[Observer],
+    max_cycles: int | None = None,
+    ended: Callable[[], bool] = lambda: False,
+) -> None:
+    """Cycle until the controller is done, `ended()`, or `max_cycles`; the frames are those of lockstep.
+
+    Args:
+        robot: At the boundary of its first cycle.
+        guard: Between controller and robot.
+        controller: At the beginning of its order.
+        observers: Told of each cycle.
+        max_cycles: None: no bound.
+        ended: Asked after each cycle.
+    """
+    for observer in observers:
+        observer.sensors(robot.frame, robot.truth())
+    for _ in itertools.count() if max_cycles is None else range(max_cycles):
+        command = guard.cycle(robot.frame, guard.check(controller.tick(robot.frame), robot.frame.seq))
+        for observer in observers:
+            observer.telemetry(controller.telemetry)
+            if command is not None:
+                observer.command(command)
+        _tell(guard.take_notices(), observers)
+        robot.advance(command)
+        for observer in observers:
+            observer.sensors(robot.frame, robot.truth())
+        _tell(robot.take_notices(), observers)
+        if controller.done or ended():
+            return
+
+
+def _tell(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
+    for notice in notices:
+        for observer in observers:
+            observer.notice(notice)

@@ -1,0 +1,94 @@
+"""Listens to a robot and its walker, for people: keeps the newest of each message and all notices."""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import partial
+from types import TracebackType
+from typing import Final
+
+import zenoh
+
+from bridge.errors import FrameError
+from bridge.link import keys
+from bridge.link.session import subscribe, try_client
+from bridge.messages import Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
+from bridge.messages.codec import M
+
+_NOTICES: Final = 1000
+"""Most that are kept for the next look; a robot that says more is a flood, and its oldest are dropped."""
+
+
+class Monitor:
+    """Open ear on `nao/<robot>`; close it, or use it as a context manager.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+    """
+
+    def __init__(self, robot: str, connect: str) -> None:
+        self._robot, self._endpoint = robot, connect
+        self._newest: dict[str, bytes] = {}
+        self._notices: deque[bytes] = deque(maxlen=_NOTICES)
+        self._session: zenoh.Session | None = None
+
+    def connect(self) -> bool:
+        """Try to connect, unless that was done; False while no robot is there."""
+        if self._session is None:
+            self._session = try_client(self._endpoint)
+            if self._session is not None:
+                self._subscribers = [
+                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
+                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY)
+                ]
+                notices = keys.key(self._robot, keys.NOTICES)
+                self._subscribers.append(subscribe(self._session, notices, self._notices.append))
+        return self._session is not None
+
+    def _keep(self, suffix: str, payload: bytes) -> None:
+        self._newest[suffix] = payload
+
+    def _get(self, suffix: str, kind: type[M]) -> M | None:
+        payload = self._newest.get(suffix)
+        return _decoded(payload, kind) if payload is not None else None
+
+    @property
+    def sensors(self) -> SensorFrame | None:
+        """The newest sensor frame."""
+        return self._get(keys.SENSORS, SensorFrame)
+
+    @property
+    def truth(self) -> TruthFrame | None:
+        """The newest ground truth."""
+        return self._get(keys.TRUTH, TruthFrame)
+
+    @property
+    def telemetry(self) -> WalkTelemetry | None:
+        """The newest word of the walker."""
+        return self._get(keys.TELEMETRY, WalkTelemetry)
+
+    def take_notices(self) -> list[Notice]:
+        """The notices of the robot side that have come since the last call, oldest first."""
+        found = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
+        return [notice for notice in found if notice is not None]
+
+    def close(self) -> None:
+        """Leave the network."""
+        if self._session is not None:
+            self._session.close()
+
+    def __enter__(self) -> Monitor:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _decoded(payload: bytes, kind: type[M]) -> M | None:
+    try:
+        return decode(payload, kind)
+    except FrameError:
+        return None  # a stranger on the key

@@ -1,0 +1,174 @@
+"""One walk of a campaign: robot and controller in process, watched by the ground truth, ended by a fall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import msgspec
+
+from bridge import rotations
+from bridge.guard import Guard
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.world import PlateUnderFoot
+from emulator.robot import EmulatedRobot
+from emulator.scenarios import Scenario
+from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.in_process import run
+from nao_hil.runs.track import Track, TrackRecorder
+
+AFTER_FALL: Final = 0.3
+"""s that a run goes on after a fall, so that figures show it."""
+LONGEST_START: Final = 30.0
+"""s within which the walk must have begun."""
+
+Ending = Literal["walked", "fell", "gave up"]
+
+
+class Walk(msgspec.Struct, frozen=True, kw_only=True):
+    """What to walk: a configuration with its seed, and a world."""
+
+    name: str
+    """For people: experiment, arm and seed."""
+    config: RunConfig
+    """`scenario`, `steps` and `duration` are not read: world and length are below."""
+    duration: float
+    """Time of the walk, s."""
+    scenario: Scenario = Scenario()
+    plates: tuple[tuple[float, PlateUnderFoot], ...] = ()
+    """Plates by time of the walk, s; those of the scenario count from the robot's first frame."""
+    keep_track: bool = True
+
+
+class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
+    """How it ended."""
+
+    ending: Ending
+    """`gave up`: the walker took itself for falling, and lies still without having fallen."""
+    time: float
+    """Of the fall, or of the end, in the time of the walk, s."""
+    roll: float
+    """Torso roll and pitch at that moment, rad, positive to the right and nose down."""
+    pitch: float
+    steps: int
+    distance: float
+    """Way of the torso over ground from the walk's beginning, m."""
+    tilt_max: float
+    """Largest angle between the torso's z axis and the vertical before any fall, rad."""
+
+    @property
+    def survived(self) -> bool:
+        """Walked to the end."""
+        return self.ending == "walked"
+
+    @property
+    def speed(self) -> float:
+        """Over ground, m/s."""
+        return self.distance / self.time if self.time > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class WalkOutcome:
+    """A walk that was walked."""
+
+    walk: Walk
+    end: WalkEnd
+    track: Track
+
+    @property
+    def seed(self) -> int:
+        """Of the run."""
+        return self.walk.config.seed
+
+
+def walk(task: Walk) -> WalkOutcome:
+    """Walk it; the same task gives the same result wherever it runs.
+
+    Raises:
+        ConfigurationError: no such body or wear, or parameters that cannot be walked.
+    """
+    config = msgspec.structs.replace(task.config, scenario="flat", steps=0, duration=0.0)
+    make = controller_maker(config)
+    with build_robot(config, task.scenario) as robot:
+        body = robot.body
+        witness = _Witness(task, robot)
+        most = round((LONGEST_START + task.duration) / body.cycle)
+        run(robot, Guard(body), make(body, body.cycle), [witness], most, ended=witness.ended)
+    return WalkOutcome(task, witness.end(), witness.track())
+
+
+class _Witness:
+    """Observer that keeps the time of the walk, lays the plates, and sees the fall."""
+
+    def __init__(self, task: Walk, robot: EmulatedRobot) -> None:
+        self._task, self._robot = task, robot
+        self._plates = sorted(task.plates, key=lambda plate: plate[0])
+        self._recorder = TrackRecorder()
+        self._truth = robot.truth()
+        self._start: tuple[float, float] | None = None
+        self._began = math.inf
+        self._fallen: tuple[float, TruthFrame] | None = None
+        self._state, self._steps, self._tilt = "", 0, 0.0
+
+    @property
+    def _time(self) -> float:
+        """Of the walk, s; negative before it."""
+        return self._truth.time - self._began if math.isfinite(self._began) else -1.0
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        """Look for the fall."""
+        self._truth = truth
+        self._recorder.sensors(frame, truth)
+        if self._fallen is None:
+            if truth.fell:
+                self._fallen = max(self._time, 0.0), truth
+            elif self._time >= 0.0:
+                self._tilt = max(self._tilt, float(rotations.tilt(truth.torso_orientation)))
+        while self._plates and self._time >= self._plates[0][0] - 1e-9:
+            self._robot.stage.execute(self._plates.pop(0)[1])
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        """Look for the beginning of the walk."""
+        self._state = message.state
+        self._recorder.telemetry(message)
+        if self._start is None and message.state == "walk":
+            self._began = self._truth.time
+            self._start = self._truth.torso_position[:2]
+        if self._fallen is None:
+            self._steps = message.step
+
+    def command(self, frame: ActuatorFrame) -> None:
+        """One row of the track per cycle of the walk."""
+        if self._start is not None and self._task.keep_track:
+            self._recorder.command(frame, self._time)
+
+    def notice(self, message: Notice) -> None:
+        """What happens in the world is not kept; what comes of it is."""
+
+    def ended(self) -> bool:
+        """Walked to the end, or fallen a little while ago."""
+        if self._fallen is not None:
+            return self._time >= self._fallen[0] + AFTER_FALL
+        return self._time >= self._task.duration - 1e-9
+
+    def end(self) -> WalkEnd:
+        """How it ended."""
+        time, truth = self._fallen or (max(self._time, 0.0), self._truth)
+        ending: Ending = "fell" if self._fallen else "walked"
+        if self._fallen is None and time < self._task.duration - 1e-9:
+            ending = "gave up"
+        return WalkEnd(
+            ending=ending,
+            time=time,
+            roll=float(rotations.roll(truth.torso_orientation)),
+            pitch=float(rotations.pitch(truth.torso_orientation)),
+            steps=self._steps,
+            distance=math.dist(self._start, truth.torso_position[:2]) if self._start else 0.0,
+            tilt_max=self._tilt,
+        )
+
+    def track(self) -> Track:
+        """All cycles of the walk."""
+        return self._recorder.track()

@@ -1,0 +1,56 @@
+"""A walk in this process, from options to its summary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bridge.errors import ConfigurationError
+from bridge.recording.recorder import Recorder
+from nao_hil.runs.config import run_config
+from nao_hil.runs.in_process import walk_in_process
+from nao_hil.runs.summary import Summary
+
+
+def walk(
+    gait: str = "static",
+    *,
+    body: str = "nao-v3",
+    seed: int = 0,
+    wear: str = "nominal",
+    scenario: str = "flat",
+    steps: int | None = None,
+    duration: float | None = None,
+    torso: str | None = None,
+    parameters: dict[str, Any] | None = None,
+    record: str | Path | None = None,
+) -> Summary:
+    """Walk an emulated robot in this process, as fast as it computes.
+
+    Example:
+        summary = nao_hil.walk("dynamic", seed=3, steps=20, record="walk.mcap")
+        print(summary.fell, summary.distance)
+
+    Args:
+        gait: A name of `nao-hil gaits`.
+        body: Name of a body (`nao-hil robots`), or path of a data sheet.
+        seed: Of everything random.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
+        scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
+        steps: Steps to walk, the closing one included; None: 10, or no bound with a duration.
+        duration: Time to walk, s; None: no bound.
+        torso: Torso control: `none`, `thesis` or `robust`; None: the gait's own.
+        parameters: Parameters of the gait that differ from the shipped ones.
+        record: File to record the run in (.mcap); None: no recording.
+
+    Raises:
+        ConfigurationError: a wrong option, a walk without a bound, or parameters that cannot be walked.
+    """
+    options: dict[str, Any] = {"steps": steps, "duration": duration, "torso": torso, "parameters": parameters}
+    settings = run_config(None, robot=body, gait=gait, seed=seed, wear=wear, scenario=scenario, **options)
+    if not settings.steps and not settings.duration:
+        raise ConfigurationError("A walk in this process needs an end; give steps or duration.")
+    if record is None:
+        return walk_in_process(settings)
+    with Recorder(Path(record), settings) as recorder:
+        return walk_in_process(settings, [recorder])

@@ -1,0 +1,40 @@
+"""The page as a process beside a run: never in its way, and never a reason for it to fail."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from nao_hil.runs.supervisor import Child
+
+READY: Final = "the page is at"
+"""What `nao-hil view` says before its address."""
+
+
+class LivePage(Child):
+    """`nao-hil view` as a child; what it has to say is told once.
+
+    Args:
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+        port: TCP port of the page.
+        folder: Where its output goes.
+    """
+
+    def __init__(self, robot: str, connect: str, port: int, folder: Path) -> None:
+        super().__init__("page", ["view", "--name", robot, "--connect", connect, "--port", str(port)], folder)
+        self._told = False
+
+    def tell(self, console: Console) -> None:
+        """Print the address once it is served, or the one sentence why it is not."""
+        if self._told:
+            return
+        for line in self.said.splitlines():
+            if line.startswith(READY):
+                console.print(line, highlight=False)
+                self._told = True
+        if not self._told and not self.running:
+            console.print(f"no page: {self.end(0.0).error}", highlight=False)
+            self._told = True

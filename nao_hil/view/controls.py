@@ -1,0 +1,281 @@
+"""Buttons and sliders: each sends one command, and says what came of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Final, cast, get_args
+
+import msgspec
+
+from bridge.body.joints import JOINTS
+from bridge.errors import NaoHilError
+from bridge.messages.elements import ELEMENTS
+from bridge.messages.faults import Fault
+from bridge.messages.walk import TorsoName, WalkCommand
+from bridge.messages.world import (
+    EndFault,
+    Pause,
+    PlaceBox,
+    PlateUnderFoot,
+    Push,
+    Reset,
+    Resume,
+    SetFriction,
+    StandUp,
+    StartFault,
+    TiltFloor,
+    WorldCommand,
+    min_tilt_duration,
+)
+from nao_hil.view.driving import Driving
+from nao_hil.view.live import Commands
+from walker.planning import GAITS
+
+AS_IS: Final = "as it is"
+FAULTS: Final[dict[str, tuple[str, str]]] = {
+    "joint-weak": ("joint", "fraction"),
+    "joint-stuck": ("joint", ""),
+    "joint-hot": ("joint", ""),
+    "sensor-dead": ("sensor", ""),
+    "sensor-stuck": ("sensor", ""),
+    "sensor-noisy": ("sensor", "deviation"),
+    "command-lost": ("", "probability"),
+    "inertial-rezero": ("", ""),
+    "power-loss": ("", ""),
+}
+"""Kinds that the page offers: what each strikes, and the number that says how hard."""
+SENSORS: Final = tuple(ELEMENTS) + tuple(f"fsr.{cell}" for cell in ELEMENTS["fsr"])
+
+BY_KEYS: Final = (
+    "w faster, s slower, space stop, g gait, t torso control, m admittance; a gamepad's left stick walks"
+)
+
+Say = Callable[[str], None]
+Act = Callable[[], str]
+
+
+class Controls:
+    """The emergency stop over the tabs, and the tabs of commands.
+
+    Args:
+        gui: `viser.ViserServer.gui`.
+        commands: Where they go.
+        driving: The wheel.
+        say: Shown to the person: what was done, or why not.
+    """
+
+    def __init__(self, gui: Any, commands: Commands, driving: Driving, say: Say) -> None:
+        self._gui, self._commands, self._driving, self._say = gui, commands, driving, say
+
+    def build(self, tabs: Any, *, world: bool) -> None:
+        """Add the tabs to a tab group; `world`: there is one that can be changed."""
+        self._button(
+            "Emergency stop",
+            self._other(lambda: self._commands.stop().text),
+            "The robot crouches, lets go, and takes no command until it is armed again.",
+            color="red",
+            order=tabs.order - 0.5,
+        )
+        with tabs.add_tab("Walk"):
+            self._walk()
+            self._drive()
+            self._motors()
+        if world:
+            with tabs.add_tab("World"):
+                self._again()
+                self._push()
+                self._floor()
+                self._plates()
+            with tabs.add_tab("Faults"):
+                self._faults()
+
+    def _button(self, label: str, act: Act, hint: str = "", **looks: Any) -> None:
+        """A button; `act` does it and returns a sentence."""
+        self._gui.add_button(label, hint=hint or None, **looks).on_click(lambda _: self._tell(act))
+
+    def _buttons(self, label: str, acts: Mapping[str, Act], hint: str = "") -> None:
+        """Small buttons side by side."""
+        handle = self._gui.add_button_group(label, tuple(acts), hint=hint or None)
+        handle.on_click(lambda event: self._tell(acts[event.target.value]))
+
+    def _tell(self, act: Act) -> None:
+        try:
+            self._say(act())
+        except NaoHilError as error:
+            self._say(str(error))
+
+    def _other(self, act: Act) -> Act:
+        """An act after which nobody is at the wheel any more."""
+
+        def let_go_and_act() -> str:
+            self._driving.let_go()
+            return act()
+
+        return let_go_and_act
+
+    def _do(self, command: WorldCommand) -> str:
+        return self._commands.world(command).text
+
+    def _walk(self) -> None:
+        gui = self._gui
+
+        def command(op: Any) -> WalkCommand:
+            walks = op == "walk"
+            return WalkCommand(
+                op=op,
+                velocity=(float(speed.value), 0.0, 0.0) if walks and speed.value else None,
+                steps=int(steps.value) if walks else None,
+                gait=_chosen(gait.value),
+                torso=cast("TorsoName | None", _chosen(torso.value)),
+                admittance={"on": True, "off": False}.get(admittance.value),
+            )
+
+        self._button(
+            "Walk",
+            self._other(lambda: self._commands.walk(command("walk")).text),
+            "as set below",
+            color="green",
+        )
+        speed = gui.add_slider(
+            "speed, m/s",
+            min=0.0,
+            max=0.25,
+            step=0.005,
+            initial_value=0.0,
+            hint="0: as it is, at first the gait's own; the walker refuses what the robot cannot reach",
+        )
+        steps = gui.add_number("steps", initial_value=0, min=0, step=1, hint="0: until it is told to stop")
+        gait = gui.add_dropdown("gait", (AS_IS, *GAITS), hint="another one begins at a stand")
+        torso = gui.add_dropdown(
+            "torso control", (AS_IS, *get_args(TorsoName)), hint="what keeps the torso upright"
+        )
+        admittance = gui.add_dropdown(
+            "admittance", (AS_IS, "on", "off"), hint="legs and ankles that give way to the ground"
+        )
+        self._button(
+            "Set without walking",
+            self._other(lambda: self._commands.walk(command("set")).text),
+            "a walk that is under way goes on, changed as far as that can be had in stride",
+        )
+
+    def _drive(self) -> None:
+        """Buttons of the wheel, which keys and a gamepad press too."""
+        gui = self._gui
+
+        def acts(*names: str) -> dict[str, Act]:
+            return {name: partial(self._driving.press, name) for name in names}
+
+        with gui.add_folder("Drive"):
+            self._buttons("walk", acts("Slower", "Stop", "Faster"), "five notches to the gait's own speed")
+            self._buttons("next", acts("Gait", "Torso control", "Admittance"))
+            keys = gui.add_checkbox("keys, gamepad", initial_value=False, hint=BY_KEYS)
+            words = gui.add_markdown(f'<span className="keys-drive">{BY_KEYS}</span>', visible=False)
+
+        def show(_: object) -> None:
+            words.visible = keys.value
+
+        keys.on_update(show)
+
+    def _motors(self) -> None:
+        with self._gui.add_folder("Motors"):
+            acts = {
+                "Let go": self._other(lambda: self._commands.limp().text),
+                "Arm": self._other(lambda: self._commands.arm().text),
+            }
+            hint = (
+                "Let go: stiffness off at once, a standing robot falls. Arm: take commands again after a stop."
+            )
+            self._buttons("stiffness", acts, hint)
+
+    def _again(self) -> None:
+        acts = {"Stand up": lambda: self._do(StandUp()), "Reset": self._other(lambda: self._do(Reset()))}
+        self._buttons("robot", acts, "Stand up: put it back on its feet. Reset: all begins anew.")
+        self._buttons("time", {"Pause": lambda: self._do(Pause()), "Resume": lambda: self._do(Resume())})
+
+    def _push(self) -> None:
+        gui = self._gui
+        with gui.add_folder("Push"):
+            impulse = gui.add_slider("impulse, N s", min=0.1, max=5.0, step=0.1, initial_value=1.0)
+            direction = gui.add_slider(
+                "towards, deg", min=-180, max=180, step=15, initial_value=90, hint="0 forward, 90 to the left"
+            )
+
+            def push() -> str:
+                size, angle = float(impulse.value), math.radians(float(direction.value))
+                return self._do(Push(impulse=(size * math.cos(angle), size * math.sin(angle), 0.0)))
+
+            self._button("Push", push)
+
+    def _floor(self) -> None:
+        gui = self._gui
+        with gui.add_folder("Floor"):
+            roll = gui.add_slider(
+                "roll, deg", min=-15, max=15, step=0.5, initial_value=0, hint="positive: the left side higher"
+            )
+            pitch = gui.add_slider(
+                "pitch, deg", min=-15, max=15, step=0.5, initial_value=0, hint="positive: downhill"
+            )
+            self._button("Tilt the floor", lambda: self._tilt(float(roll.value), float(pitch.value)))
+            friction = gui.add_slider(
+                "friction", min=0.02, max=1.2, step=0.02, initial_value=0.8, hint="of the soles, 0.8 at first"
+            )
+            self._button("Set friction", lambda: self._do(SetFriction(friction=float(friction.value))))
+
+    def _plates(self) -> None:
+        gui = self._gui
+        with gui.add_folder("Plates"):
+            plate = gui.add_slider("height, mm", min=1, max=40, step=1, initial_value=10)
+
+            def height() -> float:
+                return 1e-3 * float(plate.value)
+
+            self._button(
+                "Plate under the swing foot", lambda: self._do(PlateUnderFoot(size=(0.16, 0.08, height())))
+            )
+
+            def place() -> str:
+                size = (0.2, 0.4, height())
+                return self._do(PlaceBox(name="ahead", size=size, at=(0.25, 0.0), frame="robot"))
+
+            self._button("Plate ahead", place)
+
+    def _tilt(self, roll: float, pitch: float) -> str:
+        x, y = math.radians(roll), math.radians(pitch)
+        # From wherever it is now: at most the way from one end of the sliders to the other.
+        duration = max(1.0, 1.05 * min_tilt_duration(max(abs(x), abs(y)) + math.radians(15.0)))
+        return self._do(TiltFloor(roll=x, pitch=y, duration=duration))
+
+    def _faults(self) -> None:
+        gui = self._gui
+        kind = gui.add_dropdown("fault", tuple(FAULTS))
+        joint = gui.add_dropdown("joint", JOINTS, initial_value="LKneePitch")
+        sensor = gui.add_dropdown("sensor", SENSORS, initial_value="gyroscope")
+        amount = gui.add_slider(
+            "amount",
+            min=0.0,
+            max=1.0,
+            step=0.05,
+            initial_value=0.5,
+            hint="fraction of the torque, probability, deviation",
+        )
+        targets = {"joint": joint, "sensor": sensor}
+
+        def start() -> str:
+            target, number = FAULTS[kind.value]
+            fields: dict[str, Any] = {"kind": kind.value}
+            if target:
+                fields[target] = targets[target].value
+            if number:
+                fields[number] = float(amount.value)
+            fault = msgspec.convert(fields, Fault)
+            return self._do(StartFault(fault=fault))
+
+        self._button("Begin the fault", start)
+        self._button("End all faults", lambda: self._do(EndFault()))
+
+
+def _chosen(value: str) -> str | None:
+    """A dropdown's value; None where it stands at `AS_IS`."""
+    return None if value == AS_IS else value

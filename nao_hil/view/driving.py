@@ -1,0 +1,68 @@
+"""Driving from the page: its buttons, or the keys and the gamepad that press them, at a walker's wheel."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from bridge.errors import NaoHilError
+from nao_hil.drive.session import Session, Walker
+
+KEYS: Final = {
+    "Slower": "s",
+    "Stop": "x",
+    "Faster": "w",
+    "Gait": "g",
+    "Torso control": "t",
+    "Admittance": "m",
+}
+"""Button -> key of `nao-hil drive` that does the same; `page.js` presses the button by its name."""
+
+
+class Driving:
+    """The wheel that all who look at the page share.
+
+    Args:
+        walker: Gives the walker to drive; raises LinkError without one.
+        present: Whether somebody looks: the robot stops by itself when nobody does any more.
+    """
+
+    def __init__(self, walker: Callable[[], Walker], present: Callable[[], bool]) -> None:
+        self._walker, self._present = walker, present
+        self._lock = threading.Lock()
+        self._session: Session | None = None
+
+    def press(self, button: str) -> str:
+        """Do what one of `KEYS` says.
+
+        Returns:
+            What came of it, in a sentence.
+
+        Raises:
+            LinkError: no walker takes commands.
+            WalkRefused: the walker has no robot.
+        """
+        with self._lock:
+            if self._session is None:
+                self._session = Session(self._walker())
+            self._session.take([KEYS[button]])
+            return self._session.said
+
+    def let_go(self) -> None:
+        """The walker was told otherwise: give no sign of life for what was wanted before."""
+        with self._lock:
+            self._session = None
+
+    def sign(self) -> None:
+        """Give a sign of life if one is due; call it every second or oftener."""
+        with self._lock:
+            if self._session is None:
+                return
+            try:
+                if self._present():
+                    self._session.take([])
+                    return
+            except NaoHilError:
+                pass
+            self._session = None

@@ -1,0 +1,157 @@
+"""A running robot as the page has it: everything it says, and what it is told."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final, Protocol, TypeVar
+
+import zenoh
+
+from bridge.errors import FrameError, NaoHilError
+from bridge.link import keys
+from bridge.link.guard_client import GuardClient
+from bridge.link.mailbox import Mailbox
+from bridge.link.session import subscribe, try_client
+from bridge.link.walk_client import WalkClient
+from bridge.link.world_client import WorldClient
+from bridge.messages import Info, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
+from bridge.messages.guard import GuardStatus
+from bridge.messages.walk import WalkCommand, WalkStatus
+from bridge.messages.world import WorldCommand
+from bridge.messages.world_state import WorldReply
+from bridge.recording.canonical import Recordable
+
+KINDS: Final[dict[str, type[Recordable]]] = {
+    keys.SENSORS: SensorFrame,
+    keys.TRUTH: TruthFrame,
+    keys.TELEMETRY: WalkTelemetry,
+    keys.NOTICES: Notice,
+}
+KEPT: Final = 4000
+"""Messages that wait for the page; older ones are lost to it."""
+PATIENCE: Final = 2.0
+"""s to wait for a robot to say something to."""
+
+
+class Ears:
+    """Hears everything of a robot, in order; says nothing.
+
+    Args:
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+    """
+
+    def __init__(self, robot: str, connect: str) -> None:
+        self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
+        self._session: zenoh.Session | None = None
+        self._subscribers: list[Any] = []
+        self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(KEPT)
+
+    def take(self) -> list[Recordable]:
+        """What came since the last call; tries to connect until that is done.
+
+        Raises:
+            ConfigurationError: not an endpoint.
+        """
+        if self._session is None:
+            self._session = try_client(self._endpoint)
+            if self._session is None:
+                return []
+            self._subscribers = [
+                subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
+                for suffix in KINDS
+            ]
+        messages = []
+        for suffix, payload in self._mailbox.drain():
+            try:
+                messages.append(decode(payload, KINDS[suffix]))
+            except FrameError:  # a stranger on the key
+                continue
+        return messages
+
+    def _keep(self, suffix: str, payload: bytes) -> None:
+        self._mailbox.put((suffix, payload))
+
+    def close(self) -> None:
+        """Leave the network."""
+        if self._session is not None:
+            self._session.close()
+
+
+class _Client(Protocol):
+    def close(self) -> None: ...
+
+
+C = TypeVar("C", bound=_Client)
+
+
+class Commands:
+    """What buttons do: each kind of command over its own client, opened when it is first used.
+
+    Args:
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+    """
+
+    def __init__(self, robot: str, connect: str) -> None:
+        self._robot, self._endpoint = robot, connect
+        self._lock = threading.Lock()
+        self._clients: dict[str, Any] = {}
+
+    def _client(self, name: str, make: Callable[[], C]) -> C:
+        with self._lock:
+            if name not in self._clients:
+                self._clients[name] = make()
+            client: C = self._clients[name]
+            return client
+
+    def _guard(self) -> GuardClient:
+        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, PATIENCE))
+
+    def info(self) -> Info | None:
+        """What the robot is; None when none answers."""
+        try:
+            return self._guard().info()
+        except NaoHilError:
+            return None
+
+    def world(self, command: WorldCommand) -> WorldReply:
+        """Carry out a world command.
+
+        Raises:
+            FrameError: refused; the robot's own sentence.
+            LinkError: nobody answered.
+        """
+        return self._client("world", lambda: WorldClient(self._robot, self._endpoint)).send(command)
+
+    def walk(self, command: WalkCommand) -> WalkStatus:
+        """Carry out a walk command.
+
+        Raises:
+            WalkRefused: the walker's own sentence.
+            LinkError: no walker takes commands.
+        """
+        return self.walker().send(command)
+
+    def walker(self) -> WalkClient:
+        """The client of the walker. Raises RobotSilent when nobody listens there."""
+        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, PATIENCE))
+
+    def stop(self) -> GuardStatus:
+        """Emergency stop: crouch, then let go. Raises LinkError when nobody answers."""
+        return self._guard().stop("crouch", "page")
+
+    def limp(self) -> GuardStatus:
+        """Take the stiffness from all joints at once. Raises as `stop`."""
+        return self._guard().stop("limp", "page")
+
+    def arm(self) -> GuardStatus:
+        """Let commands reach the motors again. Raises as `stop`."""
+        return self._guard().arm("page")
+
+    def close(self) -> None:
+        """Leave the network."""
+        for client in self._clients.values():
+            client.close()

@@ -1,0 +1,224 @@
+"""The page: takes moments, keeps their history, and shows the newest one."""
+
+from __future__ import annotations
+
+import html
+import threading
+from typing import Any, Final
+
+from bridge.body import Body
+from bridge.messages.world_state import WorldReply
+from nao_hil.analysis.diagnosis import Balance, Diagnosis, Moment, Observer, Symptom, Symptoms, explain
+from nao_hil.analysis.diagnosis.symptoms import MEANING
+from nao_hil.view.charts import strip_charts
+from nao_hil.view.history import History
+from nao_hil.view.scene import POINTS, RobotScene
+from walker.estimation.odometry import GroundPlane
+
+CAMERA: Final = ((0.50, -0.66, 0.42), (0.0, 0.0, 0.2))
+"""Where the camera is and where it looks at first, m, the robot's place being the origin."""
+KEPT: Final = 12_000
+"""Frames of history, two minutes."""
+CHART_EVERY: Final = 6
+"""Pictures from one drawing of the charts to the next."""
+MOST: Final = 200
+"""Symptoms that are kept."""
+CHAIN: Final = 6
+"""Of the signs that led to a fall, so many are told: the first, and the last."""
+LEGEND: Final = (
+    "**robot**: as its own sensors say. **Green ghost**: where it truly is, if that is elsewhere.",
+    "**bars on the feet**: force cells, 6 mm per N. **Area on the ground**: what it stands on; red: it tips.",
+    "**outlines**: footsteps, planned (blue) and made (grey).",
+    "**phase**: DSL, DSR both feet down; SSL, SSR on one foot while the other swings.",
+)
+
+
+class Page:
+    """One page on one server; give it a body before moments.
+
+    Args:
+        server: A `viser.ViserServer`.
+        title: What is shown, for the headline: a robot or a file.
+    """
+
+    def __init__(self, server: Any, title: str) -> None:
+        self.server, self.gui = server, server.gui
+        self._title = title
+        self._lock = threading.Lock()
+        server.gui.configure_theme(
+            control_layout="fixed",
+            control_width="large",
+            dark_mode=True,
+            show_logo=False,
+        )
+        server.on_client_connect(_aim)
+        self._headline = self.gui.add_markdown(f"**{title}**: waiting for the robot")
+        self._charts = self.gui.add_markdown("")
+        self._said = self.gui.add_markdown("")
+        self.tabs = self.gui.add_tab_group()
+        self._scene: RobotScene | None = None
+        self._count = 0
+        self._begin()
+
+    def meet(self, body: Body) -> None:
+        """The robot is of this body; all begins anew."""
+        self.server.scene.reset()
+        with self.server.atomic():
+            self._scene = RobotScene(self.server, body)
+        self._observer = Observer(body)
+        self._watch = Symptoms(self._observer)
+        self._history = History(KEPT)
+        self._begin()
+
+    def _begin(self) -> None:
+        self.symptoms: list[Symptom] = []
+        self.diagnosis: Diagnosis | None = None
+        self._newest: Balance | None = None
+
+    def add_view_tab(self) -> None:
+        """Add what changes the picture only."""
+        with self.tabs.add_tab("View"):
+            follow = self.gui.add_checkbox("follow the robot", initial_value=True)
+            ghost = self.gui.add_checkbox("ghost (truth)", initial_value=True)
+            through = self.gui.add_checkbox("see through", initial_value=False)
+            self.gui.add_markdown(legend())
+
+        def choose(_: object) -> None:
+            if self._scene is not None:
+                self._scene.follow, self._scene.ghost = follow.value, ghost.value
+
+        def see_through(_: object) -> None:
+            if self._scene is not None:
+                self._scene.see_through(through.value)
+
+        through.on_update(see_through)
+        follow.on_update(choose)
+        ghost.on_update(choose)
+
+    def say(self, text: str) -> None:
+        """Tell the person what came of a button."""
+        self._said.content = _answer(text)
+
+    def take(self, moment: Moment) -> None:
+        """The next moment, drawn or not."""
+        balance = self._observer.update(moment)
+        if self._newest is not None and moment.sensors.seq < self._newest.moment.sensors.seq:
+            self._begin()
+            self.forget()
+        found = self._watch.update(balance)
+        self.symptoms += found
+        del self.symptoms[:-MOST]
+        if any(s.kind == "fall" for s in found):
+            last = self.diagnosis.fell if self.diagnosis else -1.0
+            since = [s for s in self.symptoms if s.time > last]
+            self.diagnosis = explain(since, torso_off=self._watch.torso_off) or self.diagnosis
+        self._history.add(balance)
+        self._newest = balance
+
+    def forget(self) -> None:
+        """Footprints go: what is shown next was before what is shown now."""
+        if self._scene is not None:
+            self._scene.forget()
+
+    def show(self) -> None:
+        """Draw the newest moment, if anybody looks."""
+        if self._newest is not None and self.server.get_clients():
+            self.draw(self._newest, self._history, self.symptoms, self.diagnosis)
+
+    def draw(
+        self,
+        balance: Balance,
+        history: History,
+        symptoms: list[Symptom],
+        diagnosis: Diagnosis | None,
+        now: bool = False,
+        ahead: float = 0.0,
+    ) -> None:
+        """Draw a moment; the charts every so often, or `now`, with so much of what comes after it (s)."""
+        if self._scene is None:
+            return
+        with self.server.atomic():
+            self._scene.draw(balance)
+        self._count += 1
+        if self._count % CHART_EVERY == 0 or now:
+            time = balance.moment.sensors.time
+            first = diagnosis.first if diagnosis else None
+            self._charts.content = strip_charts(history, time, symptoms, first, ahead)
+            self._headline.content = headline(self._title, balance, diagnosis)
+
+    def set_world(self, world: WorldReply) -> None:
+        """The world is like this."""
+        if self._scene is None:
+            return
+        floor = GroundPlane(*world.floor, 0.0)
+        self._observer.ground = floor
+        with self.server.atomic():
+            self._scene.set_floor(floor)
+            self._scene.set_objects(world.objects)
+            if world.terrain is not None:
+                self._scene.set_terrain(world.terrain)
+
+
+def _aim(client: Any) -> None:
+    client.camera.position, client.camera.look_at = CAMERA
+
+
+def headline(title: str, balance: Balance, diagnosis: Diagnosis | None) -> str:
+    """What is going on, and after a fall what went wrong first, in markdown."""
+    frame, walk = balance.moment.sensors, balance.moment.walk
+    words = [f"**{_plain(title)}**", f"{frame.time:.1f} s"]
+    if walk is not None:
+        of = f" of {walk.steps}" if walk.steps else ""
+        words += [walk.state] if walk.phase == walk.state else [walk.state, walk.phase]
+        words += [f"step {walk.step}{of}"] if walk.step else []
+    line = " · ".join(words)
+    return line if diagnosis is None else f"{line}\n\n{verdict(diagnosis)}"
+
+
+def verdict(diagnosis: Diagnosis) -> str:
+    """Why it fell, for somebody who has never seen the project, in markdown."""
+    fell = f"It fell at {diagnosis.fell:.2f} s."
+    if diagnosis.first is None:
+        return f"#### {fell} There was no sign before."
+    meaning = MEANING[diagnosis.first.kind]
+    if diagnosis.torso_off:
+        meaning += " The torso control was off."
+    return "\n\n".join(
+        [
+            f"#### {fell} What went wrong first: {_plain(diagnosis.first.text)}",
+            meaning,
+            " → ".join(_chain(diagnosis)),
+        ]
+    )
+
+
+def _chain(diagnosis: Diagnosis) -> list[str]:
+    """The first sign, what was done before it, and the last signs up to the fall; dots for what is left out."""
+    chain = diagnosis.chain
+    kept = [i for i, s in enumerate(chain) if s in (diagnosis.before, diagnosis.first)]
+    last = [i for i in range(len(chain)) if i not in kept]
+    kept = sorted(kept + last[max(len(last) - CHAIN + len(kept), 0) :])
+    words: list[str] = []
+    for before, i in zip([-1, *kept], kept, strict=False):
+        if i > before + 1:
+            words.append("…")
+        words.append(f"**{chain[i].time:.2f}\u00a0s** {_plain(chain[i].text)}")
+    return words
+
+
+def legend() -> str:
+    """What the colours mean, in markdown."""
+    dots = [
+        f'<span style={{{{color: "rgb{p.colour}"}}}}>●</span> **{p.label}**: {p.meaning}'.replace(", ", ",", 2)
+        for p in POINTS
+    ]
+    return "\n\n".join([*dots, *LEGEND])
+
+
+def _answer(text: str) -> str:
+    return f"▸ {_plain(text)}"
+
+
+def _plain(text: str) -> str:
+    """Text that the page's markdown, which is MDX, takes as it is."""
+    return html.escape(text, quote=False).replace("{", "(").replace("}", ")").replace("*", "").replace("_", "-")

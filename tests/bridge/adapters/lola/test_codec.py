@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import itertools
+import random
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bridge.adapters.lola import schema
+from bridge.adapters.lola.codec import MAX_MESSAGE, MapStream
+
+ACTUATORS = (Path(__file__).parent / "data" / "actuators.msgpack").read_bytes()
+
+
+def packed(**values: Any) -> bytes:
+    return bytes(msgpack.packb(values, use_single_float=True, use_bin_type=False))
+
+
+MARK = packed(Stiffness=[0.25] * 25)
+
+
+def is_mark(value: dict[str, Any]) -> bool:
+    return value == msgpack.unpackb(MARK)
+
+
+@given(st.lists(st.integers(0, 3 * len(ACTUATORS)), max_size=40))
+@settings(deadline=None, max_examples=60)
+def test_maps_come_out_however_the_stream_is_cut(cuts: list[int]) -> None:
+    stream, data, found = MapStream(schema.ACTUATORS), ACTUATORS * 3, []
+    edges = [0, *sorted(cuts), len(data)]
+    for begin, end in itertools.pairwise(edges):
+        found += stream.feed(data[begin:end])
+    assert found == [msgpack.unpackb(ACTUATORS)] * 3
+    assert stream.dropped == 0
+
+
+def test_byte_by_byte_a_map_is_there_with_its_last_byte() -> None:
+    stream = MapStream(schema.ACTUATORS)
+    assert [len(stream.feed(bytes([byte]))) for byte in MARK] == [0] * (len(MARK) - 1) + [1]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"Sonar": [True, False]},
+        {"Stiffness": [0.0] * 25, "Position": [1.0] * 25},
+        {"Chest": [1, 0, 0], "Unheard": "of", "Other": [1, None, -5, 70000, "x"]},
+        {},
+        {"Position": [2**40] * 25, "x": -(2**40), "y": -100, "z": 300},
+    ],
+)
+def test_any_keys_and_numbers_in_any_order(values: dict[str, Any]) -> None:
+    assert MapStream(schema.ACTUATORS).feed(packed(**values)) == [values]
+
+
+def test_double_precision_is_understood() -> None:
+    data = msgpack.packb({"Stiffness": [0.1] * 25}, use_bin_type=False)
+    assert MapStream(schema.ACTUATORS).feed(data) == [{"Stiffness": [0.1] * 25}]
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"\x00" * 896,
+        b"\xff" * 50,
+        b"\xdf\xff\xff\xff\xff",  # a map of four billion elements
+        b"\x81\xa8Position\xdd\xff\xff\xff\xff",
+        b"\x81\xa8Position\xdc\x00\x19" + b"\xca\x00\x00\x00\x00" * 10,  # 10 of 25 elements
+        b"\x81\xa3abc\xda\x00\xff",  # a text that would swallow what follows
+        b"\x81\xa4deep\x91\x91\x91\xc0",
+        msgpack.packb({b"Position": [0.0] * 25}, use_bin_type=True),  # a newer msgpack's raw bytes
+        b"\x8b" * 200,
+        ACTUATORS[:400],
+        ACTUATORS[400:],
+        b"\xc1",
+    ],
+)
+def test_the_map_behind_garbage_is_found(garbage: bytes) -> None:
+    stream = MapStream(schema.ACTUATORS)
+    stream.feed(garbage)
+    found = stream.feed(MARK)
+    assert found[-1:] and is_mark(found[-1])
+    assert stream.dropped == len(garbage)
+    assert stream.feed(MARK + MARK) == [msgpack.unpackb(MARK)] * 2
+
+
+def test_a_map_without_end_is_given_up() -> None:
+    stream = MapStream(schema.ACTUATORS)
+    for _ in range(MAX_MESSAGE // 8):
+        stream.feed(b"\xa3abc\xa3xyz")
+    stream.feed(b"\x8f" + b"\xa3abc\x9f" + b"\xa1x" * 10)
+    assert any(is_mark(m) for _ in range(3) for m in stream.feed(MARK))
+    assert stream.dropped > MAX_MESSAGE // 2
+
+
+def _damaged(message: bytes, random_: random.Random) -> bytes:
+    """A message with some bytes changed, lost, doubled or put in."""
+    data = bytearray(message)
+    for _ in range(random_.randint(1, 4)):
+        at = random_.randrange(len(data)) if data else 0
+        kind = random_.randrange(5)
+        if kind == 0 and data:
+            data[at] = random_.randrange(256)
+        elif kind == 1 and data:
+            data[at] ^= 1 << random_.randrange(8)
+        elif kind == 2:
+            del data[at : at + random_.randint(1, 30)]
+        elif kind == 3:
+            data[at:at] = random_.randbytes(random_.randint(1, 30))
+        else:
+            data[at:at] = data[at : at + random_.randint(1, 60)]
+    return bytes(data)
+
+
+def test_100_000_damaged_replies_never_desynchronise_the_stream() -> None:
+    """After any damage the second whole message is understood at once, nearly always the first."""
+    random_ = random.Random(20260101)
+    stream, late = MapStream(schema.ACTUATORS), 0
+    small = packed(Sonar=[True, True], Chest=[0.0] * 3, Extra=5)
+    kinds = [small, small, small, packed(Position=[1.0] * 25), ACTUATORS]
+    for _ in range(100_000):
+        stream.feed(_damaged(random_.choice(kinds), random_))
+        found = stream.feed(MARK)
+        if not found or not is_mark(found[-1]):
+            late += 1
+            found = stream.feed(MARK)
+            assert found and is_mark(found[-1])
+    assert late < 1000  # the rest of such a damaged message looks like a part of the next

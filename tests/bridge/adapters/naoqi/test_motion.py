@@ -1,0 +1,292 @@
+"""ALMotion's joint methods in robot time, against the vendor's description of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from itertools import pairwise
+from threading import RLock
+from types import SimpleNamespace
+from typing import Any
+
+import msgspec
+import pytest
+
+from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.interpolation import smooth
+from bridge.adapters.naoqi.methods import VENDOR
+from bridge.adapters.naoqi.services import Services
+from bridge.body import load_body
+from bridge.body.joints import INDEX, JOINTS
+from bridge.body.postures import POSTURES
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+
+H25 = [
+    *("HeadYaw", "HeadPitch"),
+    *("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand"),
+    *("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll"),
+    *("RHipYawPitch", "RHipRoll", "RHipPitch", "RKneePitch", "RAnklePitch", "RAnkleRoll"),
+    *("RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RWristYaw", "RHand"),
+]
+"""Order of `Body` (vendor's body-parts page)."""
+
+
+class Standing:
+    """Of the walking side: no walker."""
+
+    handover = SimpleNamespace(has_robot=False)
+
+    def methods(self) -> dict[str, Callable[..., Any]]:
+        return {}
+
+
+class Robot:
+    """A served robot that goes where it is sent at once."""
+
+    def __init__(self, frame: SensorFrame, body: str = "nao-v5") -> None:
+        self.frame = frame
+        self.events: list[tuple[str, Any]] = []
+        self.commanded = 0
+        self.services = Services(
+            RobotConfig(load_body(body), "nao"),
+            frame,
+            RLock(),
+            Standing(),  # type: ignore[arg-type]
+            lambda: None,
+            self.count,
+            lambda *event: self.events.append(event),
+        )
+
+    def count(self) -> None:
+        self.commanded += 1
+
+    def run(self, seconds: float, **changes: Any) -> list[tuple[float, ...]]:
+        """Positions sent in each of the next cycles."""
+        sent = []
+        for _ in range(round(100.0 * seconds)):
+            command = self.services.joints.answer()
+            self.frame = msgspec.structs.replace(
+                self.frame,
+                seq=self.frame.seq + 1,
+                time=self.frame.time + 0.01,
+                position=command.position,
+                stiffness=command.stiffness,
+                **changes,
+            )
+            self.services.cycle(self.frame)
+            sent.append(self.services.joints.answer().position)
+        return sent
+
+    def call(self, service: str, method: str, *arguments: Any) -> Any:
+        return self.services.call(service, method, list(arguments))
+
+    def motion(self, method: str, *arguments: Any) -> Any:
+        return self.call("ALMotion", method, *arguments)
+
+    def angle(self, joint: str) -> float:
+        angle: float = self.motion("getAngles", joint, True)[0]
+        return angle
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame]) -> Robot:
+    return Robot(standing())
+
+
+def test_body_has_the_vendors_names_and_order(standing: Callable[..., SensorFrame], robot: Robot) -> None:
+    assert robot.motion("getBodyNames", "Body") == H25
+    h21 = Robot(standing(), "nao-v3")
+    assert h21.motion("getBodyNames", "Body") == [j for j in H25 if "Hand" not in j and "Wrist" not in j]
+    assert robot.motion("getBodyNames", "Head") == ["HeadYaw", "HeadPitch"]
+
+
+@pytest.mark.parametrize("ahead", [-20, 0, 10, 30])
+def test_a_dcm_command_is_carried_out_in_the_cycle_of_its_time(robot: Robot, ahead: int) -> None:
+    """As by the emulated robot's own DCM: what is due by a frame's time is in force from that frame on."""
+    head = "Device/SubDeviceList/HeadYaw/Position/Actuator/Value"
+    robot.run(0.05)
+    now = robot.call("DCM", "getTime", 0)
+    assert now == round(1000.0 * robot.frame.time)
+    before = robot.services.joints.answer()
+    robot.call("DCM", "set", [head, "ClearAll", [[0.2, now + ahead]]])
+    assert robot.commanded == 1  # the frame was answered already, and is to be answered anew
+    answer = robot.services.joints.answer()
+    assert answer.reply_to == before.reply_to
+    sent = [answer.position[INDEX["HeadYaw"]], *(p[INDEX["HeadYaw"]] for p in robot.run(0.05))]
+    due = max(0, ahead // 10)
+    assert sent[due:] == pytest.approx([0.2] * len(sent[due:]), abs=1e-3)
+    assert all(a < b for a, b in pairwise(sent[: due + 1]))
+
+
+def test_set_angles_goes_at_its_fraction_of_the_joints_largest_speed(robot: Robot) -> None:
+
+    top = robot.motion("getLimits", "HeadYaw")[0][2]
+    robot.motion("setAngles", "HeadYaw", 1.0, 0.1)
+    way = [position[INDEX["HeadYaw"]] for position in robot.run(2.0)]
+    steps = [b - a for a, b in pairwise(way)]
+    assert max(steps) == pytest.approx(0.01 * 0.1 * top, rel=0.02)
+    assert way[-1] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_largest_speeds_are_the_vendors(standing: Callable[..., SensorFrame]) -> None:
+    """V3.3 motors and gears, joint side (vendor's motor page): 473.72, 238.45 and 366.83 deg/s."""
+    robot = Robot(standing(), "nao-v3.3")
+    for joint, speed in (("HeadYaw", 8.268), ("LHipRoll", 4.162), ("LKneePitch", 6.402)):
+        assert robot.motion("getLimits", joint)[0][2] == pytest.approx(speed, rel=5e-3)
+
+
+def test_angles_beyond_the_range_are_clipped(robot: Robot) -> None:
+    """HeadYaw +-2.0857 (vendor's joint table)."""
+    robot.motion("setAngles", "HeadYaw", 3.0, 1.0)
+    robot.run(1.0)
+    assert robot.angle("HeadYaw") == pytest.approx(2.0857, abs=1e-3)
+
+
+def test_an_interpolation_passes_each_angle_at_its_time_and_waits_for_the_end(robot: Robot) -> None:
+    done: Future[Any] = robot.motion(
+        "angleInterpolation", ["HeadYaw", "HeadPitch"], [[0.5, -0.2], 0.3], [[0.5, 1.0], 0.7], True
+    )
+    way = robot.run(0.99)
+    assert not done.done()
+    assert way[49][INDEX["HeadYaw"]] == pytest.approx(0.5, abs=2e-3)
+    assert way[69][INDEX["HeadPitch"]] == pytest.approx(0.3, abs=2e-3)
+    robot.run(0.03)
+    assert done.done()
+    assert robot.angle("HeadYaw") == pytest.approx(-0.2, abs=1e-3)
+
+
+def test_a_relative_interpolation_counts_from_the_command(robot: Robot) -> None:
+    robot.motion("setAngles", "HeadYaw", 0.4, 1.0)
+    robot.run(0.5)
+    robot.motion("angleInterpolation", "HeadYaw", 0.2, 0.3, False)
+    robot.run(0.5)
+    assert robot.angle("HeadYaw") == pytest.approx(0.6, abs=2e-3)
+
+
+def test_a_smooth_way_rests_at_both_ends_and_never_overshoots() -> None:
+    points = smooth(0.0, [1.0, 0.5, 0.5, 2.0], [0.5, 1.0, 1.5, 3.0])
+    values = [value for _, value in points]
+    assert all(abs(t - 0.02 * (i + 1)) < 1e-9 for i, (t, _) in enumerate(points))
+    assert max(values[:25]) <= 1.0 + 1e-12
+    assert all(0.5 - 1e-12 <= value <= 1.0 + 1e-12 for value in values[25:50])
+    assert all(abs(value - 0.5) < 1e-12 for value in values[50:75])
+    # At rest: the first and the last step are of second order in the time step.
+    assert values[0] < 3.0 * (0.02 / 0.5) ** 2 + 1e-9
+    assert values[-1] == 2.0
+    assert values[-1] - values[-2] < 1.5 * 3.0 * (0.02 / 1.5) ** 2
+
+
+def test_with_speed_all_joints_arrive_with_the_slowest(robot: Robot) -> None:
+    done = robot.motion("angleInterpolationWithSpeed", ["HeadYaw", "HeadPitch"], [1.0, 0.1], 0.2)
+    seconds = 1.0 / (0.2 * robot.motion("getLimits", "HeadYaw")[0][2])
+    robot.run(seconds - 0.02)
+    assert not done.done()
+    robot.run(0.05)
+    assert done.done()
+
+
+def test_a_limp_joint_reads_its_sensor_and_is_held_where_it_is_when_it_stiffens(robot: Robot) -> None:
+    robot.motion("setStiffnesses", "Head", 0.0)
+    robot.run(0.02)
+    moved = list(robot.frame.position)
+    moved[INDEX["HeadYaw"]] = 0.7
+    robot.frame = msgspec.structs.replace(robot.frame, position=tuple(moved), seq=robot.frame.seq + 1)
+    robot.services.cycle(robot.frame)
+    assert robot.motion("getAngles", "HeadYaw", False) == [0.7]
+    robot.motion("setStiffnesses", "Head", 1.0)
+    assert robot.run(0.05)[-1][INDEX["HeadYaw"]] == pytest.approx(0.7, abs=1e-3)
+
+
+def test_both_hips_are_one_motor_and_the_left_one_wins(robot: Robot) -> None:
+    robot.motion("setAngles", ["LHipYawPitch", "RHipYawPitch"], [-0.2, -0.4], 1.0)
+    robot.run(0.5)
+    assert robot.motion("getAngles", ["LHipYawPitch", "RHipYawPitch"], True) == pytest.approx(
+        [-0.2] * 2, abs=1e-3
+    )
+
+
+def test_resting_crouches_and_waking_stands_up(robot: Robot) -> None:
+    assert robot.motion("robotIsWakeUp")
+    done = robot.motion("rest")
+    robot.run(4.0)
+    assert done.done()
+    assert robot.call("ALRobotPosture", "getPosture") == "Crouch"
+    assert not robot.motion("robotIsWakeUp")
+    assert robot.motion("getStiffnesses", "Head") == [0.0, 0.0]
+    done = robot.motion("wakeUp")
+    robot.run(4.0)
+    assert done.done()
+    assert robot.motion("robotIsWakeUp")
+    assert robot.call("ALRobotPosture", "getPosture") == "StandInit"
+
+
+@pytest.mark.parametrize("posture", sorted(POSTURES))
+def test_a_posture_is_reached_joint_by_joint(robot: Robot, posture: str) -> None:
+    done = robot.call("ALRobotPosture", "applyPosture", posture, 1.0)
+    robot.run(6.0)
+    assert done.result(0) is True
+    for joint in JOINTS:
+        assert robot.angle(joint) == pytest.approx(POSTURES[posture][INDEX[joint]], abs=5e-3), joint
+
+
+def test_a_way_that_is_not_planned_is_refused(robot: Robot) -> None:
+    with pytest.raises(NaoqiRefused, match="Sit is Sitting, the robot is Standing"):
+        robot.call("ALRobotPosture", "goToPosture", "Sit", 0.5)
+
+
+def test_stopping_ends_motions_and_the_calls_that_wait_for_them(robot: Robot) -> None:
+    done = robot.motion("angleInterpolation", "HeadYaw", 1.0, 2.0, True)
+    robot.run(1.0)
+    robot.motion("killAll")
+    robot.run(0.5)
+    assert done.done()
+    assert robot.angle("HeadYaw") == pytest.approx(0.5, abs=0.01)
+
+
+def test_touching_the_robot_raises_events(robot: Robot) -> None:
+    robot.run(0.01, touch=(0.0, 0.0, 1.0, *[0.0] * 11))
+    assert robot.events == [
+        ("MiddleTactilTouched", 1.0),
+        ("TouchChanged", [["Head/Touch/Middle", True]]),
+    ]
+
+
+def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(robot: Robot) -> None:
+    table = robot.services.names()
+    for service, methods in VENDOR.items():
+        assert set(methods) - {"subscriber"} <= set(table[service])
+    with pytest.raises(NaoqiRefused, match=r"ALMotion\.setFootSteps is not offered"):
+        robot.motion("setFootSteps", 1, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments", "sentence"),
+    [
+        ("setAngles", ["Foo", 1.0, 0.1], "'Foo' is no joint of nao-v5"),
+        ("setAngles", ["HeadYaw"], "missing a required argument: 'angles'"),
+        ("setAngles", ["HeadYaw", float("nan"), 0.1], "a finite number is expected"),
+        ("setAngles", ["HeadYaw", 1.0, 0.0], "a fraction above 0"),
+        ("setAngles", ["HeadYaw", 1.0, 1.5], "a number from 0 to 1"),
+        ("setAngles", [["HeadYaw", "HeadPitch"], [1.0], 0.1], "1 entries for 2 joints"),
+        ("angleInterpolation", ["HeadYaw", [1.0, 2.0], [1.0], True], "2 values and 1 times"),
+        ("angleInterpolation", ["HeadYaw", [1.0, 2.0], [1.0, 0.5], True], "increasing ones above 0"),
+        ("setStiffnesses", ["Body", 2.0], "a number from -1 to 1"),
+        ("getAngles", [3, True], "a name or a list of names"),
+        ("openHand", ["Head"], "no hand of nao-v5"),
+    ],
+)
+def test_wrong_arguments_are_refused_in_a_sentence(
+    robot: Robot, method: str, arguments: list[Any], sentence: str
+) -> None:
+    with pytest.raises(NaoqiRefused, match=sentence):
+        robot.motion(method, *arguments)
+
+
+def test_a_motion_of_a_robot_that_goes_away_ends_in_a_sentence(robot: Robot) -> None:
+    waits = robot.motion("angleInterpolation", "HeadYaw", [0.5], [20.0], True)
+    robot.run(0.1)
+    assert not waits.done()
+    robot.services.abandon()
+    with pytest.raises(NaoqiRefused, match="went away"):
+        waits.result(0.0)

@@ -1,0 +1,166 @@
+"""The hand-over between the joints' side and the walker, with a walker that only says what it would do."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from bridge.adapters.naoqi.walker_handover import WalkerHandover
+from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.errors import NaoqiRefused, WalkRefused
+from bridge.messages.walk import WalkStatus
+
+PATIENT = 20.0
+
+
+class Stage:
+    """Robot, walker's process and walker's client in one: notes what is done, in order."""
+
+    def __init__(self) -> None:
+        self.did: list[str] = []
+        self.state = "stand"
+        self.running = True
+        self.bound = 0.2
+        self.seq = 0
+        self.place = 0.0
+
+    def give_away(self) -> None:
+        self.did.append("give away")
+
+    def take_back(self) -> None:
+        self.did.append("take back")
+
+    def start(self) -> Stage:
+        self.did.append("start")
+        self.running = True
+        return self
+
+    def end(self) -> str:
+        self.did.append("end")
+        self.running = False
+        return ""
+
+    def status(self) -> WalkStatus:
+        self.seq += 1
+        return WalkStatus(
+            text="",
+            seq=self.seq,
+            state=self.state,
+            gait="dynamic",
+            torso="none",
+            admittance=False,
+            velocity=(0.15 if self.state == "walk" else 0.0, 0.0, 0.0),
+            steps=0,
+            distance=0.0,
+            position=(self.place, 0.0, 0.0),
+        )
+
+    def walk(self, velocity: Any, *, distance: float | None, gait: str) -> WalkStatus:
+        if abs(velocity[0]) > self.bound:
+            raise WalkRefused("0.5 m/s is beyond 0.2 m/s.")
+        self.did.append(f"walk {velocity[0]:g} {distance}")
+        self.state = "walk"
+        return self.status()
+
+    def stop(self) -> WalkStatus:
+        self.did.append("stop")
+        self.state = "stand"
+        return self.status()
+
+    def close(self) -> None:
+        self.did.append("close")
+
+
+@pytest.fixture
+def stage() -> Stage:
+    return Stage()
+
+
+@pytest.fixture
+def walking(stage: Stage) -> Iterator[WalkingMethods]:
+    handover = WalkerHandover(stage, stage.start, lambda: stage, "dynamic")  # type: ignore[arg-type,return-value]
+    yield WalkingMethods(handover, 0.15)
+    handover.close()
+
+
+def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
+    result = walking.methods()[method](*arguments)
+    return result.result(PATIENT) if hasattr(result, "result") else result
+
+
+def until(condition: Callable[[], Any]) -> None:
+    deadline = time.monotonic() + PATIENT
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def test_a_move_gives_the_joints_away_before_the_walker_starts(walking: WalkingMethods, stage: Stage) -> None:
+    call(walking, "moveToward", 1.0, 0.0, 0.0)
+    assert stage.did == ["give away", "start", "walk 0.15 None"]
+    assert call(walking, "moveIsActive")
+    assert call(walking, "getRobotVelocity") == [0.15, 0.0, 0.0]
+
+
+def test_joints_come_back_after_the_walker_has_ended(walking: WalkingMethods, stage: Stage) -> None:
+    call(walking, "moveInit")
+    assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
+    assert stage.did == ["give away", "start", "close", "end", "take back"]
+    assert not walking.handover.has_robot
+
+
+def test_while_it_walks_joints_are_refused_and_postures_stop_it(walking: WalkingMethods, stage: Stage) -> None:
+    call(walking, "moveToward", 0.5, 0.0, 0.0)
+    with pytest.raises(NaoqiRefused, match=r"call ALMotion\.stopMove first"):
+        walking.handover.with_joints(lambda: None, stop=False).result(PATIENT)
+    walking.handover.with_joints(lambda: stage.did.append("crouch"), stop=True).result(PATIENT)
+    assert stage.did[-5:] == ["stop", "close", "end", "take back", "crouch"]
+
+
+def test_move_to_waits_for_the_end_of_the_walk(walking: WalkingMethods, stage: Stage) -> None:
+    ended = walking.methods()["moveTo"](0.3, 0.0, 0.0)
+    until(lambda: stage.state == "walk")
+    time.sleep(0.3)
+    assert not ended.done()
+    stage.place, stage.state = 0.3, "stand"
+    assert ended.result(PATIENT) is None
+    assert call(walking, "getRobotPosition", True) == [0.3, 0.0, 0.0]
+    assert stage.did[-1] == "walk 0.15 0.3"
+
+
+def test_the_way_of_earlier_walkers_counts(walking: WalkingMethods, stage: Stage) -> None:
+    call(walking, "moveInit")
+    stage.place = 0.4
+    until(lambda: call(walking, "getRobotPosition", True)[0] == 0.4)
+    walking.handover.with_joints(lambda: None, stop=False).result(PATIENT)
+    stage.place = 0.1
+    call(walking, "moveInit")
+    assert call(walking, "getRobotPosition", True) == pytest.approx([0.5, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments"),
+    [("moveTo", [0.1, 0.1, 0.0]), ("moveToward", [0.0, 0.0, 0.5]), ("moveTo", [[0, 0, 1]])],
+)
+def test_turning_and_sideways_are_refused_before_anything_moves(
+    walking: WalkingMethods, stage: Stage, method: str, arguments: list[Any]
+) -> None:
+    with pytest.raises(NaoqiRefused, match="the gaits walk straight only"):
+        call(walking, method, *arguments)
+    assert stage.did == []
+
+
+def test_what_the_walker_refuses_comes_back_in_its_own_words(walking: WalkingMethods) -> None:
+    with pytest.raises(WalkRefused, match=r"0\.5 m/s is beyond"):
+        call(walking, "move", 0.5, 0.0, 0.0)
+
+
+def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage) -> None:
+    ended = walking.methods()["moveTo"](0.3, 0.0, 0.0)
+    until(lambda: stage.state == "walk")
+    stage.state = "fallen"
+    with pytest.raises(NaoqiRefused, match="The robot fell"):
+        ended.result(PATIENT)

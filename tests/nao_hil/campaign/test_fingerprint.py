@@ -1,0 +1,66 @@
+"""A result's key changes with everything that the result depends on."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import grimp
+import msgspec
+import pytest
+
+from nao_hil.runs import fingerprint
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.fingerprint import IN_PROCESS, PROCESSES, ROOT, source_hash
+from nao_hil.runs.store import key
+from nao_hil.runs.walk import Walk
+
+WALK = Walk(name="a", config=RunConfig(gait="dynamic"), duration=1.0)
+
+
+def test_every_module_that_a_walk_imports_is_among_its_sources() -> None:
+    graph = grimp.build_graph("bridge", "emulator", "walker", "nao_hil", cache_dir=None)
+    reached = graph.find_upstream_modules("nao_hil.runs.walk") | {"nao_hil.runs.walk"}
+    assert {"walker.controller", "emulator.robot", "nao_hil.runs.config", "nao_hil.runs.ground"} <= reached
+    for module in reached - {"nao_hil"}:
+        stem = ROOT / module.replace(".", "/")
+        file = stem / "__init__.py" if stem.is_dir() else stem.with_suffix(".py")
+        assert any(file.is_relative_to(ROOT / part) for part in IN_PROCESS), module
+
+
+@pytest.mark.parametrize("parts", [IN_PROCESS, PROCESSES])
+@pytest.mark.parametrize(
+    "file",
+    ["nao_hil/runs/config.py", "nao_hil/runs/ground.py", "nao_hil/runs/build.py", "emulator/wear/worn.toml"],
+)
+def test_an_edit_of_any_source_changes_the_hash(tmp_path: Path, parts: tuple[str, ...], file: str) -> None:
+    for part in {Path(each).parts[0] for each in parts}:
+        shutil.copytree(ROOT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
+    assert source_hash.__wrapped__(parts, tmp_path) == source_hash.__wrapped__(parts, ROOT)
+    (tmp_path / file).write_text((tmp_path / file).read_text() + "\n# edited\n")
+    assert source_hash.__wrapped__(parts, tmp_path) != source_hash.__wrapped__(parts, ROOT)
+
+
+@pytest.mark.parametrize("name", ["numpy", "scipy", "pybullet"])
+def test_another_version_of_a_library_changes_the_key(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = key(WALK)
+    versions = tuple((each, "0" if each == name else v) for each, v in fingerprint.library_versions())
+    monkeypatch.setattr(fingerprint, "library_versions", lambda: versions)
+    assert key(WALK) != before
+
+
+def test_the_key_has_the_whole_configuration_and_not_the_name(tmp_path: Path) -> None:
+    assert key(msgspec.structs.replace(WALK, name="b")) == key(WALK)
+    other = {"robot": "nao-v4", "wear": "ideal", "gait": "static", "seed": 1, "parameters": {"a": 1.0}}
+    for field, value in (other | {"controller": {"torso": "none"}}).items():
+        config = msgspec.structs.replace(WALK.config, **{field: value})
+        assert key(msgspec.structs.replace(WALK, config=config)) != key(WALK), field
+
+
+def test_the_key_has_the_contents_of_files_that_the_configuration_names(tmp_path: Path) -> None:
+    sheet = tmp_path / "worn.toml"
+    sheet.write_text((ROOT / "emulator/wear/worn.toml").read_text())
+    walk = msgspec.structs.replace(WALK, config=msgspec.structs.replace(WALK.config, wear=str(sheet)))
+    before = key(walk)
+    sheet.write_text((ROOT / "emulator/wear/nominal.toml").read_text())
+    assert key(walk) != before

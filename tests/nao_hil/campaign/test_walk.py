@@ -1,0 +1,108 @@
+"""Walks of a campaign: the same wherever they run, ended by falls, not walked twice."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.errors import ConfigurationError
+from bridge.messages.world import PlateUnderFoot
+from emulator.scenarios import Scenario
+from emulator.scenarios.ground import ScenarioFloor
+from nao_hil.experiments.geometry import soles_in_world
+from nao_hil.runs import store
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk, WalkOutcome, walk
+
+BARE = {"admittance": False, "torso": "none"}
+
+
+def bare(seed: int = 0, duration: float = 0.5, name: str = "test") -> Walk:
+    config = RunConfig(wear="nominal", gait="static", seed=seed, controller=BARE)
+    return Walk(name=name, config=config, duration=duration)
+
+
+def same(a: WalkOutcome, b: WalkOutcome) -> bool:
+    return a.end == b.end and np.array_equal(a.track.rows, b.track.rows, equal_nan=True)
+
+
+class Told:
+    """Progress that remembers."""
+
+    def __init__(self) -> None:
+        self.notes: list[str] = []
+
+    def expect(self, runs: int) -> None:
+        pass
+
+    def done(self, name: str, note: str) -> None:
+        self.notes.append(note)
+
+
+def test_results_do_not_depend_on_workers_or_on_the_store(tmp_path: Path) -> None:
+    walks = [bare(0), bare(1)]
+    here = walk(walks[0])
+    with Campaign(tmp_path, workers=1) as campaign:
+        one = campaign.walk(walks)
+    with Campaign(workers=2) as campaign:
+        two = campaign.walk(walks)
+    told = Told()
+    with Campaign(tmp_path, workers=1, progress=told) as campaign:
+        kept = campaign.walk([*walks, *walks])
+    assert [note.endswith("walked before") for note in told.notes] == [True] * 4
+    assert here.end.survived and len(here.track) == 50
+    assert same(here, one[0])
+    for a, b, c in zip(one, two, kept, strict=False):
+        assert same(a, b) and same(a, c)
+    assert not same(one[0], one[1])
+
+
+def test_a_fall_ends_the_run() -> None:
+    steep = Scenario(floor=ScenarioFloor(pitch=15.0))
+    result = walk(
+        Walk(name="steep", config=RunConfig(gait="static", controller=BARE), duration=60.0, scenario=steep)
+    )
+    assert result.end.ending == "fell"
+    assert not result.end.survived
+    assert result.end.time < 10.0
+    assert result.end.pitch > 0.2  # downhill: forward
+
+
+def test_a_plate_comes_at_its_time_of_the_walk() -> None:
+    plate = PlateUnderFoot(foot="right", size=(0.2, 0.08, 0.01), shift=(0.03, 0.0))
+    config = RunConfig(gait="static", controller=BARE)
+    track = walk(Walk(name="plate", config=config, duration=3.6, plates=((2.5, plate),))).track
+    left, right = (soles_in_world(load_body("nao-v3"), side, track)[:, 2, 3] for side in ("L", "R"))
+    # level at the start, and a plate apart when the first single support has ended
+    before, after = track["time"] < 0.5, track["time"] > 3.5
+    np.testing.assert_allclose((right - left)[before], 0.0, atol=2e-3)
+    # a little over its 10 mm: the bare walk begins to lean over what it has trodden on
+    assert ((right - left)[after] > 0.008).all()
+
+
+def test_the_key_is_what_the_walk_depends_on() -> None:
+    key = store.key(bare())
+    assert store.key(bare(name="other")) == key
+    assert store.key(bare(seed=1)) != key
+    assert store.key(bare(duration=2.0)) != key
+    changed = msgspec.structs.replace(bare().config, controller={"torso": "thesis"})
+    assert store.key(msgspec.structs.replace(bare(), config=changed)) != key
+
+
+def test_a_spoilt_file_is_walked_again(tmp_path: Path) -> None:
+    kept = store.Store(tmp_path)
+    task = bare(duration=0.1)
+    kept.put(walk(task))
+    assert kept.get(task) is not None
+    (file,) = tmp_path.iterdir()
+    file.write_bytes(file.read_bytes()[:1000])
+    assert kept.get(task) is None
+
+
+def test_parameters_that_cannot_be_walked_are_one_sentence() -> None:
+    config = RunConfig(gait="static", parameters={"l_GH": 0.5})
+    with Campaign(workers=1) as campaign, pytest.raises(ConfigurationError):
+        campaign.walk([Walk(name="long legs", config=config, duration=1.0)])

@@ -1,0 +1,178 @@
+"""Verdicts of the comparing experiments: from made-up arms, and one small campaign."""
+
+import json
+import math
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import cast
+
+import msgspec
+import numpy as np
+import pytest
+
+from nao_hil.analysis.statistics import wilson
+from nao_hil.experiments import dynamic_torso, landing_force, obstacle, torso_drift
+from nao_hil.experiments.arms import Arm, arm, direction, falls_finding, pairs
+from nao_hil.experiments.context import Context
+from nao_hil.runs.campaign import Campaign, Interrupted
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
+from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+
+NOMINAL = RunConfig(wear="nominal")
+
+
+def ended(
+    seed: int, time: float, *, fell: bool, roll: float = 0.0, pitch: float = 0.0, tilt: float = 0.05
+) -> WalkOutcome:
+    end = WalkEnd(
+        ending="fell" if fell else "walked",
+        time=time,
+        roll=roll,
+        pitch=pitch,
+        steps=int(time),
+        distance=0.2 * time,
+        tilt_max=tilt,
+    )
+    task = Walk(name="made up", config=RunConfig(seed=seed), duration=60.0)
+    return WalkOutcome(task, end, Track(np.zeros((0, WIDTH), dtype=np.float32)))
+
+
+def arm_of(n: int, survived: int, speed: float = 0.2, tilt: float = 3.0) -> Arm:
+    return Arm(
+        n=n,
+        survived=survived,
+        interval=wilson(survived, n),
+        fall_times=(),
+        tilt_max_deg=(tilt, tilt),
+        speed=speed,
+    )
+
+
+def test_an_arm_counts_who_stands_at_a_time() -> None:
+    results = [ended(0, 60.0, fell=False), ended(1, 20.0, fell=True, tilt=0.8), ended(2, 10.0, fell=True)]
+    whole, by_15 = arm(results), arm(results, by=15.0)
+    assert (whole.n, whole.survived, by_15.survived) == (3, 1, 2)
+    assert whole.interval == wilson(1, 3)
+    assert whole.fall_times == (10.0, 20.0)
+    assert whole.tilt_max_deg[1] == pytest.approx(math.degrees(0.8))
+    assert whole.speed == pytest.approx(0.2)
+
+
+def test_arms_are_paired_by_seed_whatever_their_order() -> None:
+    with_ = [ended(seed, 60.0, fell=False) for seed in (0, 1, 2)]
+    without = [ended(seed, 5.0, fell=seed != 1) for seed in (2, 1)]
+    found = pairs(with_, without)
+    assert (found.n, found.only_with, found.both) == (2, 1, 1)
+
+
+def test_falls_are_told_by_their_way() -> None:
+    assert direction(ended(0, 1.0, fell=True, roll=0.8).end) == "to the right"
+    assert direction(ended(0, 1.0, fell=True, roll=0.1, pitch=-0.8).end) == "backward"
+    results = [ended(seed, 10.0 + seed, fell=seed < 3, pitch=0.8) for seed in range(5)]
+    text = falls_finding("With", results, None)
+    assert "3 of 5 fall, at 10.0 / 11.0 / 12.0 s (first / median / last), 3 forward" in text
+
+
+@pytest.mark.parametrize(("fell", "holds"), [(16, True), (15, False)])
+def test_the_bound_of_80_percent_is_inclusive(fell: int, holds: bool) -> None:
+    setup = dynamic_torso.DynamicTorsoSetup()
+    claims = dynamic_torso._claims(setup, arm_of(20, 19), arm_of(20, 20 - fell))
+    assert [claim.holds for claim in claims] == [holds, True, True]
+
+
+def test_dynamic_torso_asks_for_speed_and_survival() -> None:
+    claims = dynamic_torso._claims(
+        dynamic_torso.DynamicTorsoSetup(), arm_of(20, 18, speed=0.149), arm_of(20, 0)
+    )
+    assert [claim.holds for claim in claims] == [True, False, False]
+
+
+def test_torso_drift_asks_for_growth_falls_survival_and_tilt() -> None:
+    setup = torso_drift.TorsoDriftSetup()
+    good = torso_drift._claims(setup, (arm_of(20, 20), arm_of(20, 0)), (0.01, 0.8), (2.0, 3.0))
+    assert all(claim.holds for claim in good)
+    bad = torso_drift._claims(setup, (arm_of(20, 18, tilt=4.1), arm_of(20, 5)), (0.5, 0.1), (4.0, 3.0))
+    assert not any(claim.holds for claim in bad)
+
+
+def test_obstacle_asks_for_falls_survival_and_force() -> None:
+    setup, force = landing_force.ObstacleSetup(), landing_force.Force(median=5.0, largest=6.0)
+    good = obstacle._claims(setup, (arm_of(20, 19), arm_of(20, 4)), (force, force), 0.5)
+    bad = obstacle._claims(setup, (arm_of(20, 18), arm_of(20, 5)), (force, force), 0.51)
+    assert all(claim.holds for claim in good) and not any(claim.holds for claim in bad)
+
+
+def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -> None:
+    n = 400
+    rows = np.zeros((n, WIDTH), dtype=np.float32)
+    starts = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]), strict=False))
+    rows[:, starts["time"]] = 16.0 + 0.01 * np.arange(n)
+    rows[:, starts["phase"]] = PHASES.index("DSR")
+    rows[0:150, starts["phase"]] = PHASES.index("SSL")
+    rows[300:, starts["phase"]] = PHASES.index("SSL")
+    rows[:, starts["orientation"] + 3] = 1.0
+    force = starts["fsr"]
+    rows[50, force + 4] = 40.0  # before the plate
+    rows[120, force + 4 : force + 8] = 3.0  # the landing: four cells of 3 N
+    rows[130, force] = 45.0  # the other foot
+    rows[200, force + 4] = 30.0  # loading in double support
+    rows[310, force + 4] = 50.0  # the next single support
+    result = ended(0, 45.0, fell=False)
+    assert landing_force.landing_force(
+        WalkOutcome(result.walk, result.end, Track(rows)), 17.0
+    ) == pytest.approx(12.0)
+    assert landing_force.landing_force(result, 17.0) is None
+
+
+def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
+    setup = landing_force.ObstacleSetup(duration=3.6, plate_time=3.0, lower=(), higher=())
+    changes = RunConfig(wear="nominal", controller={"torso": "none"})
+    with Campaign(workers=2) as campaign:
+        outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
+    data = json.loads(msgspec.json.encode(outcome.result))
+    assert data["name"] == "obstacle" and data["passed"] is outcome.page.passed is False
+    for key in ("with", "without"):
+        assert data[key]["n"] == data[key]["survived"] == 1
+        assert data[key]["interval"] == list(wilson(1, 1))
+    assert data["force_with"]["median"] > 0.0
+    assert {p.file.name for p in outcome.page.pictures} == {f"obstacle-{n}.png" for n in ("4.1", "4.2", "4.8")}
+    assert all(p.file.stat().st_size > 5000 for p in outcome.page.pictures)
+
+
+def test_a_stop_before_each_arm_has_a_run_leaves_nothing_to_judge(tmp_path: Path) -> None:
+    stop = threading.Event()
+    stop.set()
+    with Campaign(workers=1, stop=stop) as campaign, pytest.raises(Interrupted):
+        obstacle.experiment(Context(campaign, tmp_path, (0,), NOMINAL))
+
+
+class Stopped:
+    """A campaign that was stopped after three walks."""
+
+    def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
+        return [
+            WalkOutcome(task, ended(0, 60.0, fell=False).end, Track(np.zeros((0, WIDTH)))) for task in walks[:3]
+        ]
+
+
+def test_a_stop_leaves_about_as_many_runs_of_each_arm(tmp_path: Path) -> None:
+    context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
+    one, two = context.run(*(context.walks(name, "static", 60.0) for name in ("one", "two")))
+    assert ([result.seed for result in one], [result.seed for result in two]) == ([5, 6], [5])
+
+
+def test_arms_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
+    changes = RunConfig(
+        gait="dynamic", controller={"torso": "thesis", "leg": {"D": 99.0}}, parameters={"z": 0.24}
+    )
+    context = Context(cast(Campaign, Stopped()), tmp_path, (0,), changes)
+    static, dynamic = (
+        context.config("static", 3, {"torso": "none"}),
+        context.config("dynamic", 3, {"torso": "none"}),
+    )
+    assert (static.controller, static.parameters) == ({"torso": "none"}, {})
+    assert dynamic.controller == {"torso": "none", "leg": {"D": 99.0}}
+    assert dynamic.parameters == {"z": 0.24}
+    assert context.on("ideal").wear == "ideal"

@@ -1,0 +1,246 @@
+"""The command line: configuration shown and checked, completion, suggestions, one JSON object at the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bridge.body import load_body
+from bridge.messages.world import Push
+from bridge.recording.recorder import Recorder
+from emulator.robot import EmulatedRobot
+from nao_hil.cli.main import run
+from nao_hil.runs.config import RunConfig, run_config
+
+REPOSITORY = Path(__file__).parents[2]
+
+
+def shown(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert run(list(arguments)) == 0
+    return capsys.readouterr().out
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The sentence of a command that a user got wrong."""
+    assert run(list(arguments)) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    return said[0]
+
+
+def test_what_config_shows_config_takes_back(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    options = ("--gait", "dynamic", "--torso", "thesis", "--wear", "worn", "--seed", "7")
+    file = tmp_path / "my.toml"
+    file.write_text(shown(capsys, "config", "show", *options))
+    config = run_config(file)
+    assert (config.gait, config.wear, config.seed, config.controller["torso"]) == (
+        "dynamic",
+        "worn",
+        7,
+        "thesis",
+    )
+    assert config.parameters["e_s1"] == 0.03  # figure 3.6
+    assert shown(capsys, "config", "show", "--config", str(file)) == file.read_text()
+    assert json.loads(shown(capsys, "config", "check", str(file), "--json"))["kind"] == "run"
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("emulator/scenarios/pushes.toml", "scenario"),
+        ("emulator/wear/worn.toml", "wear"),
+        ("bridge/body/bodies/nao-v6.toml", "body"),
+    ],
+)
+def test_a_file_is_known_by_its_keys(capsys: pytest.CaptureFixture[str], path: str, kind: str) -> None:
+    result = json.loads(shown(capsys, "config", "check", str(REPOSITORY / path), "--json"))
+    assert (result["kind"], result["ok"]) == (kind, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('gait = "statc"', "did you mean 'static'"),
+        ("[parameters]\nl_lft = 0.03", "did you mean 'l_lift'"),
+        ("[controller]\ntorzo = 'none'", "did you mean 'torso'"),
+        ("stps = 4\nseed = 1", "unknown key 'stps' (did you mean 'steps'?)"),
+        ("[parameters]\nl_SW = 0.12", "out of reach"),
+        ("wear = 'wron'", "did you mean 'worn'"),
+        ("[parametrs]\nl_lift = 0.03", "unknown key 'parametrs' (did you mean 'parameters'?)"),
+        ("colour = 'red'", "say what it is with --kind"),
+        ("steps = ", "not valid TOML"),
+    ],
+)
+def test_a_wrong_file_is_told_in_one_sentence(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, says: str
+) -> None:
+    (tmp_path / "wrong.toml").write_text(text)
+    assert says in refused(capsys, "config", "check", str(tmp_path / "wrong.toml"))
+
+
+@pytest.mark.parametrize(
+    ("side", "says"),
+    [
+        (("lola", "--robot", "nao-v9"), "did you mean 'nao-v"),
+        (("lola", "--robot", "nao-v5"), "`nao-hil bridge naoqi`"),
+        (("naoqi", "--url", "tcp://127.0.0.1:9559", "--robot", "nao-v9"), "did you mean 'nao-v"),
+    ],
+)
+def test_a_bridge_refuses_a_body_before_it_waits_for_a_robot(
+    capsys: pytest.CaptureFixture[str], side: tuple[str, ...], says: str
+) -> None:
+    assert says in refused(capsys, "bridge", *side)
+
+
+def test_a_misspelt_command_or_option_is_told_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "plot" in refused(capsys, "plt")
+    assert "--steps" in refused(capsys, "up", "--stps", "3")
+    assert "did you mean 'torso'" in refused(capsys, "plot", "x.mcap", "--what", "torzo")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("plot", "FILE", "--from", "1"), "holds no sensor frame from 1 s to its end"),
+        (("plot", "FILE", "--from", "3", "--to", "2"), "--to 2 is not after --from 3"),
+        (("replay", "FILE", "--from", "3", "--to", "2"), "--to 2 is not after --from 3"),
+        (("record", "--out", "/no-such-folder/walk.mcap"), "/no-such-folder/walk.mcap: cannot be written"),
+        (("view", "--port", "65536"), "--port"),
+        (("up", "--view", "--port", "0"), "--port"),
+    ],
+)
+def test_what_could_never_be_is_told_before_anything_starts(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    file = tmp_path / "empty.mcap"
+    with Recorder(file, RunConfig()):
+        pass
+    assert says in refused(capsys, *(str(file) if a == "FILE" else a for a in arguments))
+
+
+def test_info_ends_with_one_json_object(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    with Recorder(tmp_path / "empty.mcap", RunConfig(seed=9)):
+        pass
+    contents = json.loads(shown(capsys, "info", str(tmp_path / "empty.mcap"), "--json"))
+    assert contents["complete"]
+    assert contents["config"]["seed"] == 9
+    assert contents["cycles"] == 0
+    assert contents["diagnosis"] is None
+    whole = (tmp_path / "empty.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[:-20])
+    assert not json.loads(shown(capsys, "info", str(tmp_path / "cut.mcap"), "--json"))["complete"]
+
+
+def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "fall.mcap"
+    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot, Recorder(file, RunConfig()) as recorder:
+        robot.stage.execute(Push(impulse=(0.0, 5.0, 0.0)))
+        while not robot.truth().fell:
+            robot.advance(None)
+            recorder.sensors(robot.frame, robot.truth())
+    diagnosis = json.loads(shown(capsys, "info", str(file), "--json"))["diagnosis"]
+    assert re.match(r"The robot fell at \d\.\d+ s; first, at \d\.\d+ s, ", diagnosis)
+    assert "what went wrong" in shown(capsys, "info", str(file))
+
+
+@pytest.mark.parametrize("command", ["robots", "gaits", "scenarios", "experiments"])
+def test_what_there_is_comes_as_one_json_object_by_name(
+    capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    (line,) = shown(capsys, command, "--json").splitlines()
+    assert {"robots": "nao-v6", "gaits": "static", "scenarios": "flat", "experiments": "slope"}[
+        command
+    ] in json.loads(line)
+
+
+@pytest.mark.parametrize(
+    ("redirection", "code", "says"),
+    [
+        (
+            "> /dev/full",
+            3,
+            ["error: nothing more can be written (No space left on device); make room, or write elsewhere."],
+        ),
+        (">&-", 0, []),
+        ("| true", 0, []),
+    ],
+)
+def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, says: list[str]) -> None:
+    script = f"set -o pipefail; {sys.executable} -m nao_hil.cli config show {redirection}"
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr.splitlines()) == (code, says)
+
+
+@pytest.mark.parametrize(
+    ("typed", "offers"),
+    [
+        ("nao-hil re", {"record", "replay"}),
+        ("nao-hil up --gait st", {"static"}),
+        ("nao-hil up --scenario slope-", {"slope-5", "slope-down-5", "slope-side-5"}),
+        ("nao-hil plot x.mcap --what torso,ce", {"torso,cells"}),
+    ],
+)
+def test_the_shell_completes_names(typed: str, offers: set[str]) -> None:
+    environment = os.environ | {
+        "_NAO_HIL_COMPLETE": "complete_bash",
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(typed.split(" ")) - 1),
+    }
+    script = "import sys; sys.argv = ['nao-hil']; from nao_hil.cli.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment,
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert set(done.stdout.split()) == offers
+
+
+def test_help_and_completion_load_no_library_of_one_command() -> None:
+    """Nor PyBullet, which the walker's machine does not have."""
+    heavy = ["pybullet", "matplotlib", "viser", "qi", "optuna", "control", "cryptography", "walker.planning"]
+    script = f"import sys, nao_hil.cli.main; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_in_process_is_of_up_alone_and_has_no_link(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = ("--mode", "in-process", "--out", str(tmp_path / "run"))
+    assert "nao-hil up --mode in-process" in refused(capsys, "emulate", *out)
+    for option in ("--serve", "--view"):
+        assert "no link" in refused(capsys, "up", option, *out)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_misspelt_gait_starts_no_robot(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "unknown gait 'statc' (did you mean 'static'?)" in refused(capsys, "up", "--gait", "statc")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "right"),
+    [
+        (("up", "--steps", "nan"), "'--steps': it must be a whole number"),
+        (("replay", "walk.mcap", "--speed", "1e9"), "'--speed': it must be less than or equal to 1000"),
+    ],
+)
+def test_a_number_that_is_none_is_named(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], right: str
+) -> None:
+    assert right in refused(capsys, *arguments)

@@ -1,0 +1,245 @@
+"""Odometry against the ground truth, and what went wrong first against what was done to the robot."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.body.quantities import total_mass
+from bridge.guard import Guard
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.faults import JointStuck
+from bridge.recording.recorder import Recorder
+from bridge.rotations import rotation
+from emulator.robot import EmulatedRobot
+from emulator.scenarios.events import FaultEvent, FrictionEvent, PushEvent
+from emulator.scenarios.model import Scenario
+from nao_hil.analysis.diagnosis import (
+    Gatherer,
+    Moment,
+    Observer,
+    Symptom,
+    Symptoms,
+    diagnose,
+    explain,
+    symptoms_of,
+)
+from nao_hil.analysis.diagnosis.balance import true_pose
+from nao_hil.runs.build import controller_maker
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.in_process import run
+from walker.estimation.odometry import GroundPlane, Odometry
+from walker.model.floating_base import FloatingBase
+from walker.model.transforms import inverse
+from walker.planning.plan import Foothold
+
+BODY = load_body("nao-v3")
+
+
+class Keeper:
+    """Observer that keeps the moments of a run."""
+
+    def __init__(self) -> None:
+        self.moments: list[Moment] = []
+        self._gatherer = Gatherer()
+
+    def _add(self, message: SensorFrame | TruthFrame | WalkTelemetry | Notice) -> None:
+        if (moment := self._gatherer.add(message)) is not None:
+            self.moments.append(moment)
+
+    def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
+        self._add(frame)
+        self._add(truth)
+
+    def command(self, frame: ActuatorFrame) -> None:
+        pass
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        self._add(message)
+
+    def notice(self, message: Notice) -> None:
+        self._add(message)
+
+
+def walk(gait: str, scenario: Scenario, seconds: float, path: Path | None = None) -> list[Moment]:
+    """A walk in process; recorded, if there is a path."""
+    settings = RunConfig(gait=gait, steps=6)
+    keeper = Keeper()
+    with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
+        controller = controller_maker(settings)(BODY, BODY.cycle)
+        observers = [keeper]
+        if path is None:
+            run(robot, Guard(BODY), controller, observers, round(seconds / BODY.cycle))
+        else:
+            with Recorder(path, settings) as recorder:
+                run(robot, Guard(BODY), controller, [*observers, recorder], round(seconds / BODY.cycle))
+    return keeper.moments
+
+
+@pytest.fixture(scope="module")
+def quiet() -> list[Moment]:
+    return walk("dynamic", Scenario(), 6.0)
+
+
+@pytest.fixture(scope="module")
+def pushed(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Moment], Path]:
+    path = tmp_path_factory.mktemp("pushed") / "frames.mcap"
+    scenario = Scenario(pushes=(PushEvent(time=4.0, impulse=4.0, direction=90.0),))
+    return walk("static", scenario, 8.0, path), path
+
+
+def test_the_ground_truth_placed_by_forward_kinematics_has_the_emulators_centre_of_mass(
+    quiet: list[Moment],
+) -> None:
+    kinematics = FloatingBase(BODY)
+    for moment in quiet[::50]:
+        assert moment.truth is not None
+        assert true_pose(kinematics, moment.truth).com == pytest.approx(moment.truth.com, abs=1e-6)
+
+
+def test_the_sensors_alone_follow_a_static_walk_to_a_centimetre() -> None:
+    moments = walk("static", Scenario(), 9.0)
+    observer = Observer(BODY)
+    balances = [observer.update(moment) for moment in moments]
+    errors, places = [], []
+    for balance in balances:
+        assert balance.true is not None
+        true, sensed = (stand.robot.frames[0][:3, 3] for stand in (balance.true, balance.sensed))
+        errors.append(np.linalg.norm(true - sensed))
+        places.append(true)
+    assert np.linalg.norm(places[-1] - places[0]) > 0.05  # it walked
+    assert max(errors) < 0.01
+
+
+def test_the_measured_and_the_true_zmp_of_a_standing_robot_agree(quiet: list[Moment]) -> None:
+    observer = Observer(BODY)
+    for moment in quiet[:100]:
+        balance = observer.update(moment)
+    assert balance.true is not None and balance.true.zmp is not None and balance.sensed.zmp is not None
+    assert math.dist(balance.true.zmp, balance.sensed.zmp) < 0.005
+    # At rest the capture point is the projected centre of mass, and so is the ZMP.
+    assert math.dist(balance.true.capture, balance.true.robot.com[:2]) < 0.01
+    assert sum(moment.sensors.fsr) == pytest.approx(9.81 * total_mass(BODY), rel=0.1)
+
+
+@pytest.mark.parametrize(("roll", "pitch"), [(0.0, 0.1), (0.1, 0.0), (-0.08, 0.12)])
+def test_a_robot_on_a_slope_stands_on_it(quiet: list[Moment], roll: float, pitch: float) -> None:
+    """With the fused angle of a robot whose left sole lies in a slope, odometry puts that sole on it."""
+    kinematics = FloatingBase(BODY)
+    frame = quiet[0].sensors
+    floor = GroundPlane(roll, pitch, 0.02)
+    upright = kinematics.place(kinematics.in_torso(frame.position), np.eye(4)).feet["L"]
+    torso = rotation(roll, pitch, 0.0) @ inverse(upright)[:3, :3]
+    angle = (math.atan2(torso[2, 1], torso[2, 2]), -math.asin(torso[2, 0]))
+    placed = Odometry(kinematics, Foothold(0.3, -0.2, 0.0)).update(
+        msgspec.structs.replace(frame, angle=angle, fsr=(10.0,) * 8), floor
+    )
+    for x, y, z in kinematics.sole_in_world("L", placed.feet["L"]):
+        assert z == pytest.approx(floor.at(x, y), abs=2e-3)
+
+
+def test_an_untroubled_walk_has_no_symptom(quiet: list[Moment]) -> None:
+    assert symptoms_of(quiet, BODY) == []
+    without_truth = [moment._replace(truth=None) for moment in quiet]
+    assert symptoms_of(without_truth, BODY) == []
+
+
+def test_a_push_that_fells_is_named_before_the_zmp(pushed: tuple[list[Moment], Path]) -> None:
+    moments, path = pushed
+    diagnosis = explain(symptoms_of(moments, BODY))
+    assert diagnosis is not None
+    truth_fell = next(m.sensors.time for m in moments if m.truth is not None and m.truth.fell)
+    assert diagnosis.fell == truth_fell
+    assert diagnosis.before is not None and diagnosis.before.kind == "world"
+    assert diagnosis.before.time == pytest.approx(4.0, abs=0.05)
+    assert diagnosis.first is not None and diagnosis.first.kind in ("zmp", "slip", "tilt")
+    assert 4.0 < diagnosis.first.time < diagnosis.fell
+    assert [s.time for s in diagnosis.chain] == sorted(s.time for s in diagnosis.chain)
+    assert diagnosis.sentence.startswith(f"The robot fell at {truth_fell:.2f} s; first, at ")
+    assert "pushed with 4 N s" in diagnosis.sentence
+    assert diagnose(path) == diagnosis  # from the file as from the frames
+
+
+def test_the_sensors_alone_tell_of_a_fall_too(pushed: tuple[list[Moment], Path]) -> None:
+    diagnosis = explain(symptoms_of([m._replace(truth=None) for m in pushed[0]], BODY))
+    assert diagnosis is not None and diagnosis.first is not None
+    assert 4.0 < diagnosis.first.time < diagnosis.fell
+
+
+def test_a_floor_that_turns_to_ice_makes_feet_slip() -> None:
+    moments = walk("dynamic", Scenario(frictions=(FrictionEvent(time=3.5, friction=0.03),)), 6.0)
+    kinds = [s for s in symptoms_of(moments, BODY) if s.kind == "slip"]
+    assert kinds and all(s.time > 3.4 for s in kinds)
+
+
+def test_cycles_without_an_answer_are_told(quiet: list[Moment]) -> None:
+    late = [
+        m._replace(sensors=msgspec.structs.replace(m.sensors, missed=max(0, min(20, m.sensors.seq - 300))))
+        for m in quiet
+    ]
+    (missed, *_) = [s for s in symptoms_of(late, BODY) if s.kind == "missed"]
+    assert missed.time == pytest.approx(3.0, abs=0.21)
+
+
+def test_a_controller_that_is_only_coming_misses_nothing(quiet: list[Moment]) -> None:
+    late = [
+        m._replace(sensors=msgspec.structs.replace(m.sensors, missed=min(20, m.sensors.seq))) for m in quiet
+    ]
+    assert not [s for s in symptoms_of(late, BODY) if s.kind == "missed"]
+
+
+@pytest.mark.parametrize("off", [False, True])
+def test_a_robot_that_lies_there_gives_no_signs_and_torso_control_is_known_to_be_off(
+    pushed: tuple[list[Moment], Path], off: bool
+) -> None:
+    observer = Observer(BODY)
+    watch = Symptoms(observer)
+    found: list[Symptom] = []
+    for moment in pushed[0]:
+        if off and moment.walk is not None:
+            walk = msgspec.structs.replace(moment.walk, torso_control=(0.0, 0.0))
+            moment = moment._replace(walk=walk)
+        found += watch.update(observer.update(moment))
+    fell = next(s.time for s in found if s.kind == "fall")
+    assert [s for s in found if s.time > fell and s.kind != "world"] == []
+    assert watch.torso_off == off
+
+
+def test_symptoms_that_were_overcome_are_not_in_the_chain() -> None:
+    early = Symptom(1.0, "slip", "the left foot slipped")
+    later = Symptom(5.0, "zmp", "the ZMP left the support polygon")
+    fall = Symptom(5.6, "fall", "the robot fell")
+    diagnosis = explain([fall, early, later])
+    assert diagnosis is not None
+    assert (diagnosis.first, diagnosis.chain, diagnosis.before) == (later, (later, fall), None)
+    assert explain([early, later]) is None
+    alone = explain([fall])
+    assert alone is not None and alone.sentence == "The robot fell at 5.60 s, without a sign before."
+
+
+def test_what_is_done_to_a_robot_that_is_falling_already_is_told_in_its_place_and_not_blamed() -> None:
+    first = Symptom(4.8, "early", "the left foot touched down early")
+    push = Symptom(5.0, "world", "Torso is pushed with 1 N s over 0.1 s")
+    fall = Symptom(5.6, "fall", "the robot fell")
+    diagnosis = explain([first, push, fall])
+    assert diagnosis is not None
+    assert (diagnosis.first, diagnosis.chain, diagnosis.before) == (first, (first, push, fall), None)
+
+
+def test_a_reset_begins_anew(quiet: list[Moment]) -> None:
+    observer = Observer(BODY)
+    watch = Symptoms(observer)
+    for moment in [*quiet, *quiet]:
+        assert watch.update(observer.update(moment)) == []
+
+
+def test_a_knee_that_jams_is_named() -> None:
+    scenario = Scenario(faults=(FaultEvent(time=3.2, fault=JointStuck(joint="LKneePitch")),))
+    diagnosis = explain(symptoms_of(walk("dynamic", scenario, 9.0), BODY))
+    assert diagnosis is not None and diagnosis.before is not None
+    assert "joint-stuck:LKneePitch" in diagnosis.sentence

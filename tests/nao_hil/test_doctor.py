@@ -1,0 +1,75 @@
+"""The doctor's verdicts, each from a value given to it, and one look at this machine as it is."""
+
+from __future__ import annotations
+
+import json
+import socket
+from importlib.metadata import version
+
+import pytest
+
+from bridge.histogram import Percentiles
+from emulator.timing import CycleTimes
+from nao_hil.cli import doctor
+
+
+def times(p99: float, skipped: int = 0) -> CycleTimes:
+    late = Percentiles(count=100, p50=1e-4, p99=p99, max=2 * p99)
+    return CycleTimes(cycles=100, skipped=skipped, lateness=late, work=late)
+
+
+@pytest.mark.parametrize(
+    ("finding", "verdict", "word"),
+    [
+        (doctor.python_finding((3, 10, 0)), "good", "3.10.0"),
+        (doctor.python_finding((3, 9, 18)), "bad", "3.9.18"),
+        (doctor.cores_finding(2), "good", "2"),
+        (doctor.cores_finding(1), "warning", "1"),
+        (doctor.timer_finding(times(4e-4)), "good", "400 us (p99)"),
+        (doctor.timer_finding(times(4e-3)), "warning", "4000 us (p99)"),
+        (doctor.timer_finding(times(4e-4, skipped=3)), "warning", "3 of 103 cycles skipped"),
+        (doctor.timer_finding(None), "warning", "not measured"),
+        (doctor.real_time_finding(True), "good", "permitted"),
+        (doctor.real_time_finding(False), "warning", "not permitted"),
+        (doctor.package_finding("dev", "pytest"), "good", version("pytest")),
+        (doctor.package_finding("emulator", "no-such-package-of-any-kind"), "warning", "not installed"),
+    ],
+)
+def test_verdicts(finding: doctor.Finding, verdict: str, word: str) -> None:
+    assert finding.verdict == verdict
+    assert word in finding.value
+    assert finding.advice
+
+
+def test_a_port_in_use_is_seen_and_a_free_one_too() -> None:
+    with socket.socket() as holder:
+        holder.bind(("127.0.0.1", 0))
+        holder.listen()
+        port = holder.getsockname()[1]
+        taken = doctor.port_finding(port)
+        assert (taken.verdict, f"port {port}" == taken.name) == ("warning", True)
+        assert f"tcp/127.0.0.1:{port + 1}" in taken.advice
+    assert doctor.port_finding(port).verdict == "good"
+
+
+def test_json_is_one_object_on_the_last_line(capsys: pytest.CaptureFixture[str]) -> None:
+    code = doctor.run(as_json=True)
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert result["healthy"] is (code == 0)
+    names = [f["name"] for f in result["findings"]]
+    assert names[:5] == ["python", "cores", "timer", "real-time scheduling", "port 7447"]
+    timer = result["findings"][2]
+    assert "of 1" in timer["value"] and "us (p50)" in timer["value"]
+    assert all(f["verdict"] in ("good", "warning", "bad") and f["advice"] for f in result["findings"])
+
+
+def test_findings_that_keep_it_from_working_have_exit_code_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = doctor.python_finding((3, 9, 0))
+    monkeypatch.setattr(doctor, "diagnose", lambda: [bad, doctor.cores_finding(1)])
+    assert doctor.run(as_json=False) == 3
+    printed = capsys.readouterr().out
+    assert "bad" in printed and "warning" in printed
+    monkeypatch.setattr(doctor, "diagnose", lambda: [doctor.cores_finding(1)])
+    assert doctor.run(as_json=False) == 0

@@ -1,0 +1,177 @@
+"""The named plots: their numbers against closed forms, and that each is drawn of what was recorded."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.spatial import ConvexHull
+
+from bridge.body import load_body
+from bridge.body.joints import N_JOINTS
+from bridge.body.postures import POSTURES
+from bridge.errors import ConfigurationError
+from bridge.messages import ActuatorFrame, Contact, Notice, TruthFrame, WalkTelemetry
+from bridge.recording.recorder import Recorder
+from bridge.validation import unknown_name
+from nao_hil.analysis.plots import figures
+from nao_hil.analysis.plots.draw import draw, missing
+from nao_hil.analysis.plots.figures import FIGURES
+from nao_hil.analysis.plots.names import PLOTS
+from nao_hil.analysis.plots.tables import Tables, load
+from nao_hil.cli.plot import chosen, complete
+from tests.frames import standing_frame
+
+BODY = load_body("nao-v3")
+HEADING = math.radians(30.0)
+CYCLES = 60
+
+
+def record(path: Path, *, robot_alone: bool = False) -> Path:
+    """A robot that faces 30 degrees left of the world's x axis and glides forwards with 0.1 m/s."""
+    joints = POSTURES["StandInit"]
+    turned = (0.0, 0.0, math.sin(HEADING / 2), math.cos(HEADING / 2))
+    with Recorder(path, {"robot": "nao-v3"}) as recorder:
+        for k in range(CYCLES):
+            time, x = k * BODY.cycle, 0.1 * k * BODY.cycle
+            place = (1.0 + x * math.cos(HEADING), 2.0 + x * math.sin(HEADING))
+            recorder.write(
+                standing_frame(k, time=time, position=joints, fsr=(6.0,) * 8, angle=(0.01, 0.02), command=k - 1)
+            )
+            if robot_alone:
+                continue
+            contact = Contact(force=(0.0, 0.0, 24.0), cop=(0.02, 0.0))
+            recorder.write(
+                TruthFrame(
+                    seq=k,
+                    time=time,
+                    torso_position=(*place, 0.3),
+                    torso_orientation=turned,
+                    torso_velocity=(0.1, 0.0, 0.0),
+                    torso_angular_velocity=(0.0, 0.0, 0.0),
+                    joints=joints,
+                    com=(*place, 0.25),
+                    zmp=place if k % 10 else None,
+                    left=contact,
+                    right=contact,
+                    fell=k > 50,
+                )
+            )
+            recorder.write(
+                WalkTelemetry(
+                    seq=k,
+                    state="walk",
+                    phase="SSL" if k < 30 else "DSR",
+                    step=0,
+                    steps=4,
+                    zmp=(0.02, 0.05),
+                    com=(0.02 + x, 0.0),
+                    left=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0),
+                    right=(0.0, -0.05, 0.0, 0.0, 0.0, 0.0),
+                    zmp_measured=(0.03, 0.05) if k else None,
+                )
+            )
+            recorder.write(ActuatorFrame(reply_to=k, position=joints, stiffness=(1.0,) * N_JOINTS))
+            if k == 20:
+                recorder.write(Notice(seq=k, level="info", code="push", text="A push."))
+    return path
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory: pytest.TempPathFactory) -> Tables:
+    return load(record(tmp_path_factory.mktemp("plots") / "walk.mcap"), BODY)
+
+
+def lines(tables: Tables, name: str, axis: int = 0) -> dict[str, np.ndarray]:
+    figure = Figure()
+    FIGURES[name][0](tables, figure)
+    return {str(line.get_label()): line.get_xydata() for line in figure.axes[axis].lines}  # type: ignore[misc]
+
+
+def test_every_name_has_a_figure() -> None:
+    assert list(PLOTS) == list(FIGURES)
+
+
+def test_the_page_names_every_plot() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "using.md").read_text()
+    for name, shows in PLOTS.items():
+        assert f"| `{name}` | {shows} |" in page
+
+
+def test_the_truth_is_drawn_in_the_walk_frame(tables: Tables) -> None:
+    """Forwards at 0.1 m/s from where the plan has the centre of mass, whatever the heading in the world."""
+    along, across = (lines(tables, "com", axis)["ground truth"] for axis in (0, 1))
+    time = np.arange(CYCLES) * BODY.cycle
+    np.testing.assert_allclose(along, np.column_stack([time, 20.0 + 100.0 * time]), atol=1e-9)
+    np.testing.assert_allclose(across[:, 1], 0.0, atol=1e-9)
+
+
+def test_the_margin_is_the_distance_to_the_sole_s_edge(tables: Tables) -> None:
+    """On the left foot alone: the convex outline's nearest edge to the point 30 mm ahead of the ankle."""
+    drawn = lines(tables, "margin")["ZMP from the foot sensors"]
+    edges = ConvexHull(np.array(BODY.foot.sole)).equations  # outward normals, offsets
+    nearest = -(edges[:, :2] @ (0.03, 0.0) + edges[:, 2]).max()
+    assert math.isnan(drawn[0, 1])
+    np.testing.assert_allclose(drawn[1:30, 1], 1e3 * nearest, rtol=1e-6)
+    assert (drawn[30:, 1] > drawn[1, 1] - 1e-9).all()  # two feet are no smaller than one
+
+
+def test_angles_forces_and_ages(tables: Tables) -> None:
+    np.testing.assert_allclose(lines(tables, "torso", 1)["fused angle of the robot"][:, 1], math.degrees(0.02))
+    np.testing.assert_allclose(lines(tables, "torso", 1)["ground truth"][:, 1], 0.0, atol=1e-9)
+    np.testing.assert_allclose(lines(tables, "fsr")["left foot"][:, 1], 24.0)
+    np.testing.assert_allclose(lines(tables, "error")["measured less asked for"][:, 1], 0.0)
+    figure = Figure()
+    figures.cycle(tables, figure)
+    np.testing.assert_allclose(figure.axes[0].lines[-1].get_ydata()[1:], 1.0)
+
+
+def test_phases_and_the_fall_are_marked(tables: Tables) -> None:
+    assert [phase[0] for phase in tables.phases()] == ["SSL", "DSR"]
+    assert tables.phases()[0][1:] == pytest.approx((0.0, 0.30))
+    assert tables.fell == pytest.approx(0.51)
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_each_plot_is_written(tables: Tables, name: str, tmp_path: Path) -> None:
+    draw(tables, name, tmp_path / "plot.svg", "walk.mcap")
+    root = ElementTree.parse(tmp_path / "plot.svg").getroot()
+    assert root.tag.endswith("svg")
+
+
+def test_a_robot_without_truth_and_telemetry_has_plots_too(tmp_path: Path) -> None:
+    alone = load(record(tmp_path / "alone.mcap", robot_alone=True), BODY)
+    assert {name for name in PLOTS if not missing(alone, name)} == {
+        "torso",
+        "fsr",
+        "cells",
+        "joints",
+        "current",
+        "imu",
+        "path",
+        "cycle",
+    }
+    with pytest.raises(ConfigurationError, match="nothing of telemetry was recorded"):
+        draw(alone, "zmp", tmp_path / "no.png", "alone.mcap")
+    draw(alone, "torso", tmp_path / "torso.png", "alone.mcap")
+    assert (tmp_path / "torso.png").read_bytes().startswith(b"\x89PNG")
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_a_stretch_of_time_is_cut_out(tmp_path: Path) -> None:
+    cut = load(record(tmp_path / "walk.mcap"), BODY, begin=0.1, end=0.2)
+    assert [frame.seq for frame in cut.sensors] == list(range(10, 21))
+
+
+def test_names_are_chosen_completed_and_corrected() -> None:
+    assert chosen("torso, zmp") == ["torso", "zmp"]
+    assert chosen("all") == list(PLOTS)
+    assert complete("torso,c") == ["torso,com", "torso,cells", "torso,control", "torso,current", "torso,cycle"]
+    with pytest.raises(ConfigurationError) as refused:
+        chosen("torzo")
+    assert str(refused.value) == unknown_name("plot", "torzo", [*PLOTS, "all"])
+    assert "did you mean 'torso'" in str(refused.value)

@@ -1,0 +1,156 @@
+"""The report and the command that makes it."""
+
+import base64
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from nao_hil.analysis.report.page import Claim, Picture, ReportPage, ReportTable
+from nao_hil.analysis.report.render import Report, write_report
+from nao_hil.cli.main import run
+from nao_hil.experiments.catalogue import EXPERIMENTS
+from nao_hil.experiments.site import write_page
+
+PNG = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+
+
+def test_one_file_holds_claims_figures_and_verdicts_and_loads_nothing(tmp_path: Path) -> None:
+    picture = tmp_path / "curve.png"
+    picture.write_bytes(PNG)
+    page = ReportPage(
+        name="made-up",
+        title="Made up",
+        source="Thesis, figure 4.1",
+        setup=(("gait", "static"),),
+        claims=(Claim("With it x < 5 & more", "4 of 5", True), Claim("Without it", "none", False)),
+        pictures=(Picture(picture, "Figure 4.1", "A curve"),),
+        tables=(ReportTable("Arms", ("arm", "n"), (("with", "5"),)),),
+        findings=("It leans.",),
+    )
+    report = Report("Title", [page], [("robot", "nao-v3")], 'torso = "robust"', [("slope", "interrupted")])
+    write_report(tmp_path / "report.html", report)
+    html = (tmp_path / "report.html").read_text()
+    assert "With it x &lt; 5 &amp; more" in html
+    assert base64.b64encode(PNG).decode() in html
+    assert "does not hold" in html and "does not come out" in html and "not done" in html
+    assert "It leans." in html and "1 of 2" in html
+    links = re.findall(r'(?:src|href)="([^"]*)"', html)
+    assert links and all(link.startswith(("data:", "#")) for link in links)
+    assert "<script" not in html and "@import" not in html and "url(" not in html
+
+
+def test_the_page_of_the_documentation_has_every_claim_and_picture(tmp_path: Path) -> None:
+    image = tmp_path / "run" / "made-up" / "curve.png"
+    image.parent.mkdir(parents=True)
+    image.write_bytes(PNG)
+    page = ReportPage(
+        name="made-up",
+        title="Made up",
+        source="Thesis, figure 4.1",
+        setup=(("gait", "static"),),
+        claims=(Claim("With | it <b> x_1", "4 of 5", True), Claim("Without it", "none", False)),
+        pictures=(Picture(image, "Figure 4.1", "A curve"),),
+        tables=(ReportTable("Arms", ("arm", "n"), (("with", "5"),)),),
+        findings=("It leans.",),
+    )
+    write_report(
+        tmp_path / "run" / "report.html",
+        Report("Title", [page], [("robot", "nao-v3")], missing=[("slope", "cut")]),
+    )
+    docs = tmp_path / "docs"
+    text = write_page(tmp_path / "run", docs).read_text()
+    assert r"| With \| it \<b> x\_1 | 4 of 5 | ✓ holds |" in text
+    assert "| Without it | none | ✗ does not hold |" in text
+    assert (
+        "| slope |  | not done: cut |" in text and "| spring |  | not done: not part of this campaign |" in text
+    )
+    assert "- It leans." in text and "| with | 5 |" in text
+    (link,) = re.findall(r"!\[Figure 4\.1\]\((.*)\)", text)
+    assert (docs / link).read_bytes()[:4] == PNG[:4]
+
+
+def test_an_experiment_ends_with_its_json_and_leaves_a_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert (
+        run(["experiment", "spring", "--seeds", "2", "--first-seed", "5", "--out", str(tmp_path), "--json"])
+        == 0
+    )
+    data = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert data["name"] == "spring" and data["passed"] is True
+    assert (data["seeds"], data["first_seed"], data["wear"]) == (2, 5, "nominal")
+    assert data["pole_m"] == pytest.approx(0.0329, abs=1e-4)
+    assert json.loads((tmp_path / "spring.json").read_text())["n"] == 2
+    assert json.loads((tmp_path / "summary.json").read_text()) == data
+    assert "32.9 mm" in (tmp_path / "report.html").read_text()
+
+
+def test_the_torso_designs_come_out_as_recomputed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["experiment", "torso-design", "--out", str(tmp_path), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out.splitlines()[-1])
+    for name in ("static", "dynamic", "robust"):
+        assert {"phase_margin_deg", "gain_margin", "overshoot", "numerator_z", "denominator_z"} <= set(
+            data[name]
+        )
+    assert data["static"]["numerator_z"] == pytest.approx([0.17738, -0.51181, 0.49248, -0.15796], rel=0.01)
+    assert data["dynamic"]["gain_margin"] == pytest.approx(1.52, rel=0.01)
+
+
+def test_an_unknown_experiment_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["experiment", "obstacel"]) == 2
+    error = capsys.readouterr().err
+    assert "did you mean 'obstacle'" in error and "Traceback" not in error
+
+
+def test_a_changed_parameter_out_of_a_file_leaves_the_robot_nominal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('gait = "static"\n[controller.leg]\nD = 100.0\n')
+    out = tmp_path / "out"
+    assert (
+        run(["experiment", "spring", "--seeds", "1", "--config", str(file), "--out", str(out), "--json"]) == 0
+    )
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["wear"] == "nominal"
+    assert "D = 100.0" in (out / "report.html").read_text()
+
+
+def test_all_of_the_thesis_are_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["experiments", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert set(listed) == set(EXPERIMENTS)
+    nine = [name for name, entry in EXPERIMENTS.items() if entry.thesis]
+    assert sorted(nine) == [
+        "dynamic-torso",
+        "dynamic-walk",
+        "obstacle",
+        "slope",
+        "spring",
+        "static-walk",
+        "torso-design",
+        "torso-drift",
+        "torso-step",
+    ]
+    assert all(callable(entry.load()) for entry in EXPERIMENTS.values())
+
+
+def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "nao_hil.cli", "experiment", "obstacle", "--seeds", "2", "--out", str(out)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        while process.poll() is None and not (out / "walks").exists():
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        error = process.communicate(timeout=120.0)[1]
+    assert process.returncode == 130, error
+    assert "Interrupted" in error and "Traceback" not in error
+    assert "not done" in (out / "report.html").read_text()
+    assert json.loads((out / "summary.json").read_text())["passed"] is False

@@ -1,0 +1,64 @@
+"""A world that is reset under way begins a new recording and a new sum, those of a robot just started."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from bridge.body import load_body
+from bridge.guard import Guard
+from bridge.recording.playback import frames_sha256, read_recording
+from bridge.recording.recorder import Recorder
+from emulator.robot import EmulatedRobot
+from nao_hil.analysis.inspection import inspect
+from nao_hil.runs import in_process as inprocess
+from nao_hil.runs.summary import RunStatistics, Summary
+from walker.controller import Controller, WalkOrder
+from walker.planning import gait_parameters, make_gait
+
+BODY = load_body("nao-v3")
+ORDER = WalkOrder(steps=2, settle=0.0)
+
+
+def walk(robot: EmulatedRobot, recorder: Recorder, statistics: RunStatistics, most: int) -> None:
+    gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
+    controller = Controller(BODY, gait, ORDER, BODY.cycle)
+    inprocess.run(robot, Guard(BODY), controller, [recorder, statistics], most)
+
+
+def test_after_a_reset_everything_is_as_at_a_start(tmp_path: Path) -> None:
+    with EmulatedRobot(BODY, seed=5) as robot:
+        statistics = RunStatistics(5)
+        with Recorder(tmp_path / "frames.mcap", {}) as recorder:
+            walk(robot, recorder, statistics, 320)
+            robot.reset()
+            walk(robot, recorder, statistics, 2000)
+        again = statistics.summary(wall_seconds=1.0)
+        assert recorder.paths == [tmp_path / "frames.mcap", tmp_path / "frames-2.mcap"]
+    with EmulatedRobot(BODY, seed=5) as robot:
+        alone = RunStatistics(5)
+        with Recorder(tmp_path / "alone.mcap", {}) as recorder:
+            walk(robot, recorder, alone, 2000)
+    fresh = alone.summary(wall_seconds=1.0)
+    assert again.resets == 1
+    assert again.steps == 2
+    for field in set(Summary.__struct_fields__) - {"resets", "real_time_factor"}:
+        assert getattr(again, field) == getattr(fresh, field), field
+    assert again.real_time_factor == pytest.approx(fresh.real_time_factor + 3.20)
+    assert (tmp_path / "frames-2.mcap").read_bytes() == (tmp_path / "alone.mcap").read_bytes()
+    assert frames_sha256(tmp_path / "frames-2.mcap") == again.frames_sha256
+    for name in ("frames.mcap", "frames-2.mcap"):
+        times = [item.time for item in read_recording(tmp_path / name)]
+        assert times == sorted(times)
+
+
+def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) -> None:
+    with EmulatedRobot(BODY, seed=5) as robot, Recorder(tmp_path / "frames.mcap", {}) as recorder:
+        gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
+        old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
+        recorder.sensors(robot.frame, robot.truth())
+        recorder.telemetry(old)  # on its way when the robot began anew
+        walk(robot, recorder, RunStatistics(5), 2000)
+    assert inspect(tmp_path / "frames.mcap").steps == 2

@@ -1,0 +1,24 @@
+"""The configuration of a run, from options and files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nao_hil.runs.config import run_config
+
+
+def test_a_run_with_files_of_ones_own_can_be_run_again_from_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    config = run_config(None, robot="mine.toml", scenario="worlds/ice.toml", wear="nominal")
+    assert config.robot == str(tmp_path / "mine.toml")
+    assert config.scenario == str(tmp_path / "worlds" / "ice.toml")
+    assert config.wear == "nominal"
+
+
+def test_names_stay_names() -> None:
+    config = run_config(None, robot="nao-v3.2")
+    assert (config.robot, config.wear, config.scenario) == ("nao-v3.2", "nominal", "flat")

@@ -1,0 +1,73 @@
+"""Walks between two network namespaces: over a slow link, and with an outage during the walk."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pybullet")
+
+from nao_hil.experiments import network, outages
+from nao_hil.experiments.context import Context
+from nao_hil.network_emulation import Site
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig
+
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(
+        not hasattr(os, "geteuid")
+        or os.geteuid() != 0
+        or shutil.which("ip") is None
+        or not Path("/dev/net/tun").exists(),
+        reason="needs root, iproute2 and /dev/net/tun",
+    ),
+]
+
+
+@pytest.fixture
+def context(tmp_path: Path) -> Iterator[Context]:
+    with Campaign(workers=1) as campaign:
+        yield Context(campaign, tmp_path, (3,), RunConfig())
+
+
+def test_namespaces_of_a_process_that_was_killed_are_taken_down() -> None:
+    def listed() -> str:
+        return subprocess.run(("ip", "netns", "list"), capture_output=True, text=True, check=True).stdout
+
+    left = "nao-hil-r7ffffffe-0"  # no process has a number as high as that
+    subprocess.run(("ip", "netns", "add", left), check=True)
+    with Site() as site:
+        assert left not in listed()
+        with Site() as other:  # of this very process
+            assert all(space in listed() for space in (*site.spaces, *other.spaces))
+    assert not any(space in listed() for space in (*site.spaces, *other.spaces))
+
+
+def test_a_walk_over_a_slow_line_is_walked_with_every_answer_late(
+    context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in {"GAITS": ("dynamic",), "DELAYS": (0.008,), "JITTERS": (0.0,), "LOSSES": (0.0,)}.items():
+        monkeypatch.setattr(network, name, value)
+    (cell,) = network.experiment(context).result.cells  # type: ignore[attr-defined]
+    assert (cell.n, cell.success, cell.fell) == (1, 1, 0)
+    # 16 ms there and back: while it walks no answer is there within its cycle of 10 ms.
+    assert cell.missed > 0.3
+
+
+def test_a_dynamic_walk_with_an_outage_stays_upright_and_is_walked_to_its_end(
+    context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(outages, "STEPS", {"dynamic": 24})
+    monkeypatch.setattr(outages, "EVENTS", ("outage of 2 s",))
+    (walk,) = outages.experiment(context).result.walks  # type: ignore[attr-defined]
+    assert walk.walked and not walk.fell
+    assert "guard-hold" in walk.notices and "guard-crouch" in walk.notices
+    assert all(count > 1000 for count in walk.recordings)
+    log = (context.out / "walks/dynamic-outage-of-2-s-3/walker/walker.log").read_text()
+    assert "begins anew" in log

@@ -1,0 +1,35 @@
+"""The linear inverted pendulum against its equation, integrated numerically."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from walker.model.gravity import GRAVITY
+from walker.planning.pendulum import LinearPendulum
+
+COORDINATE = st.floats(-0.3, 0.3)
+
+
+def test_the_motion_is_the_equations_integral():
+    # (3.4): x'' = (g / z) x, with the zero moment point at 0.
+    pendulum, start, end = LinearPendulum(0.23), (0.03, -0.2), 0.4
+    # Figures 3.6, 3.7 of the thesis: z = 0.23 m gives nu = 6.5309 1/s.
+    assert pendulum.nu == pytest.approx(6.5309, abs=1e-4)
+    solution = solve_ivp(lambda t, s: [s[1], GRAVITY / 0.23 * s[0]], (0.0, end), start, rtol=1e-11, atol=1e-13)
+    motion = pendulum.motion(end, *start)
+    assert motion[:2] == pytest.approx(solution.y[:, -1], rel=1e-7)
+    assert pendulum.zmp(motion.position, motion.acceleration) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_forward_acceleration_moves_the_zmp_back():
+    # (3.4) by hand: 0.24525 m high, 1 m/s^2 forward: x = -0.24525 / 9.81.
+    assert LinearPendulum(0.24525).zmp(0.0, 1.0) == pytest.approx(-0.025)
+
+
+@settings(deadline=None)
+@given(x=COORDINATE, v=st.floats(-1.0, 1.0), z=st.floats(0.1, 0.4))
+def test_at_the_capture_point_the_motion_comes_to_rest(x, v, z):
+    pendulum = LinearPendulum(z)
+    rest = pendulum.capture_point(x, v)
+    assert pendulum.motion(2.0, x - rest, v)[:2] == pytest.approx((0.0, 0.0), abs=1e-3)

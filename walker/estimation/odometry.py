@@ -1,0 +1,126 @@
+"""Odometry: pose of the robot in the world by forward kinematics, the fused angle and the foot that stands.
+
+No sensor of a NAO measures position or heading. The foot with the larger load is taken to stand still, and the
+motion of the other links follows from it. Slip, bent joints and the gyroscope's drift are not seen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from bridge.messages import SensorFrame
+from bridge.rotations import R_yaw, heading, rotation
+from bridge.types import Array, Side
+from walker.model.floating_base import SIDES, FloatingBase, RobotPose
+from walker.model.transforms import Transform, homogeneous
+from walker.planning.plan import Foothold
+
+SWITCH: Final = 0.6
+"""Fraction of the weight at which a foot becomes the one that stands; over a half against chatter."""
+
+
+class GroundPlane(NamedTuple):
+    """A tilted plane through a point under which the world's origin lies."""
+
+    roll: float = 0.0
+    """rad; the orientation is Ry(pitch) Rx(roll)."""
+    pitch: float = 0.0
+    """rad"""
+    height: float = 0.0
+    """Of the plane at the world's origin, m."""
+
+    @property
+    def normal(self) -> Array:
+        """Unit vector, shape (3,)."""
+        return rotation(self.roll, self.pitch, 0.0)[:, 2]
+
+    def at(self, x: float, y: float) -> float:
+        """Height of the plane, m.
+
+        Args:
+            x: in the world, m.
+            y: in the world, m.
+        """
+        n = self.normal
+        return self.height - float(n[0] * x + n[1] * y) / float(n[2])
+
+
+LEVEL: Final = GroundPlane()
+
+
+class Odometry:
+    """Places the robot frame by frame by its sensors alone.
+
+    Args:
+        robot: Kinematics of the body.
+        start: Where the middle of the soles is at the first frame.
+    """
+
+    def __init__(self, robot: FloatingBase, start: Foothold = Foothold()) -> None:  # noqa: B008 (frozen)
+        self._robot = robot
+        self._start: Foothold | None = start
+        self.stance: Side = "L"
+        """The foot that is taken to stand."""
+        self._at = Foothold()
+
+    def update(self, frame: SensorFrame, ground: GroundPlane = LEVEL) -> RobotPose:
+        """One frame; the lowest corner of the standing sole is put on the ground.
+
+        Args:
+            frame: newest sensor frame.
+            ground: in the world.
+        """
+        in_torso = self._robot.in_torso(frame.position)
+        tilt = homogeneous(rotation(*frame.angle, 0.0), (0.0, 0.0, 0.0))
+        pose = self._robot.place(in_torso, tilt)
+        if self._start is not None:
+            torso = _carried(middle_of_soles(self._robot, pose), self._start)
+            self._start = None
+            self._at = self._of_sole(self._robot.place(in_torso, torso @ tilt))
+        # The standing sole keeps its place and heading.
+        torso = _carried(self._of_sole(pose), self._at)
+        pose = self._on_ground(in_torso, torso @ tilt, ground)
+        left, right = sum(frame.fsr[:4]), sum(frame.fsr[4:])
+        heavier: Side = "L" if left > right else "R"
+        if heavier != self.stance and max(left, right) > SWITCH * (left + right):
+            self.stance = heavier
+            self._at = self._of_sole(pose)
+        return pose
+
+    def _of_sole(self, pose: RobotPose) -> Foothold:
+        foot = pose.feet[self.stance]
+        x, y = (foot @ self._robot.centres[self.stance])[:2]
+        return Foothold(float(x), float(y), heading(foot))
+
+    def _on_ground(self, in_torso: Array, torso: Transform, ground: GroundPlane) -> RobotPose:
+        foot = self._robot.place(in_torso, torso).feet[self.stance]
+        corners = self._robot.sole_in_world(self.stance, foot)
+        raised = torso.copy()
+        raised[2, 3] += max(ground.at(x, y) - z for x, y, z in corners)
+        return self._robot.place(in_torso, raised)
+
+
+def middle_of_soles(robot: FloatingBase, pose: RobotPose) -> Foothold:
+    """Middle between both soles, and the mean of their headings.
+
+    Args:
+        robot: Kinematics of the body.
+        pose: in the frame of the result.
+    """
+    x, y = np.mean([(pose.feet[side] @ robot.centres[side])[:2] for side in SIDES], axis=0)
+    forward = np.sum([pose.feet[side][:2, 0] for side in SIDES], axis=0)
+    return Foothold(float(x), float(y), math.atan2(forward[1], forward[0]))
+
+
+def on_ground(at: Foothold) -> Transform:
+    """Transform of a frame with z up whose origin and heading are those of a foothold, shape (4, 4), m."""
+    return homogeneous(R_yaw(at.yaw), (at.x, at.y, 0.0))
+
+
+def _carried(here: Foothold, there: Foothold) -> Transform:
+    """Transform on the ground that carries one foothold to another."""
+    x, y = Foothold(yaw=there.yaw - here.yaw).point(here.x, here.y)
+    return on_ground(Foothold(there.x - x, there.y - y, there.yaw - here.yaw))

@@ -1,0 +1,76 @@
+"""Links, centre of mass and feet of a robot whose torso has a pose in the world (a floating base)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from bridge.body import Body
+from bridge.body.sole import foot_centre, sole_hull
+from bridge.types import Array, Side
+from walker.model.com import CentreOfMass
+from walker.model.transforms import Transform
+
+SIDES: Final[tuple[Side, Side]] = ("L", "R")
+
+
+class RobotPose(NamedTuple):
+    """A robot in the world, z up, m."""
+
+    frames: Array
+    """Of all links, shape (links, 4, 4), in the order of `FloatingBase.links`."""
+    com: Array
+    """Centre of mass, shape (3,)."""
+    feet: dict[Side, Transform]
+    """AnkleRoll frames."""
+
+
+class FloatingBase:
+    """Forward kinematics of all links of a body in the world.
+
+    Args:
+        body: The data sheet.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self._com = CentreOfMass(body)
+        self.links = self._com.tree.links
+        """The Torso, then the joints whose links follow."""
+        self._feet = {side: self.links.index(f"{side}AnkleRoll") for side in SIDES}
+        self.soles: dict[Side, Array] = {}
+        """Corners of each sole's bottom, homogeneous, AnkleRoll frame, shape (n, 4), m."""
+        for side in SIDES:
+            hull = sole_hull(body, side)
+            low = np.full(len(hull), -body.lengths.FootHeight)
+            self.soles[side] = np.column_stack([hull, low, np.ones(len(hull))])
+        self.centres: dict[Side, Array] = {
+            side: np.array([*foot_centre(body, side), -body.lengths.FootHeight, 1.0]) for side in SIDES
+        }
+        """Middle of each sole (FM), as `soles`, shape (4,)."""
+
+    def in_torso(self, position: Sequence[float]) -> Array:
+        """Link frames in the Torso frame, shape (links, 4, 4), m; `position` are the 25 joint angles, rad."""
+        return self._com.tree.frames(position)
+
+    def place(self, in_torso: Array, torso: Transform) -> RobotPose:
+        """The robot with its torso at a pose in the world.
+
+        Args:
+            in_torso: link frames as `in_torso` gives them.
+            torso: pose of the Torso frame in the world, shape (4, 4), m.
+        """
+        frames = torso @ in_torso
+        feet = {side: frames[i] for side, i in self._feet.items()}
+        return RobotPose(frames, self._com.of_frames(frames), feet)
+
+    def sole_in_world(self, side: Side, foot: Transform) -> Array:
+        """Corners of a sole, shape (n, 3), m.
+
+        Args:
+            side: of the foot.
+            foot: pose of its AnkleRoll frame in the world, shape (4, 4), m.
+        """
+        corners: Array = (self.soles[side] @ foot.T)[:, :3]
+        return corners

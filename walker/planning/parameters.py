@@ -1,0 +1,53 @@
+"""What the parameters of all gaits have in common: the length and the duration of a step, and the velocity."""
+
+from __future__ import annotations
+
+from typing import ClassVar, NamedTuple, TypeVar
+
+import msgspec
+
+from bridge.errors import ConfigurationError
+
+P = TypeVar("P", bound="GaitParameters")
+
+
+class PeriodicStep(NamedTuple):
+    """The step that a gait repeats."""
+
+    length: float
+    """From one foothold to the next, m."""
+    duration: float
+    """s"""
+
+    @property
+    def velocity(self) -> float:
+        """Mean, m/s."""
+        return self.length / self.duration
+
+
+class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base of the parameters of every gait."""
+
+    LENGTH: ClassVar[str | None] = None
+    """Name of the parameter to which the length of a step is proportional; None: the length is fixed."""
+
+    @property
+    def periodic_step(self) -> PeriodicStep:
+        """The step that these parameters mean."""
+        raise NotImplementedError
+
+    def with_velocity(self: P, velocity: float) -> P:
+        """The parameters with steps of the length that makes a mean velocity; the phases keep their times.
+
+        Whether the body can walk them is for the gait and `walker.planning.walkable` to say.
+
+        Args:
+            velocity: m/s, positive.
+
+        Raises:
+            ConfigurationError: the length of the steps is fixed.
+        """
+        if self.LENGTH is None:
+            raise ConfigurationError("The steps of this gait have a fixed length; leave the velocity out.")
+        value = getattr(self, self.LENGTH) * velocity / self.periodic_step.velocity
+        return msgspec.structs.replace(self, **{self.LENGTH: value})

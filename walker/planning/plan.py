@@ -1,0 +1,136 @@
+"""The plan of one cycle: feet, centre of mass and zero moment point in the walk frame.
+
+The walk frame lies on the nominal ground: x forward, y left, z up, origin midway between the ankles where the
+walker began.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, Literal, NamedTuple
+
+from bridge.types import Side
+
+Support = Literal["L", "R", "both"]
+Phase = Literal["stand", "start", "DSL", "SSL", "DSR", "SSR", "stop"]
+OTHER_SIDE: Final[dict[Side, Side]] = {"L": "R", "R": "L"}
+SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
+"""Of a foot's y."""
+
+
+class Foothold(NamedTuple):
+    """A pose on the ground, an element of SE(2): where a sole stands, or the origin of a walk."""
+
+    x: float = 0.0
+    """m"""
+    y: float = 0.0
+    """m"""
+    yaw: float = 0.0
+    """rad, positive: to the left"""
+
+    def point(self, x: float, y: float) -> tuple[float, float]:
+        """A point of this pose's frame in the frame of the pose.
+
+        Args:
+            x: in this pose's frame, m.
+            y: the same.
+
+        Returns:
+            x and y, m.
+        """
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return c * x - s * y + self.x, s * x + c * y + self.y
+
+    def local(self, x: float, y: float) -> tuple[float, float]:
+        """A point of the frame of this pose in this pose's frame, the inverse of `point`.
+
+        Args:
+            x: in the frame of the pose, m.
+            y: the same.
+
+        Returns:
+            x and y, m.
+        """
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        x, y = x - self.x, y - self.y
+        return c * x + s * y, c * y - s * x
+
+
+@dataclass(frozen=True, slots=True)
+class SolePose:
+    """Pose of a sole (frame 9 of the thesis, below the ankle) in the walk frame."""
+
+    x: float
+    """m"""
+    y: float
+    """m"""
+    z: float = 0.0
+    """m above the nominal ground"""
+    roll: float = 0.0
+    """rad, positive: left edge up; orientation: R_yaw R_pitch R_roll (2.4)"""
+    pitch: float = 0.0
+    """rad, positive: toe down"""
+    yaw: float = 0.0
+    """rad, positive: toe to the left"""
+
+    def moved(self, origin: Foothold) -> SolePose:
+        """The same sole in another frame.
+
+        Args:
+            origin: where the frame of this pose is in the other one.
+        """
+        x, y = origin.point(self.x, self.y)
+        return replace(self, x=x, y=y, yaw=self.yaw + origin.yaw)
+
+    def seen_from(self, origin: Foothold) -> SolePose:
+        """The same sole in the frame of a pose on the ground, the inverse of `moved`.
+
+        Args:
+            origin: where that frame is in the frame of this pose.
+        """
+        x, y = origin.local(self.x, self.y)
+        return replace(self, x=x, y=y, yaw=self.yaw - origin.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a gait plans for one instant, in the walk frame, SI units."""
+
+    phase: Phase
+    support: Support
+    """The foot that bears the weight; `both` in double support."""
+    progress: float
+    """Fraction of the phase that has passed, 0..1."""
+    step: int
+    """Steps completed (swing feet put down)."""
+    left: SolePose
+    right: SolePose
+    com: tuple[float, float]
+    """Centre of mass, x and y, m."""
+    zmp: tuple[float, float]
+    """m"""
+    hip_height: float
+    """Height of the hip joints (frame 0 of the legs) above the nominal ground, m."""
+
+    @property
+    def middle(self) -> Foothold:
+        """Middle between both soles, and the mean of their yaws."""
+        left, right = self.left, self.right
+        return Foothold(0.5 * (left.x + right.x), 0.5 * (left.y + right.y), 0.5 * (left.yaw + right.yaw))
+
+    def moved(self, origin: Foothold, steps: int = 0) -> Plan:
+        """The plan of a walk that begins at another place.
+
+        Args:
+            origin: where the frame of this plan is, in the frame of the result.
+            steps: number of steps that were completed before.
+        """
+        return replace(
+            self,
+            step=self.step + steps,
+            left=self.left.moved(origin),
+            right=self.right.moved(origin),
+            com=origin.point(*self.com),
+            zmp=origin.point(*self.zmp),
+        )

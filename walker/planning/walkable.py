@@ -1,0 +1,74 @@
+"""Whether a body can walk a gait at all: found out before the first joint moves."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from bridge.body import Body
+from bridge.body.joints import LEG_SLOTS
+from bridge.errors import ConfigurationError
+from bridge.types import Side
+from walker.model.errors import UnreachableError
+from walker.model.limits import limit_violations
+from walker.planning import Gait, Plan, dry_walk, standing_plan
+from walker.planning.pose import PoseMaker
+
+_STEPS = 4
+"""Start, two regular steps and the closing one hold every pose of a gait."""
+_DT = 0.02
+CLIPPED = math.radians(0.5)
+"""Excess over a range that is clipped in silence: half the backlash of a good robot's ankle."""
+_SIDES: tuple[Side, Side] = ("L", "R")
+
+
+def check_walkable(body: Body, gait: Gait[Any]) -> None:
+    """Walk a gait dry, through the inverse kinematics.
+
+    Args:
+        body: data sheet.
+        gait: to be walked.
+
+    Raises:
+        ConfigurationError: a pose that the legs cannot reach or the joint limits forbid; names the phase, the
+            leg or joint, and by how much.
+    """
+    plan = standing_plan(gait)
+    try:
+        pose = PoseMaker(body, plan, by_pose=gait.quasi_static)
+        for plan, _ in dry_walk(gait, _DT, _STEPS):
+            _check_limits(body, pose.unlimited_angles(plan), plan, _where(gait, plan))
+    except UnreachableError as error:
+        raise ConfigurationError(
+            f"{_where(gait, plan)}: {error}; shorten the step, narrow the feet or lower the gait height."
+        ) from None
+
+
+def _where(gait: Gait[Any], plan: Plan) -> str:
+    return f"gait {gait.name}, phase {plan.phase} of step {plan.step + 1}"
+
+
+def _check_limits(body: Body, angles: tuple[float, ...], plan: Plan, where: str) -> None:
+    for side in _SIDES:
+        for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
+            hangs = joint == f"{side}AnkleRoll" and _clears_ground(body, side, plan, excess)
+            if hangs or abs(excess) < CLIPPED:
+                continue
+            bound = "above" if excess > 0.0 else "below"
+            raise ConfigurationError(
+                f"{where}: {joint} would stand {math.degrees(abs(excess)):.1f} deg {bound} its range on a "
+                f"{body.name}; change the step, the feet's distance or the gait height."
+            )
+
+
+def _clears_ground(body: Body, side: Side, plan: Plan, tilt: float) -> bool:
+    """Whether a swing foot that its AnkleRoll cannot keep level stays off the ground all the same.
+
+    AnkleRoll's range narrows as AnklePitch bends: with the 35 mm of lift of figure 3.4 a level foot is out of
+    it at mid-swing, and hangs tilted instead.
+    """
+    if plan.support in (side, "both"):
+        return False
+    foot = plan.left if side == "L" else plan.right
+    widest = max(abs(y) for _, y in body.foot.sole)
+    return foot.z > widest * math.sin(abs(tilt))

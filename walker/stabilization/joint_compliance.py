@@ -1,0 +1,177 @@
+"""Joint compliance compensation: add to each joint angle the deflection that the load will cause.
+
+Not in the thesis. A position-controlled drive is a spring: a loop of finite gain behind a gear with backlash.
+On one leg a NAO in good order yields by 3 degrees at the hip, leans towards its swing foot and lands early. The
+plan gives the deflection: the weights beyond a joint and the ground's reaction under the feet are its torque,
+and the drive's compliance turns torque into angle. This is feed-forward and cannot oscillate.
+
+Compliance differs from robot to robot. A command less the encoder's reading is the true deflection, whatever
+was added to the command. Its ratio to the modelled deflection is estimated in slow walks, for each kind of
+joint, both sides together.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import Body, joint_tree
+from bridge.body.joints import INDEX_WITH_MIRROR, LEG_JOINTS
+from bridge.body.quantities import limits
+from bridge.types import Array, Fraction, NotNegative, Positive, Side
+from walker.model.com import CentreOfMass
+from walker.model.gravity import GRAVITY
+from walker.planning.plan import Foothold, Plan
+
+_SIDES: Final[tuple[Side, Side]] = ("L", "R")
+
+
+class JointComplianceParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Compliance of the legs' drives, and how it is adapted."""
+
+    gain: Fraction = 1.0
+    """Fraction of the deflection that is compensated; 0 switches the compensation off."""
+    coefficient: NotNegative = 0.018
+    """Compliance of a joint, loop and gear together, rad/(N m)."""
+    half_backlash: NotNegative = 0.011
+    """Half the backlash of a joint, rad."""
+    backlash_torque: Positive = 0.15
+    """Torque over which a joint passes from one side of its backlash to the other, N m."""
+    adaptation_time: NotNegative = 10.0
+    """Time constant of the ratio's estimate, s; 0: the ratio stays 1."""
+    max_ratio: Positive = 2.5
+    """Bound of the ratio."""
+    ramp_time: Positive = 0.5
+    """Time over which the compensation rises when a walk begins, s."""
+    latency: NotNegative = 0.04
+    """From a command to the motion that the encoder reports, s."""
+
+
+class JointCompliance:
+    """Adds to joint angles the deflections of the drives under the planned load.
+
+    Args:
+        parameters: compliance and its adaptation.
+        body: data sheet.
+        cycle: of the robot, s.
+    """
+
+    ratio: Array
+    """Deflection over its model for the joints of a leg in chain order, both sides together, shape (6,)."""
+
+    def __init__(self, parameters: JointComplianceParameters, body: Body, cycle: float) -> None:
+        self._p = parameters
+        self._legs = {side: _Leg(body, side) for side in _SIDES}
+        self._com = CentreOfMass(body)
+        names = self._com.tree.links
+        self._mass = np.array([body.links[name].mass for name in names])
+        self._centre = np.array([(*body.links[name].com, 1.0) for name in names])
+        self._weight = float(self._mass.sum()) * GRAVITY
+        self._rows = {s: np.array([names.index(j) for j in LEG_JOINTS[s]]) for s in _SIDES}
+        self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in _SIDES}
+        self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(parameters.latency / cycle))
+        self.ratio = np.ones(6)
+        self._cycle = cycle
+        self._ramp = 0.0
+        self._known = np.full(6, 1e-3)  # rad^2 s: one degree of deflection for 3 s
+        self._explained = self._known.copy()
+        self._model: Array | None = None
+
+    def adapt(self, measured: Sequence[float], dt: float) -> None:
+        """Estimate the ratio from the encoders and the commands; valid in slow motion only.
+
+        Args:
+            measured: joint angles, 25 slots, rad.
+            dt: time since the last cycle, s.
+        """
+        if self._model is None or not self._p.adaptation_time or not self._sent:
+            return
+        command = self._sent[0]
+        deflection = np.array(
+            [[command[slot] - measured[slot] for slot in self._legs[side].slots] for side in _SIDES]
+        )
+        # Least squares over an exponential window, drawn towards a ratio of 1.
+        keep = 1.0 - dt / self._p.adaptation_time
+        self._known = keep * self._known + dt * (self._model**2).sum(axis=0) + (1.0 - keep) * 1e-3
+        self._explained = (
+            keep * self._explained + dt * (self._model * deflection).sum(axis=0) + (1.0 - keep) * 1e-3
+        )
+        self.ratio = np.clip(self._explained / self._known, 0.0, self._p.max_ratio)
+
+    def sent(self, angles: Sequence[float]) -> None:
+        """Take note of the command of this cycle, 25 slots, rad."""
+        self._sent.append(angles)
+
+    def compensate(self, angles: list[float], plan: Plan) -> None:
+        """Add the deflections to the joint angles of a plan, in place, within the joints' ranges.
+
+        Args:
+            angles: 25 slots, rad.
+            plan: the plan; its ZMP divides the weight between the feet.
+        """
+        torques = self.torques(angles, self._left_fraction(plan))
+        torques[:, 0] = torques[:, 0].sum()  # one motor for both hips
+        p = self._p
+        self._model = p.coefficient * torques + p.half_backlash * np.tanh(torques / p.backlash_torque)
+        self._ramp = min(self._ramp + self._cycle / p.ramp_time, 1.0)
+        deflections = self._ramp * p.gain * self.ratio * self._model
+        for side, deflection in zip(_SIDES, deflections, strict=True):
+            lower, upper = self._limits[side]
+            for i, slot in enumerate(self._legs[side].slots):
+                if side == "L" or i:  # RHipYawPitch shares its slot
+                    angles[slot] = float(min(max(angles[slot] + deflection[i], lower[i]), upper[i]))
+
+    def torques(self, angles: Sequence[float], left_fraction: float) -> Array:
+        """Torques that the legs' joints bear at rest, shape (2, 6): left and right, in chain order, N m.
+
+        Each foot bears its fraction of the weight at its middle, straight up; the torso is upright.
+
+        Args:
+            angles: 25 slots, rad.
+            left_fraction: of the weight, on the left foot, 0..1.
+        """
+        frames = self._com.tree.frames(angles)
+        moments = (np.einsum("nij,nj->ni", frames[:, :2], self._centre) * self._mass[:, None]) * GRAVITY
+        result = np.empty((2, 6))
+        for i, (side, fraction) in enumerate(zip(_SIDES, (left_fraction, 1.0 - left_fraction), strict=True)):
+            rows, leg = self._rows[side], self._legs[side]
+            chain = frames[rows]
+            foot = chain[-1][:2, :3] @ leg.foot + chain[-1][:2, 3]
+            load = fraction * self._weight
+            # What is borne beyond a joint: the ground's reaction less the weights from the joint to the foot.
+            force = load - GRAVITY * np.cumsum(self._mass[rows][::-1])[::-1]
+            moment = (
+                load * foot - np.cumsum(moments[rows][::-1], axis=0)[::-1] - chain[:, :2, 3] * force[:, None]
+            )
+            axes = np.einsum("nij,nj->ni", chain[:, :2, :3], leg.axes)
+            result[i] = axes[:, 1] * moment[:, 0] - axes[:, 0] * moment[:, 1]
+        return result
+
+    def _left_fraction(self, plan: Plan) -> float:
+        """Fraction of the weight that the plan puts on the left foot: the ZMP's lever between the feet."""
+        if plan.support != "both":
+            return 1.0 if plan.support == "L" else 0.0
+        places = []
+        for side, foot in (("L", plan.left), ("R", plan.right)):
+            x, y, _ = self._legs[side].foot.tolist()  # type: ignore[index]
+            places.append(Foothold(foot.x, foot.y, foot.yaw).point(x, y))
+        left, right = places
+        across = left[0] - right[0], left[1] - right[1]
+        along = (plan.zmp[0] - right[0]) * across[0] + (plan.zmp[1] - right[1]) * across[1]
+        return min(max(along / (across[0] ** 2 + across[1] ** 2), 0.0), 1.0)
+
+
+class _Leg:
+    """Data-sheet values of one leg."""
+
+    def __init__(self, body: Body, side: Side) -> None:
+        tree = joint_tree(body)
+        x, y = body.foot.centre
+        self.axes = np.array([tree[j].axis for j in LEG_JOINTS[side]])
+        self.slots = [INDEX_WITH_MIRROR[j] for j in LEG_JOINTS[side]]
+        self.foot = np.array([x, y if side == "L" else -y, -body.lengths.FootHeight])
+        """Middle of the sole in the AnkleRoll frame, m."""

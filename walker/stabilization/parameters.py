@@ -1,0 +1,73 @@
+"""Parameters of the controller: which blocks are on, and every number that is not the gait's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from bridge.config import from_dict, load_toml, read_toml
+from bridge.types import NotNegative, Positive
+from walker.estimation.estimator import EstimatorParameters
+from walker.estimation.support_state import TouchDownParameters
+from walker.planning.catalogue import gait_file
+from walker.stabilization.admittance import AnkleParameters, LegParameters
+from walker.stabilization.joint_compliance import JointComplianceParameters
+from walker.stabilization.swing_foot import SwingFootOrientationParameters
+from walker.stabilization.torso.damping import DampingParameters
+from walker.stabilization.torso.designs import TorsoDesigns, TorsoMethod
+from walker.stabilization.torso.filter import TorsoLimits
+
+
+class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Everything of the controller that may be switched or tuned, SI units and rad."""
+
+    admittance: bool
+    """Leg and ankle admittance (thesis 4.1), swing-foot orientation control, and the search for late ground."""
+    torso: TorsoMethod
+    """Torso control (thesis 4.2); with `robust` the gyroscope damps as well, see `damping`."""
+    ankle_admittance: bool = True
+    """False: of the admittances that of the legs alone."""
+    torso_design: TorsoDesigns = TorsoDesigns()
+    """The designed torso controllers, from `torso.toml` of the gait or from `nao-hil design torso`."""
+    torso_limits: TorsoLimits = TorsoLimits()
+    damping: DampingParameters = DampingParameters()
+    compliance: JointComplianceParameters = JointComplianceParameters()
+    leg: LegParameters = LegParameters()
+    ankle: AnkleParameters = AnkleParameters()
+    swing_foot_orientation: SwingFootOrientationParameters = SwingFootOrientationParameters()
+    touch_down: TouchDownParameters = TouchDownParameters()
+    height_recovery_rate: NotNegative = 0.01
+    """Speed at which the body returns to its height over ground that both feet found off the plan, m/s."""
+    max_gap: Positive = 0.1
+    """Time without an answer that reached the robot, beyond the usual delay, after which the walk goes
+    on in stride, s; the plan makes up for it at once. After a longer one the walk goes on from a stand."""
+
+
+def controller_parameters(gait: str, changes: Mapping[str, Any] | None = None) -> ControllerParameters:
+    """The controller's parameters for a gait.
+
+    Args:
+        gait: name of the gait.
+        changes: values that differ from the shipped ones; tables may be given in part.
+
+    Raises:
+        ConfigurationError: unknown gait, unknown or ill-typed parameter, or a parameter outside its bounds.
+    """
+    shipped = msgspec.to_builtins(load_toml(gait_file(gait, "control.toml"), ControllerParameters))
+    if (designs := gait_file(gait, "torso.toml")).exists():
+        shipped = _merged(shipped, read_toml(designs)["controller"])
+    return from_dict(_merged(shipped, changes or {}), "controller", ControllerParameters)
+
+
+def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with `changes` laid over it, table by table."""
+    merged = dict(base)
+    for key, value in changes.items():
+        below = merged.get(key)
+        if isinstance(below, Mapping) and isinstance(value, Mapping):
+            merged[key] = _merged(below, value)
+        else:
+            merged[key] = value
+    return merged

@@ -1,0 +1,254 @@
+"""The stabilising controllers on top of a plan: which joint angles to ask for in this cycle.
+
+In order: the leg admittances move the planned feet up or down; inverse kinematics; joint compliance
+compensation; torso control turns the ankles of the stance leg, the ankle admittances those of the swing leg;
+joint ranges.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+from bridge.body import Body
+from bridge.body.joints import INDEX
+from bridge.messages import SensorFrame
+from bridge.types import Side, Vec2
+from walker.estimation import Estimate
+from walker.estimation.corrections import Corrections
+from walker.estimation.support_state import SupportState
+from walker.model.errors import UnreachableError
+from walker.model.limits import AnkleRange
+from walker.planning.plan import Plan, SolePose
+from walker.planning.pose import PoseMaker
+from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
+from walker.stabilization.joint_compliance import JointCompliance
+from walker.stabilization.parameters import ControllerParameters
+from walker.stabilization.swing_foot import SwingFootCorrection, SwingFootOrientation
+from walker.stabilization.torso.damping import Damping, GyroDamping
+from walker.stabilization.torso.filter import TorsoControl
+
+_SIDES: Final[tuple[Side, Side]] = ("L", "R")
+_RIGHTED: Final = math.radians(0.5)
+"""Difference of the plan's ground from that found at which the walk may begin, rad."""
+
+
+class Stabilizer:
+    """Turns plans into joint angles, corrected by what the sensors say.
+
+    Args:
+        body: data sheet.
+        parameters: which controllers are on, and their numbers.
+        pose: inverse kinematics of the plan.
+        cycle: of the robot, s.
+
+    Raises:
+        ConfigurationError: there is no torso controller for this cycle time.
+    """
+
+    def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
+        self._pose = pose
+        compliance = parameters.compliance
+        self._compliance = JointCompliance(compliance, body, cycle) if compliance.gain else None
+        self._foot_height = body.lengths.FootHeight
+        self._ranges = {side: AnkleRange(body, side) for side in _SIDES}
+        self._legs = self._ankles = None
+        if parameters.admittance:
+            self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
+            self._orientation = SwingFootOrientation(parameters.swing_foot_orientation)
+        if parameters.admittance and parameters.ankle_admittance:
+            self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
+        self._common_rate = parameters.ground.common_rate if parameters.ground.time_constant else 0.0
+        self._ground_rate = parameters.ground.max_rate if parameters.admittance else 0.0
+        self._ground: Vec2 = (0.0, 0.0)
+        self._height_recovery_rate = parameters.height_recovery_rate
+        self._torso = _torso_control(parameters, cycle)
+        self._damping = GyroDamping(parameters.damping, cycle) if parameters.torso == "robust" else None
+
+    def settle(self, estimate: Estimate) -> None:
+        """One cycle that corrects nothing: the filters follow the estimate and are settled for the walk."""
+        if self._torso is not None:
+            self._torso.update(estimate.angle[1], "both")
+
+    def update(
+        self, plan: Plan, support_state: SupportState, estimate: Estimate, frame: SensorFrame, dt: float
+    ) -> tuple[tuple[float, ...], Corrections]:
+        """One cycle, once per received frame.
+
+        Args:
+            plan: the plan.
+            support_state: roles of the legs.
+            estimate: contacts and torso angle.
+            frame: newest sensor frame.
+            dt: time since the last one, s.
+
+        Returns:
+            25 joint angles within their ranges, rad, and the corrections in them.
+        """
+        swing = dict.fromkeys(_SIDES, SwingFootCorrection())
+        if self._legs is not None:
+            angle = estimate.angle if self._torso is not None else (estimate.angle[0], 0.0)
+            swing = self._orientation.update(angle, plan, support_state, estimate.contacts, dt)
+        left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
+        lift = left + swing["L"].lift, right + swing["R"].lift
+        torso = (
+            self._torso.update(estimate.angle[1], support_state.support)
+            if self._torso is not None
+            else (0.0, 0.0)
+        )
+        damping = Damping()
+        if self._damping is not None:
+            damping = self._damping.update(frame.gyroscope, support_state.support)
+            torso = torso[0] + damping.pitch[0], torso[1] + damping.pitch[1]
+        righting = self._lay_on_ground(estimate, dt)
+        common = self._release_common(dt)
+        angles = self._solve(plan, lift)
+        if self._compliance is not None:
+            if self._pose.by_pose:  # slow: the encoders lag by deflection, not by delay
+                self._compliance.adapt(frame.position, dt)
+            self._compliance.compensate(angles, plan)
+        turns = [
+            self._turn_ankle(side, angles, swing[side], (damping.roll[i], torso[i]), support_state, frame, dt)
+            for i, side in enumerate(_SIDES)
+        ]
+        (left_roll, left_pitch), (right_roll, right_pitch) = turns
+        if self._compliance is not None:
+            self._compliance.sent(angles)
+        roll, pitch = (left_roll, right_roll), (left_pitch, right_pitch)
+        return tuple(angles), Corrections(lift, roll, pitch, torso, common, righting)
+
+    def _lift(
+        self, plan: Plan, support_state: SupportState, frame: SensorFrame, delay: float, dt: float
+    ) -> Vec2:
+        """Height of both feet over the plan by the leg admittance, m."""
+        if self._legs is None:
+            return 0.0, 0.0
+        lift = []
+        self._keep_level(self._legs["L"], self._legs["R"], dt)
+        for side, foot, fsr in (
+            (_SIDES[0], plan.left, frame.fsr[:4]),
+            (_SIDES[1], plan.right, frame.fsr[4:]),
+        ):
+            lift.append(
+                self._legs[side].update(
+                    sum(fsr),
+                    support_state.role(side),
+                    dt,
+                    progress=support_state.progress,
+                    ankle_z=foot.z + self._foot_height - plan.hip_height,
+                    search_depth=support_state.search_depth,
+                    delay=delay,
+                )
+            )
+        return lift[0], lift[1]
+
+    def _keep_level(self, left: LegAdmittance, right: LegAdmittance, dt: float) -> None:
+        """Bring the body back to its planned height over the ground where both feet stand off it.
+
+        Each landing of a body that tilts towards its swing foot is a little early. Held, that shortens the leg,
+        and the other leg lands early by the more: step by step both legs would bend. What both feet have in
+        common is no unevenness of the ground, so both are lowered by it; what differs between them is kept.
+        """
+        common = min(left.held, right.held)
+        if common < 0.0:
+            common = min(max(left.held, right.held), 0.0)
+        step = self._height_recovery_rate * dt
+        by = min(max(common, -step), step)
+        left.lower(by)
+        right.lower(by)
+
+    def _lay_on_ground(self, estimate: Estimate, dt: float) -> bool:
+        """Turn the plan onto the ground as it was found. Pitch belongs to torso control.
+
+        Returns:
+            Whether the plan is still off the ground.
+        """
+        found = estimate.ground if self._torso is not None else (estimate.ground[0], 0.0)
+        step = self._ground_rate * dt
+        self._ground = tuple(  # type: ignore[assignment]
+            now + min(max(goal - now, -step), step) for now, goal in zip(self._ground, found, strict=True)
+        )
+        return step > 0.0 and any(
+            abs(goal - now) > _RIGHTED for now, goal in zip(self._ground, found, strict=True)
+        )
+
+    def _release_common(self, dt: float) -> Vec2:
+        """Count as the ground's what both ankles hold in common; the feet that stand do not move by that.
+
+        A plan turned one way and both soles turned the other come to the same, so the two would drift apart.
+        """
+        if self._ankles is None:
+            return 0.0, 0.0
+        bound = self._common_rate * dt
+        left, right = self._ankles["L"].held, self._ankles["R"].held
+        roll = _common(left[0], right[0], bound)
+        pitch = _common(left[1], right[1], bound) if self._torso is not None else 0.0
+        for ankle in self._ankles.values():
+            ankle.reduce(roll, pitch)
+        self._ground = self._ground[0] + roll, self._ground[1] + pitch
+        return roll, pitch
+
+    def _solve(self, plan: Plan, lift: Vec2) -> list[float]:
+        try:
+            return list(self._pose.unlimited_angles(_lifted(plan, lift), self._ground))
+        except UnreachableError:
+            # The plan alone, on level ground, was found to be in reach before the walk began.
+            return list(self._pose.unlimited_angles(plan))
+
+    def _turn_ankle(
+        self,
+        side: Side,
+        angles: list[float],
+        swing: SwingFootCorrection,
+        torso: Vec2,
+        support_state: SupportState,
+        frame: SensorFrame,
+        dt: float,
+    ) -> Vec2:
+        """Add the corrections to one ankle's joints, in place.
+
+        Returns:
+            What was added to roll and pitch, torso control left aside, rad.
+        """
+        pitch_slot, roll_slot = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
+        ankle = self._ranges[side]
+        pitch = ankle.clip_pitch(angles[pitch_slot] + swing.pitch + torso[1])
+        roll = ankle.clip_roll(angles[roll_slot] + swing.roll + torso[0], pitch)
+        turn = (0.0, 0.0)
+        if self._ankles is not None:
+            # The ranges less what is planned: an offset of zero is always allowed, so that a plan which its
+            # range cuts short is not stored as an offset.
+            lower, upper = ankle.roll_range(pitch)
+            limits = AnkleLimits(lower - roll, upper - roll, ankle.lower - pitch, ankle.upper - pitch)
+            forces = frame.fsr[:4] if side == "L" else frame.fsr[4:]
+            turn = self._ankles[side].update(
+                forces, support_state.role(side), dt, limits, progress=support_state.progress
+            )
+        angles[pitch_slot] = ankle.clip_pitch(pitch + turn[1])
+        angles[roll_slot] = ankle.clip_roll(roll + turn[0], angles[pitch_slot])
+        return swing.roll + turn[0], swing.pitch + turn[1]
+
+
+def _common(left: float, right: float, bound: float) -> float:
+    """What two numbers have in common, at most `bound`."""
+    if left * right <= 0.0:
+        return 0.0
+    return math.copysign(min(abs(left), abs(right), bound), left)
+
+
+def _lifted(plan: Plan, lift: Vec2) -> Plan:
+    if lift == (0.0, 0.0):
+        return plan
+    return replace(plan, left=_raised(plan.left, lift[0]), right=_raised(plan.right, lift[1]))
+
+
+def _raised(foot: SolePose, by: float) -> SolePose:
+    return replace(foot, z=foot.z + by)
+
+
+def _torso_control(parameters: ControllerParameters, cycle: float) -> TorsoControl | None:
+    if parameters.torso == "none":
+        return None
+    controller = parameters.torso_design.controller(parameters.torso, cycle)
+    return TorsoControl(controller, parameters.torso_limits)

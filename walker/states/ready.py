@@ -1,0 +1,72 @@
+"""A walk made ready: whatever takes time to make is made before the cycle in which the walk begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from bridge.body import Body
+from walker.estimation.support_state import SupportStateMachine
+from walker.planning import Gait, standing_plan
+from walker.planning.order import WalkOrder
+from walker.planning.parameters import PeriodicStep
+from walker.planning.pose import PoseMaker
+from walker.stabilization.parameters import ControllerParameters
+from walker.stabilization.stabilizer import Stabilizer
+
+
+@dataclass(frozen=True, slots=True)
+class ReadyWalk:
+    """A gait, how far to go, and the controllers for it."""
+
+    gait: Gait[Any]
+    order: WalkOrder
+    parameters: ControllerParameters
+    pose: PoseMaker
+    """Inverse kinematics of the plans."""
+    stabilizer: Stabilizer
+    goal: tuple[float, ...]
+    """Joint angles of the initial stand, rad."""
+    step: PeriodicStep | None
+    """The gait's periodic step; None where nobody asks."""
+
+    def anew(self, body: Body, cycle: float) -> ReadyWalk:
+        """The same walk with controllers that remember nothing.
+
+        Args:
+            body: data sheet.
+            cycle: of the robot, s.
+        """
+        return replace(self, stabilizer=Stabilizer(body, self.parameters, self.pose, cycle))
+
+    def support_machine(self) -> SupportStateMachine:
+        """Phases against contacts."""
+        return SupportStateMachine(self.parameters.touch_down if self.parameters.admittance else None)
+
+
+def ready_walk(
+    body: Body,
+    gait: Gait[Any],
+    order: WalkOrder,
+    cycle: float,
+    parameters: ControllerParameters,
+    step: PeriodicStep | None = None,
+) -> ReadyWalk:
+    """Make a walk ready.
+
+    Args:
+        body: data sheet.
+        gait: to walk by.
+        order: how far to walk.
+        cycle: of the robot, s.
+        parameters: of the controllers.
+        step: the gait's periodic step; None where nobody asks.
+
+    Raises:
+        ConfigurationError: no torso controller can be designed to the parameters.
+        UnreachableError: the gait's stand is out of the legs' reach.
+    """
+    stand = standing_plan(gait)
+    pose = PoseMaker(body, stand, by_pose=gait.quasi_static)
+    stabilizer = Stabilizer(body, parameters, pose, cycle)
+    return ReadyWalk(gait, order, parameters, pose, stabilizer, pose.angles(stand), step)
