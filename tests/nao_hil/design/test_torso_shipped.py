@@ -54,14 +54,14 @@ def test_designed_anew_by_the_thesis_method_the_numbers_are_the_shipped_ones(gai
 
 
 def test_designed_anew_the_robust_numbers_are_the_shipped_ones() -> None:
-    """The robust design is an optimisation, whose result differs a little between versions of SciPy."""
+    """The search stops within 1e-3 of its parameters' logarithms, elsewhere with another SciPy or processor."""
     records = controller_parameters("static").torso_design.robust
     for gait in GAITS:
         assert controller_parameters(gait).torso_design.robust == records
     designed = design_torso(shipped_inputs("static", {})).records.robust
     for old, new in zip(records, designed, strict=True):
         assert (old.plant, old.specification) == (new.plant, new.specification)
-        assert numbers(old.controller) == pytest.approx(numbers(new.controller), rel=1e-3)
+        assert numbers(old.controller) == pytest.approx(numbers(new.controller), rel=1e-2)
 
 
 def test_a_cycle_time_without_a_design_is_refused_with_the_command() -> None:
