@@ -13,7 +13,7 @@ from typing import Any
 import zenoh
 
 HOST = "emulator:7447"
-PATIENCE = 6.0
+TIMEOUT = 6.0
 
 
 def attempts(keys: Path | None) -> list[dict[str, Any]]:
@@ -47,14 +47,14 @@ def try_all(settings: dict[str, Any]) -> dict[str, bool]:
     subscriber = session.declare_subscriber("nao/nao/sensors", lambda sample: heard.append(len(sample.payload)))
 
     def answered(key: str, payload: bytes) -> bool:
-        replies = session.get(key, payload=payload, timeout=PATIENCE / 3)
+        replies = session.get(key, payload=payload, timeout=TIMEOUT / 3)
         return any(
             r.ok is not None or (r.err is not None and r.err.payload.to_string() != "Timeout") for r in replies
         )
 
     lease = answered("nao/nao/lease", b"\x82\xa2op\xa6status\xaacontroller\xa5thief")
     world = answered("nao/nao/world/command", b"\x80")
-    time.sleep(PATIENCE / 3)
+    time.sleep(TIMEOUT / 3)
     subscriber.undeclare()
     return {"listened": bool(heard), "commanded": lease, "world": world}
 

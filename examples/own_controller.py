@@ -21,7 +21,7 @@ for side in "LR":
 def main(*endpoint: str) -> None:
     """Squat once, and say how deep the knees went."""
     knee = nao_hil.JOINTS.index("LKneePitch")
-    with nao_hil.connect(*endpoint, name="squatter", patience=60.0) as robot:  # waits for it
+    with nao_hil.connect(*endpoint, name="squatter", timeout=60.0) as robot:  # waits for it
         first = frame = robot.frame
         knees = []
         while (time := frame.time - first.time) < PERIOD:

@@ -18,11 +18,11 @@ class Connection:
     Args:
         link: Open link that holds the lease.
         info: Description of the robot.
-        patience: Time to wait for a sensor frame, s.
+        timeout: Time to wait for a sensor frame, s.
     """
 
-    def __init__(self, link: ControllerLink, info: Info, patience: float) -> None:
-        self._link, self._patience = link, patience
+    def __init__(self, link: ControllerLink, info: Info, timeout: float) -> None:
+        self._link, self._timeout = link, timeout
         self.info = info
         """Description of the robot: its body, its cycle time (s), the joints that it does not have."""
         self.frame = self._receive()
@@ -53,7 +53,7 @@ class Connection:
 
     def _receive(self) -> SensorFrame:
         receive = self._link.next if self.info.mode == "lockstep" else self._link.latest
-        deadline = time.monotonic() + self._patience
+        deadline = time.monotonic() + self._timeout
         while time.monotonic() < deadline and self._link.lease:
             frame = receive(deadline - time.monotonic())
             if frame is not None:
@@ -67,7 +67,7 @@ def connect(
     *,
     robot: str = DEFAULT_ROBOT,
     name: str = "python",
-    patience: float = 10.0,
+    timeout: float = 10.0,
 ) -> Iterator[Connection]:
     """Take control of a robot on the link for as long as the context lasts.
 
@@ -81,7 +81,7 @@ def connect(
         endpoint: Zenoh endpoint of the robot.
         robot: Id of the robot.
         name: Name of this controller, shown to others.
-        patience: Time to wait for the robot, s.
+        timeout: Time to wait for the robot, s.
 
     Raises:
         ConfigurationError: bad id, name or endpoint.
@@ -89,11 +89,11 @@ def connect(
         LeaseRefused: another controller holds it.
     """
     with ControllerLink(robot, endpoint, name) as link:
-        info = link.wait_robot(timeout=patience)
+        info = link.wait_robot(timeout=timeout)
         if info is None:
             raise LinkError(f"No robot `{robot}` answered at {endpoint}.")
         link.acquire()
         try:
-            yield Connection(link, info, patience)
+            yield Connection(link, info, timeout)
         finally:
             link.release()

@@ -38,7 +38,7 @@ from nao_hil.runs.supervisor import Child, free_endpoint
 
 _WARM_UP: Final = 100
 _TRIPS: Final = 500
-_PATIENCE: Final = 60.0
+_TIMEOUT: Final = 60.0
 _COMMAND: Final = actuator_map((0.0,) * 25, (0.0,) * 25)
 
 
@@ -101,17 +101,17 @@ def _gaps(path: str, seconds: float) -> dict[str, float]:
 
 @contextlib.contextmanager
 def _connected(path: str) -> Iterator[socket.socket]:
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + _TIMEOUT
     while True:
         try:
             peer = connect(Address(path=path), 1.0)
             break
         except OSError:
             if time.monotonic() > deadline:
-                raise LinkError(f"Nobody listened at {path} for {_PATIENCE:g} s.") from None
+                raise LinkError(f"Nobody listened at {path} for {_TIMEOUT:g} s.") from None
             time.sleep(0.05)
     with peer:
-        peer.settimeout(_PATIENCE)
+        peer.settimeout(_TIMEOUT)
         yield peer
 
 
@@ -144,7 +144,7 @@ def _serve_hop(folder: Path) -> dict[str, Any]:
             _read(peer)  # once the server has found the robot and its frame
             repeat.set()
             peer.sendall(_COMMAND)
-            while link.wait_command(_PATIENCE) is None:
+            while link.wait_command(_TIMEOUT) is None:
                 pass  # the granted lease wakes it once
             seqs = iter(range(1, 1 << 30))
 
@@ -154,7 +154,7 @@ def _serve_hop(folder: Path) -> dict[str, Any]:
 
             def back() -> None:
                 peer.sendall(_COMMAND)
-                if link.wait_command(_PATIENCE) is None:
+                if link.wait_command(_TIMEOUT) is None:
                     raise LinkError("the served LoLA passed no command on")
 
             return _timed(there, back)
@@ -178,7 +178,7 @@ def _bridge_hop(folder: Path) -> dict[str, Any]:
         try:
             with listener.accept()[0] as peer, ControllerLink("nao", endpoint, "bench") as link:
                 peer.sendall(packet)
-                link.wait_robot(timeout=_PATIENCE)
+                link.wait_robot(timeout=_TIMEOUT)
                 with GuardClient("nao", endpoint) as guard:
                     guard.arm("bench")
                 link.acquire()
@@ -203,7 +203,7 @@ def _bridge_hop(folder: Path) -> dict[str, Any]:
 
 
 def _next(link: ControllerLink) -> int:
-    frame = link.next(_PATIENCE)
+    frame = link.next(_TIMEOUT)
     if frame is None:
         raise LinkError("the bridged LoLA passed no frame on")
     return frame.seq

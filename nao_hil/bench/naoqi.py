@@ -38,7 +38,7 @@ _CYCLES: Final = 800
 _LOOK_AHEADS: Final = (0.0, 10.0, 20.0)
 """ms"""
 _HEAD: Final = INDEX["HeadYaw"]
-_PATIENCE: Final = 60.0
+_TIMEOUT: Final = 60.0
 _ROOT: Final = Path(__file__).parents[2]
 
 
@@ -110,10 +110,10 @@ def _served() -> Iterator[tuple[_Robot, str, Path]]:
 
 
 def _wait_for(text: str, log: Path) -> None:
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + _TIMEOUT
     while text not in " ".join(log.read_text().split()):
         if time.monotonic() > deadline:
-            raise LinkError(f"{log.name} did not say {text!r} within {_PATIENCE:g} s: {log.read_text()[-300:]}")
+            raise LinkError(f"{log.name} did not say {text!r} within {_TIMEOUT:g} s: {log.read_text()[-300:]}")
         time.sleep(0.05)
 
 
@@ -215,7 +215,7 @@ def _hops(robot: _Robot, url: str, look_ahead: float, folder: Path) -> dict[str,
         with GuardClient("nao", far) as guard:
             guard.arm("bench")
         with ControllerLink("nao", far, "bench") as link:
-            link.wait_robot(timeout=_PATIENCE)
+            link.wait_robot(timeout=_TIMEOUT)
             link.acquire()
             quiet_process(ROBOT_PRIORITY)
             up, commands = _control(robot, link)

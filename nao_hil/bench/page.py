@@ -15,7 +15,7 @@ from bridge.errors import LinkError
 from nao_hil.runs.supervisor import Child, free_endpoint
 from nao_hil.view.child import READY, LivePage
 
-PATIENCE: float = 60.0
+TIMEOUT: float = 60.0
 """s for a page to be served."""
 LOADING: float = 3.0
 """s until a robot walks, and a page has met it."""
@@ -117,7 +117,7 @@ def _walk(seconds: float, eye: _Eye | None) -> dict[str, float]:
 
 
 def _wait(page: LivePage) -> None:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while READY not in page.said:
         if not page.running or time.monotonic() > deadline:
             raise LinkError(f"the page was not served: {page.end(1.0).error}")

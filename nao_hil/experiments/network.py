@@ -34,7 +34,7 @@ LOSSES: Final = (0.0, 0.01)
 """Fraction of packets, each way."""
 
 
-PATIENCE: Final = 120.0
+TIMEOUT: Final = 120.0
 """s for a walk of a few steps, which takes under 40 over a good network on an idle machine."""
 
 
@@ -90,7 +90,7 @@ def _walk(context: Context, task: NetworkTask, folder: Path) -> NetworkWalk:
     robot, walker = options(context.changes, task.gait, task.seed, STEPS)
     with Site(task.seed) as site, Pair(site, folder, robot, walker) as pair:
         site.link.set(task.conditions)
-        pair.wait(PATIENCE, lambda: context.campaign.interrupted)
+        pair.wait(TIMEOUT, lambda: context.campaign.interrupted)
         end = pair.end()
         recordings = pair.recordings
     if context.campaign.interrupted:

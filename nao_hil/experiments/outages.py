@@ -31,7 +31,7 @@ SPREAD: Final = 4.0
 """s after that within which it happens: a step of the static gait."""
 
 
-PATIENCE: Final = 120.0
+TIMEOUT: Final = 120.0
 """s for everything afterwards."""
 
 
@@ -122,7 +122,7 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
             site.link.set(NetworkConditions(outage=True))
             time.sleep(float(what.split()[-2]))
             site.link.set(NetworkConditions())
-        pair.wait(PATIENCE, lambda: context.campaign.interrupted)
+        pair.wait(TIMEOUT, lambda: context.campaign.interrupted)
         seconds = time.monotonic() - began
         end = pair.end()
         heard = [_read(path) for path in pair.recordings]
@@ -143,7 +143,7 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
 
 def _until_found(pair: Pair) -> None:
     """Wait until the walker says that it found the robot."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline and pair.robot.running and pair.walker.running:
         if "found" in pair.walker.said:
             return

@@ -89,9 +89,9 @@ class Pair:
         self.walker = Child("walker", ["walk", *common, *self._options[1]], out, self._site.walker)
         return self.walker
 
-    def wait(self, patience: float, stop: Callable[[], bool] = lambda: False) -> bool:
-        """Until the walker ended (True), the robot ended, `stop()`, or `patience` s are over."""
-        deadline = time.monotonic() + patience
+    def wait(self, timeout: float, stop: Callable[[], bool] = lambda: False) -> bool:
+        """Until the walker ended (True), the robot ended, `stop()`, or `timeout` s are over."""
+        deadline = time.monotonic() + timeout
         while self.walker.running and self.robot.running and time.monotonic() < deadline and not stop():
             time.sleep(0.05)
         return not self.walker.running

@@ -24,7 +24,7 @@ _QUEUE: Final = 8192
 """Messages that may wait for the disk: some twenty seconds of a robot's."""
 _QUERY: Final = 1.0
 """s"""
-_PATIENCE: Final = 0.05
+_TIMEOUT: Final = 0.05
 """s between two looks for a robot that is not there."""
 _KINDS: Final = {topic: kind for kind, topic in TOPICS.items()}
 
@@ -63,7 +63,7 @@ class Capture:
             info = self._ask()
             if info is not None:
                 return info
-            time.sleep(_PATIENCE)
+            time.sleep(_TIMEOUT)
         return None
 
     def _ask(self) -> Info | None:

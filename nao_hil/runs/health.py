@@ -18,7 +18,7 @@ from bridge.errors import NaoHilError
 from bridge.link import keys
 from bridge.link.session import open_client
 
-PATIENCE: Final = 3.0
+TIMEOUT: Final = 3.0
 """s"""
 
 
@@ -33,11 +33,11 @@ def healthy(environment: Mapping[str, str]) -> bool:
     """
     robot = environment.get("ROBOT", keys.DEFAULT_ROBOT)
     endpoint = environment.get("CONNECT", keys.DEFAULT_ENDPOINT)
-    with contextlib.closing(open_client(endpoint, PATIENCE)) as session:
+    with contextlib.closing(open_client(endpoint, TIMEOUT)) as session:
         if environment.get("ROLE", "robot") == "robot":
-            replies = session.get(keys.key(robot, keys.INFO), timeout=PATIENCE)
+            replies = session.get(keys.key(robot, keys.INFO), timeout=TIMEOUT)
         else:
-            replies = session.liveliness().get(keys.key(robot, keys.ALIVE_CONTROLLERS), timeout=PATIENCE)
+            replies = session.liveliness().get(keys.key(robot, keys.ALIVE_CONTROLLERS), timeout=TIMEOUT)
         return any(isinstance(reply, zenoh.Reply) and reply.ok is not None for reply in replies)
 
 

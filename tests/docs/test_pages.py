@@ -19,7 +19,7 @@ REPOSITORY = Path(__file__).parents[2]
 DOCS = REPOSITORY / "docs"
 PAGES = [DOCS / "tutorial.md", *sorted((DOCS / "how-to").glob("*.md"))]
 PROJECT = ("bridge", "emulator", "walker", "nao_hil", "pyproject.toml")
-PATIENCE = 300.0
+TIMEOUT = 300.0
 """s for a page that takes a dozen on an idle machine."""
 
 BLOCK = re.compile(
@@ -87,7 +87,7 @@ def follow(page: Path, clone: Path, folder: Path) -> str:
             start_new_session=True,
         )
         try:
-            code = process.wait(PATIENCE)
+            code = process.wait(TIMEOUT)
         finally:
             _end_group(process.pid)
     assert code == 0, said.read_text()

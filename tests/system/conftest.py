@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 REPOSITORY = Path(__file__).parents[2]
-PATIENCE = 120.0
+TIMEOUT = 120.0
 """s for what takes well under a second on an idle machine."""
 
 
@@ -47,7 +47,7 @@ class Command:
         return result
 
     def wait(self) -> int:
-        return self.process.wait(PATIENCE)
+        return self.process.wait(TIMEOUT)
 
     def interrupt(self) -> float:
         """Ctrl-C; the time it took to end, s."""
@@ -101,7 +101,7 @@ def until() -> Callable[[Callable[[], Any], str], Any]:
     """Wait for something to become true, and give it."""
 
     def wait(condition: Callable[[], Any], what: str) -> Any:
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT
         while not (value := condition()):
             assert time.monotonic() < deadline, f"waited in vain for {what}"
             time.sleep(0.005)
@@ -139,7 +139,7 @@ def robot_alone(seconds: float = 5.0) -> dict[str, Any]:
         )
         time.sleep(seconds + 2.0)  # 2 s to start
         process.send_signal(signal.SIGINT)
-        result, _ = process.communicate(timeout=PATIENCE)
+        result, _ = process.communicate(timeout=TIMEOUT)
     timing: dict[str, Any] = json.loads(result.splitlines()[-1])["timing"]
     return timing
 

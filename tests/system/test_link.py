@@ -29,7 +29,7 @@ from bridge.messages import (
 )
 from tests.frames import standing_frame
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 """s until a test gives up; what is waited for takes some 10 ms on an idle machine."""
 ZEROS = (0.0,) * 25
 
@@ -86,7 +86,7 @@ def robot(endpoint: str) -> Iterator[RobotLink]:
 def controller(robot: RobotLink, endpoint: str) -> Iterator[ControllerLink]:
     """A controller that found the robot and holds the lease."""
     with ControllerLink(connect=endpoint) as link:
-        link.wait_robot(timeout=PATIENCE)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
         yield link
 
@@ -109,7 +109,7 @@ def command(reply_to: int) -> ActuatorFrame:
 
 
 def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while not condition():
         assert time.monotonic() < deadline, "waited in vain"
         time.sleep(0.002)
@@ -122,7 +122,7 @@ def put(session: zenoh.Session, suffix: str, payload: bytes) -> None:
 
 def next_command(robot: RobotLink) -> ActuatorFrame:
     """The next command; waits that a granted lease ended are begun again."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline:
         frame = robot.wait_command(0.2)
         if frame is not None:
@@ -150,16 +150,16 @@ def child(script: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 def test_a_controller_finds_a_robot_that_is_there(robot: RobotLink, endpoint: str) -> None:
     with ControllerLink(connect=endpoint) as link:
-        assert link.wait_robot(timeout=PATIENCE) == robot.info
+        assert link.wait_robot(timeout=TIMEOUT) == robot.info
 
 
 def test_a_controller_waits_for_a_robot_that_starts_later(endpoint: str) -> None:
     found: list[Info | None] = []
     with ControllerLink(connect=endpoint) as link:
-        waiting = threading.Thread(target=lambda: found.append(link.wait_robot(timeout=PATIENCE)))
+        waiting = threading.Thread(target=lambda: found.append(link.wait_robot(timeout=TIMEOUT)))
         waiting.start()
         with RobotLink(robot_info(), endpoint) as robot:
-            waiting.join(PATIENCE)
+            waiting.join(TIMEOUT)
             assert found == [robot.info]
 
 
@@ -173,7 +173,7 @@ def test_waiting_can_be_given_up(endpoint: str) -> None:
 def test_ctrl_c_ends_a_controller_that_waits(endpoint: str) -> None:
     with child(WAITING, endpoint) as process:
         process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE) != 0
+        assert process.wait(TIMEOUT) != 0
 
 
 def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, endpoint: str) -> None:
@@ -184,7 +184,7 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
 def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
     for seq in range(30):
         robot.publish_sensors(standing_frame(seq))
-    frames = [controller.next(PATIENCE) for _ in range(30)]
+    frames = [controller.next(TIMEOUT) for _ in range(30)]
     assert [f.seq for f in frames if f is not None] == list(range(30))
     assert all(f is not None and f.wall > 0 for f in frames)
 
@@ -220,17 +220,17 @@ def test_a_granted_lease_ends_the_robots_wait(robot: RobotLink, endpoint: str) -
     ended = threading.Event()
 
     def wait() -> None:
-        assert robot.wait_command(PATIENCE) is None
+        assert robot.wait_command(TIMEOUT) is None
         ended.set()
 
     waiting = threading.Thread(target=wait)
     began = time.monotonic()
     waiting.start()
     with ControllerLink(connect=endpoint) as link:
-        link.wait_robot(timeout=PATIENCE)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
-        assert ended.wait(PATIENCE)
-    assert time.monotonic() - began < PATIENCE
+        assert ended.wait(TIMEOUT)
+    assert time.monotonic() - began < TIMEOUT
     waiting.join()
 
 
@@ -239,7 +239,7 @@ def test_a_second_controller_is_refused_and_told_who_holds_the_robot(
     robot: RobotLink, controller: ControllerLink, endpoint: str, name: str
 ) -> None:
     with ControllerLink(connect=endpoint, name=name) as second:
-        second.wait_robot(timeout=PATIENCE)
+        second.wait_robot(timeout=TIMEOUT)
         with pytest.raises(LeaseRefused, match="`walker`"):
             second.acquire()
         second.send(command(1))
@@ -255,7 +255,7 @@ def test_a_lease_given_back_is_free_at_once(
     controller.release()
     assert robot.holder is None
     with ControllerLink(connect=endpoint, name="next") as following:
-        following.wait_robot(timeout=PATIENCE)
+        following.wait_robot(timeout=TIMEOUT)
         following.acquire()
         assert robot.holder is not None
         assert robot.holder.name == "next"
@@ -263,14 +263,14 @@ def test_a_lease_given_back_is_free_at_once(
 
 def test_a_lease_ends_with_its_closed_link(robot: RobotLink, endpoint: str) -> None:
     with ControllerLink(connect=endpoint) as link:
-        link.wait_robot(timeout=PATIENCE)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
     until(lambda: robot.holder is None)
 
 
 def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) -> None:
     with ControllerLink(connect=endpoint, name="witness") as witness, child(HOLDER, endpoint) as holder:
-        witness.wait_robot(timeout=PATIENCE)
+        witness.wait_robot(timeout=TIMEOUT)
         assert robot.holder is not None
         assert robot.holder.name == "victim"
         holder.kill()
@@ -279,29 +279,29 @@ def test_a_lease_dies_with_its_killed_holder(robot: RobotLink, endpoint: str) ->
         gone = ("controller-gone", "Controller `victim` is gone; the robot is free.")
         until(lambda: gone in [(notice.code, notice.text) for notice in witness.notices()])
     with ControllerLink(connect=endpoint, name="heir") as heir:
-        heir.wait_robot(timeout=PATIENCE)
+        heir.wait_robot(timeout=TIMEOUT)
         heir.acquire()
 
 
 def test_a_controller_comes_back_to_a_robot_that_was_killed_and_restarted(endpoint: str) -> None:
     with ControllerLink(connect=endpoint) as link:
         with child(ROBOT, endpoint, "1") as first:
-            info = link.wait_robot(timeout=PATIENCE)
+            info = link.wait_robot(timeout=TIMEOUT)
             assert info is not None
             assert info.boot == 1
             link.acquire()
             old_lease = link.lease
-            assert link.next(PATIENCE) is not None
+            assert link.next(TIMEOUT) is not None
             first.kill()
             until(lambda: not link.robot_alive)
             assert link.lease == 0
         with child(ROBOT, endpoint, "2"):
-            info = link.wait_robot(timeout=PATIENCE)
+            info = link.wait_robot(timeout=TIMEOUT)
             assert info is not None
             assert info.boot == 2
             link.acquire()
             assert link.lease not in (0, old_lease)
-            assert link.next(PATIENCE) is not None
+            assert link.next(TIMEOUT) is not None
 
 
 def test_what_is_no_command_is_refused_with_a_notice_and_the_robot_goes_on(
@@ -408,7 +408,7 @@ def test_liveliness_tokens_say_who_is_there(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
     with contextlib.closing(open_client(endpoint)) as listener:
-        replies = list(listener.liveliness().get(keys.key("nao", "alive/**"), timeout=PATIENCE))
+        replies = list(listener.liveliness().get(keys.key("nao", "alive/**"), timeout=TIMEOUT))
     tokens = sorted(str(reply.ok.key_expr) for reply in replies if reply.ok is not None)
     assert tokens[1] == "nao/nao/alive/robot"
     assert tokens[0].startswith("nao/nao/alive/controller/walker.")
@@ -420,7 +420,7 @@ def test_a_frame_that_is_none_is_told_to_the_controller(
     with contextlib.closing(open_client(endpoint)) as stranger:
         put(stranger, keys.SENSORS, b"garbage")
         with pytest.raises(FrameError, match="SensorFrame"):
-            controller.next(PATIENCE)
+            controller.next(TIMEOUT)
 
 
 def test_an_endpoint_in_use_is_named(robot: RobotLink, endpoint: str) -> None:

@@ -25,7 +25,7 @@ from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 PACKET: dict[str, Any] = msgpack.unpackb(
     (Path(__file__).parents[1] / "bridge" / "adapters" / "lola" / "data" / "sensors.msgpack").read_bytes()
 )
@@ -107,19 +107,19 @@ def bridged(
 
             def end() -> LolaCounts:
                 stop.set()
-                thread.join(PATIENCE)
+                thread.join(TIMEOUT)
                 return results[0]
 
             stack.callback(end)
             link = stack.enter_context(ControllerLink("nao", endpoint, "tester"))
-            link.wait_robot(timeout=PATIENCE)
+            link.wait_robot(timeout=TIMEOUT)
             return link, end
 
         yield begin
 
 
 def newest(link: ControllerLink) -> SensorFrame:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while (frame := link.latest(1.0)) is None:  # also when the robot has just gone
         assert time.monotonic() < deadline
     return frame
@@ -127,7 +127,7 @@ def newest(link: ControllerLink) -> SensorFrame:
 
 def test_a_v6_is_a_robot_on_the_link(bridged: Any, lola: FakeLola) -> None:
     link, _ = bridged()
-    info = link.wait_robot(timeout=PATIENCE)
+    info = link.wait_robot(timeout=TIMEOUT)
     assert (info.body, info.side, info.mode, info.cycle) == ("nao-v6", "lola", "real-time", 0.012)
     first, second = newest(link), newest(link)
     assert second.seq > first.seq
@@ -141,7 +141,7 @@ def test_a_v6_is_a_robot_on_the_link(bridged: Any, lola: FakeLola) -> None:
 
 def answer(link: ControllerLink, until: Callable[[], bool], **fields: Any) -> None:
     """Answer frames with where the robot is, except for `fields`, until something is true."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while not until():
         assert time.monotonic() < deadline
         frame = newest(link)
@@ -225,13 +225,13 @@ def test_a_dry_run_sends_nothing(bridged: Any, lola: FakeLola, endpoint: str) ->
 
 def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endpoint: str, until: Any) -> None:
     link, end = bridged()
-    boot = link.wait_robot(timeout=PATIENCE).boot
+    boot = link.wait_robot(timeout=TIMEOUT).boot
     with GuardClient("nao", endpoint) as guard:
         guard.arm("test")
     link.acquire()
     lola.drop()
     until(lambda: link.lease == 0, "the robot to be gone")
-    info = link.wait_robot(timeout=PATIENCE)
+    info = link.wait_robot(timeout=TIMEOUT)
     assert info.boot != boot
     with GuardClient("nao", endpoint) as guard:
         assert not guard.status().armed  # who unplugs a robot does not expect it to move on its return
@@ -276,7 +276,7 @@ def test_a_taken_socket_is_told_once(
     thread.start()
     until(lambda: len(tried) >= 2, "two attempts")
     stop.set()
-    thread.join(PATIENCE)
+    thread.join(TIMEOUT)
     (said,) = (record.getMessage() for record in caplog.records)
     assert "is another client connected?" in said
 

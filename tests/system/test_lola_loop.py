@@ -14,7 +14,7 @@ import pytest
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_a_walker_that_is_killed_leaves_the_robot_to_the_bridge_s_guard(
         until(lambda: guard.status().state == "crouch", "the guard to crouch by itself, in lockstep too")
         assert guard.status().reason == "silence"
     with ControllerLink("nao", far, "next") as link:
-        link.wait_robot(timeout=PATIENCE)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
-        frame = link.next(PATIENCE)
+        frame = link.next(TIMEOUT)
         assert frame is not None

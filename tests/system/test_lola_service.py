@@ -23,7 +23,7 @@ from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info
 from tests.frames import standing_frame
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 ZEROS = (0.0,) * 25
 STILL = standing_frame(position=tuple(0.01 * slot for slot in range(25)), stiffness=(0.5,) * 25)
 
@@ -37,7 +37,7 @@ class Client:
 
     def __init__(self, path: str) -> None:
         self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.settimeout(PATIENCE)
+        self.socket.settimeout(TIMEOUT)
         self.socket.connect(path)
 
     def read(self) -> dict[str, Any]:
@@ -93,7 +93,7 @@ class Robot:
 
         A frame that was sent again may have been answered before the client's next demand.
         """
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT
         while time.monotonic() < deadline:
             command = self.link.wait_command(0.1)
             if command is None or command.reply_to != self.seq:
@@ -138,7 +138,7 @@ def served(
 
             def end() -> Served:
                 stop.set()
-                thread.join(PATIENCE)
+                thread.join(TIMEOUT)
                 return results[0]
 
             stack.callback(end)
@@ -269,7 +269,7 @@ def test_a_robot_of_10_ms_gives_a_packet_per_12_ms_of_its_time(served: Any) -> N
     # 0 ms to 600 ms: 0, 20, 30, 40, 50, 60, 80 ms, ...
     assert packets in (51, 52)
     client.socket.shutdown(socket.SHUT_RDWR)
-    thread.join(PATIENCE)
+    thread.join(TIMEOUT)
 
 
 def test_the_lease_is_the_client_s_from_its_first_command_to_its_end(served: Any, until: Any) -> None:
@@ -323,7 +323,7 @@ def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: 
         client.read()
         client.send(pack(Stiffness=[0.0] * 25))
         until(lambda: robot.link.holder is not None, "the lease")
-        until(lambda: robot.link.holder is None, "the server to lose patience")
+        until(lambda: robot.link.holder is None, "the server to give up its client")
         again = connect()
         for _ in range(3):
             again.read()
@@ -349,7 +349,7 @@ def test_a_robot_that_somebody_else_holds_is_only_watched(served: Any, endpoint:
     robot, connect, _ = served()
     robot.publish()
     with ControllerLink("nao", endpoint, "other") as other:
-        other.wait_robot(timeout=PATIENCE)
+        other.wait_robot(timeout=TIMEOUT)
         other.acquire()
         client = connect()
         client.read()

@@ -17,7 +17,7 @@ from tests.system.naoqi_robot import ObedientRobot, obedient_robot
 
 pytest.importorskip("qi")
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 HEAD = INDEX["HeadYaw"]
 
 
@@ -50,7 +50,7 @@ def words(command: Any) -> str:
 
 
 def newest(link: ControllerLink) -> SensorFrame:
-    frame = link.latest(PATIENCE)
+    frame = link.latest(TIMEOUT)
     assert frame is not None
     return frame
 
@@ -62,7 +62,7 @@ def test_a_bridged_robot_shows_what_it_measures_and_obeys_when_it_is_armed(
     bridge = start("bridge", "naoqi", "--url", url, "--listen", far, "--no-realtime-priority", "--json")
     until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
     with ControllerLink("nao", far, "test") as link:
-        info = link.wait_robot(timeout=PATIENCE)
+        info = link.wait_robot(timeout=TIMEOUT)
         assert info is not None
         assert (info.body, info.side, info.mode) == ("nao-v5", "naoqi", "real-time")
         frame = newest(link)
@@ -100,7 +100,7 @@ def test_a_frame_names_the_command_whose_time_had_come(
     until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
     with GuardClient("nao", far) as guard, ControllerLink("nao", far, "test") as link:
         guard.arm("test")
-        link.wait_robot(timeout=PATIENCE)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
         first = newest(link).seq
         late = []
@@ -125,7 +125,7 @@ def test_a_dry_run_moves_nothing(
     until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
     with GuardClient("nao", far) as guard, ControllerLink("nao", far, "test") as link:
         guard.arm("test")
-        link.wait_robot(timeout=PATIENCE)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
         for _ in range(30):
             link.send(ActuatorFrame(reply_to=newest(link).seq, position=(0.1,) * 25, stiffness=(1.0,) * 25))

@@ -21,7 +21,7 @@ from tests.system.naoqi_robot import ObedientRobot, obedient_robot
 pytest.importorskip("qi")
 
 HERE = Path(__file__).parent
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 
 def free_port() -> int:
@@ -46,7 +46,7 @@ class Served:
         )
 
     def result(self, client: subprocess.Popen[str]) -> dict[str, Any]:
-        out, said = client.communicate(timeout=PATIENCE)
+        out, said = client.communicate(timeout=TIMEOUT)
         assert client.returncode == 0, said
         result: dict[str, Any] = json.loads(out.splitlines()[-1])
         return result
@@ -66,7 +66,7 @@ def serve(url: str, endpoint: str, log: Path) -> subprocess.Popen[bytes]:
 
 
 def wait_for(text: str, log: Path) -> None:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while text not in log.read_text():
         assert time.monotonic() < deadline, log.read_text()
         time.sleep(0.02)
@@ -146,21 +146,21 @@ def test_the_vendors_motion_samples_run_through_an_alproxy(served: Served) -> No
 
 def test_a_port_in_use_is_told_in_a_sentence_before_qi_can_abort(served: Served, tmp_path: Path) -> None:
     process = serve(served.url, "tcp/127.0.0.1:9", tmp_path / "log")
-    assert process.wait(PATIENCE) == 3
+    assert process.wait(TIMEOUT) == 3
     said = (tmp_path / "log").read_text()
     assert f"error: Cannot listen on {served.url}: address already in use; " in said
 
 
 def test_a_wrong_address_is_a_usage_error(tmp_path: Path) -> None:
     process = serve("127.0.0.1:9559", "tcp/127.0.0.1:9", tmp_path / "log")
-    assert process.wait(PATIENCE) == 2
+    assert process.wait(TIMEOUT) == 2
     assert "must look like tcp://127.0.0.1:9559" in (tmp_path / "log").read_text()
 
 
 def test_a_termination_ends_it_in_good_order(served: Served) -> None:
     """The last one here: the lease is given back and nothing listens any more."""
     served.process.send_signal(signal.SIGTERM)
-    assert served.process.wait(PATIENCE) == 0
+    assert served.process.wait(TIMEOUT) == 0
     host, port = served.url.removeprefix("tcp://").split(":")
     with socket.socket() as probe:
         assert probe.connect_ex((host, int(port))) != 0

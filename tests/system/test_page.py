@@ -25,7 +25,7 @@ from walker.planning import gait_parameters
 
 Start = Callable[..., Any]
 
-PATIENCE = 120_000
+TIMEOUT = 120_000
 """ms: a browser that draws in software beside a robot on two cores takes its time."""
 SOFTWARE = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
@@ -53,7 +53,7 @@ def browser_page(errors: list[str]) -> Iterator[Page]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=list(SOFTWARE))
         page = browser.new_page(viewport={"width": 900, "height": 700})
-        page.set_default_timeout(PATIENCE)
+        page.set_default_timeout(TIMEOUT)
         page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("request", lambda r: errors.append(r.url) if "127.0.0.1" not in r.url else None)
