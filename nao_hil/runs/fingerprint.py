@@ -15,7 +15,7 @@ IN_PROCESS: Final = ("bridge", "emulator", "walker", "nao_hil/__init__.py", "nao
 """Sources and data of a walk in process. Nothing in them imports another part of nao_hil (import-linter)."""
 PROCESSES: Final = ("bridge", "emulator", "walker", "nao_hil")
 """Sources and data of walks that are started as `nao-hil` commands."""
-LIBRARIES: Final = ("numpy", "scipy", "pybullet", "msgspec")
+LIBRARIES: Final = ("numpy", "scipy", "numba", "pybullet", "msgspec")
 """Packages whose version may change a number."""
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from emulator.servo.friction import REACH, DryFriction
+from emulator.servo.kernel import BRUSH_REACH
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.servo.servo import Servo
 
@@ -70,40 +70,49 @@ def test_stiffness_zero_brakes_like_a_short_circuit_and_negative_does_not(
     assert hold(servo, 1.0) == pytest.approx(0.0, abs=1e-12)
 
 
-def slide(friction: float, drive: float, inertia: float, duration: float) -> tuple[float, float]:
-    """Angle and speed of a joint of an inertia after a constant torque from rest, as PyBullet integrates."""
-    brush = DryFriction(np.array([friction]), np.array([inertia]), np.zeros(1))
+INERTIA = 0.005
+"""Of a joint, kg m^2."""
+
+
+def limp(friction: float) -> Servo:
+    """A knee whose motor gives nothing, at angle 0, with a rotor of `INERTIA`: only its gear brakes."""
+    parameters = ServoParameters(dry_friction=friction, motor_time_constant=INERTIA * NO_LOAD / STALL)
+    servo = Servo(load_body("nao-v3"), ("LKneePitch",), parameters, np.zeros(1), STEP)
+    servo.latch((0.0,) * 25, (-1.0,) * 25)
+    return servo
+
+
+def slide(friction: float, drive: float, duration: float) -> tuple[float, float]:
+    """Angle and speed of a joint of `INERTIA` after a constant torque from rest, as PyBullet integrates."""
+    gear = limp(friction)
     angle, speed = np.zeros(1), np.zeros(1)
     for _ in range(round(duration / STEP)):
-        torque = np.array([drive])
-        brush.resist(angle, speed, torque)
-        speed += torque / inertia * STEP
+        torque = drive + gear.torque(angle, speed)
+        speed += torque / INERTIA * STEP
         angle += speed * STEP
     return float(angle[0]), float(speed[0])
 
 
 def test_friction_holds_what_is_below_it() -> None:
-    angle, speed = slide(0.05, 0.045, 0.005, 5.0)
+    angle, speed = slide(0.05, 0.045, 5.0)
     # a torque that comes at once swings a little way past the bend
-    assert 0.0 < angle < 2.0 * REACH
+    assert 0.0 < angle < 2.0 * BRUSH_REACH
     assert abs(speed) < 1e-6
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_friction_takes_its_amount_from_what_is_above_it(sign: float) -> None:
-    _, speed = slide(0.05, sign * 0.15, 0.005, 0.5)
-    assert speed == pytest.approx(sign * (0.15 - 0.05) / 0.005 * 0.5, rel=0.02)
+    _, speed = slide(0.05, sign * 0.15, 0.5)
+    assert speed == pytest.approx(sign * (0.15 - 0.05) / INERTIA * 0.5, rel=0.02)
 
 
 def test_friction_only_takes_energy() -> None:
-    brush = DryFriction(np.array([0.05]), np.array([0.005]), np.zeros(1))
+    gear = limp(0.05)
     work = 0.0
     for k in range(20000):
         angle = 0.02 * math.sin(0.02 * k) + 0.0005 * math.sin(0.7 * k)
         speed = 0.02 * 20.0 * math.cos(0.02 * k) + 0.0005 * 700.0 * math.cos(0.7 * k)
-        torque = np.zeros(1)
-        brush.resist(np.array([angle]), np.array([speed]), torque)
-        work -= float(torque[0]) * speed * STEP
+        work -= float(gear.torque(np.array([angle]), np.array([speed]))[0]) * speed * STEP
         # the brush gives back at most what its bending holds
-        assert work > -0.5 * 0.05 * REACH
+        assert work > -0.5 * 0.05 * BRUSH_REACH
     assert work > 0.0

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body, joint_tree
+from emulator.compiled import compiled
 from emulator.engine.pybullet.inertia import tensor_matrix
 
 Vector = NDArray[np.float64]
@@ -46,7 +47,6 @@ class Stops:
         self._upper = np.array([body.joints[name].upper for name in joints])
         inertia = rotor_inertia + [own_inertia(body, name) for name in joints]
         self._step, self._torque_per_way = step, inertia / step**2
-        self._way, self._goal = np.zeros((2, len(joints)))
 
     def brake(self, position: Vector, velocity: Vector, torque: Vector) -> None:
         """Add the braking of a step to the torques, in place.
@@ -56,18 +56,24 @@ class Stops:
             velocity: Joint velocities, (n,), rad/s.
             torque: Of the drives, (n,), N m; changed.
         """
+        _brake(self._lower, self._upper, self._torque_per_way, self._step, position, velocity, torque)
+
+
+@compiled
+def _brake(
+    lower: Vector,
+    upper: Vector,
+    torque_per_way: Vector,
+    step: float,
+    position: Vector,
+    velocity: Vector,
+    torque: Vector,
+) -> None:
+    for i in range(len(position)):
         # `way`: angle after the step, q + qd dt. `goal`: the same, but no farther than the upper stop, or than
         # q if that is beyond. The torque I (way - goal) / dt^2 takes the excess away. Then the lower stop.
-        way, goal = self._way, self._goal
-        np.multiply(velocity, self._step, out=way)
-        way += position
-        np.maximum(position, self._upper, out=goal)
-        np.minimum(way, goal, out=goal)
-        np.subtract(way, goal, out=goal)
-        goal *= self._torque_per_way
-        torque -= goal
-        np.minimum(position, self._lower, out=goal)
-        np.maximum(way, goal, out=goal)
-        np.subtract(way, goal, out=goal)
-        goal *= self._torque_per_way
-        torque -= goal
+        way = velocity[i] * step + position[i]
+        goal = min(way, max(position[i], upper[i]))
+        torque[i] -= (way - goal) * torque_per_way[i]
+        goal = max(way, min(position[i], lower[i]))
+        torque[i] -= (way - goal) * torque_per_way[i]

@@ -1,0 +1,89 @@
+"""One physics step of all drives: the equations of `emulator.servo.servo`, joint by joint, as machine code.
+
+Every constant of a drive is in its record beside its state, so that one array is all that a step takes: of one
+robot, or of many in one go.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.compiled import compiled
+
+Vector = NDArray[np.float64]
+BRUSH_REACH: Final = 0.001
+"""How far the brush of the dry friction bends, rad: less than one count of the encoder (assumed)."""
+
+DRIVE: Final = np.dtype(
+    [
+        (name, np.float64)
+        for name in (
+            # state
+            "request",  # of the angle, rad
+            "motor_angle",  # theta, counted at the joint, rad
+            "twist",  # x, of the gear, rad
+            "brush",  # foot a of the brush of the dry friction, rad
+            "squares",  # sum of tau^2 since the cycle began, (N m)^2
+            "work",  # sum of tau qd, W
+            # position loop and motor
+            "gain",  # full voltages per error, 1/rad
+            "lead",  # full voltages per speed, s/rad
+            "stride",  # way without load at full voltage in a step, rad
+            "limit",  # of the torque by stiffness, strength and brake, N m
+            "droop",  # way that a torque takes away in a step, rad/(N m)
+            # gear
+            "half_backlash",  # rad
+            "reach",  # how far the motor can be from the joint, rad
+            "memory",  # r = relaxation / step
+            "spring",  # of motor and gear in series, N m/rad
+            # dry friction
+            "friction",  # F, N m
+            "brush_stiffness",  # N m/rad
+            "brush_damping",  # N m s/rad
+        )
+    ]
+)
+"""One drive."""
+
+
+@compiled
+def run_drives(drives: NDArray[Any], position: Vector, velocity: Vector, torque: Vector) -> None:
+    """Run the drives for one physics step.
+
+    Args:
+        drives: Of `DRIVE`, (n,); the state changes.
+        position: Joint angles, (n,), rad.
+        velocity: Joint velocities, (n,), rad/s.
+        torque: For the joints, (n,), N m; written.
+    """
+    for i in range(len(drives)):
+        drive, q, qd = drives[i], position[i], velocity[i]
+        # Voltage: u = clip((request - theta - lead qd) / full_voltage_error, -1, 1). Without load the motor
+        # would turn by u no_load_speed dt in this step (0 without stiffness); `gap` is then its angle theta - q
+        # before the joint.
+        u = (drive.request - drive.motor_angle) * drive.gain - qd * drive.lead
+        gap = drive.motor_angle - q + max(min(u, 1.0), -1.0) * drive.stride
+        # Torque: the part of the gap beyond the dead zone, x = gap - clip(gap, -backlash/2, backlash/2), twists
+        # gear and motor in series. Implicit Euler of both, with r = relaxation / dt:
+        # tau = ((1 + r) x - r x_before) / (c + (1 + r) dt no_load_speed / stall), |tau| <= stiffness * stall.
+        x = gap - max(min(gap, drive.half_backlash), -drive.half_backlash)
+        tau = (x * (1.0 + drive.memory) - drive.twist * drive.memory) * drive.spring
+        tau = max(min(tau, drive.limit), -drive.limit)
+        # Motor: the torque holds it back by tau dt no_load_speed / stall. It stays within reach of the joint,
+        # half the dead zone and the twist at the limit; a larger load turns it. Its new angle is q + gap.
+        gap = gap - tau * drive.droop
+        gap = max(min(gap, drive.reach), -drive.reach)
+        drive.twist = gap - max(min(gap, drive.half_backlash), -drive.half_backlash)
+        drive.motor_angle = q + gap
+        # Heat and currents: sums of tau^2 and of the power tau qd over the cycle.
+        drive.squares += tau * tau
+        drive.work += tau * qd
+        # Dry friction: a brush that bends by q - a before it slides, the foot a dragged along at its reach:
+        # f = -clip(k (q - a) + d qd, -F, F).
+        bend = max(min(q - drive.brush, BRUSH_REACH), -BRUSH_REACH)
+        drive.brush = q - bend
+        f = bend * drive.brush_stiffness + qd * drive.brush_damping
+        torque[i] = tau - max(min(f, drive.friction), -drive.friction)
