@@ -120,6 +120,34 @@ class Foot(_Sheet, frozen=True):
     """Middle of the sole (FM of the thesis, after 2.18), AnkleRoll frame projected to the ground, m."""
 
 
+class Shapes(_Sheet, frozen=True):
+    """Sizes of the shell, for contacts; the sole is in `Foot`. All lengths in m, in the link's frame."""
+
+    torso_bottom: float
+    """z of the pelvis' underside, Torso frame."""
+    torso_top: float
+    """z of the shoulders' upper side, Torso frame."""
+    torso_depth: Positive
+    """Along x, symmetric to the Torso frame."""
+    torso_width: Positive
+    """Along y, at the top."""
+    waist_width: Positive
+    """Along y, at the bottom; linear in between."""
+    head_height: float
+    """z of the head's middle, HeadPitch frame."""
+    head_radius: Positive
+    upper_arm_radius: Positive
+    forearm_radius: Positive
+    """Of forearm and hand."""
+    hip_height: float
+    """z of the buttock's middle, HipRoll frame."""
+    hip_radius: Positive
+    thigh_radius: Positive
+    shank_radius: Positive
+    shell_friction: Positive
+    """Coulomb friction of the plastic shell, as a fraction of the sole's on the same floor."""
+
+
 class Body(_Sheet, frozen=True):
     """A robot body. Numbers only: the tree of joints, the same for every NAO, is in `topology`."""
 
@@ -139,6 +167,7 @@ class Body(_Sheet, frozen=True):
     fsr: Fsr
     inertial_unit: InertialUnit
     foot: Foot
+    shapes: Shapes
     encoder_steps: int
     """Counts per turn of the joint."""
     battery_energy: Positive

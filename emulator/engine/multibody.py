@@ -83,3 +83,7 @@ class Multibody(ABC):
     @abstractmethod
     def distance(self, name: str) -> float:
         """Distance to an object of the scene, m: negative where they overlap, infinite if they do not touch."""
+
+    @abstractmethod
+    def overlap(self) -> float:
+        """Depth of the deepest overlap of two limbs that can meet now, m (`shapes.collision_pairs`)."""

@@ -18,8 +18,10 @@ class Scene(ABC):
     called by names, each used once at a time. What is fixed on the floor moves with it. Everything here may be
     called between two physics steps of a running robot.
 
-    The coefficient of friction between two things that touch is: robot and floor, box and floor: the floor's;
-    robot and box: the box's own if it has one, else the floor's. All contacts are plastic (restitution 0).
+    The coefficient of friction between two things that touch is: sole and floor, box and floor: the floor's;
+    sole and box: the box's own if it has one, else the floor's. The rest of the robot has the fraction
+    `Body.shapes.shell_friction` of the sole's, and between two limbs the square of it. All contacts are plastic
+    (restitution 0).
     """
 
     @abstractmethod

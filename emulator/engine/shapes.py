@@ -1,11 +1,14 @@
-"""Primitive shapes of a NAO, sized from the lengths of the data sheet, for looks and contacts.
+"""Shapes of a NAO's links, sized by its data sheet, for looks and contacts.
 
-Only the sole is measured (data sheet). The other shapes are assumed: thin enough that none of them reaches the
-ground in a standing, walking or crouching robot, large enough that a fallen one lies on them.
+One convex shape a link: the shell that meets the floor, an object or another limb, see `link_shapes`. None of
+them reaches the ground in a standing, walking or crouching robot. Which limbs meet each other is in
+`collision_pairs`; every other pair passes through each other, because the ends of the joints' ranges keep it
+apart on the robot.
 """
 
 from __future__ import annotations
 
+import itertools
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -13,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from bridge.body import TORSO, Body
+from bridge.body.model import Shapes
 from bridge.types import Quaternion, Side, Vec3
 
 Colour = tuple[float, float, float, float]
@@ -20,10 +24,6 @@ WHITE: Final = (0.92, 0.92, 0.94, 1.0)
 GREY: Final = (0.45, 0.47, 0.50, 1.0)
 BLUE: Final = (0.10, 0.35, 0.75, 1.0)
 
-TORSO_DEPTH: Final = 0.10
-HEAD_RADIUS: Final = 0.065
-ARM_RADIUS: Final = 0.025
-LEG_RADIUS: Final = 0.032
 SOLE_FRACTION: Final = 0.6
 """Fraction of the foot height that the sole's body fills; the rest is free for the ankle."""
 
@@ -102,35 +102,67 @@ def _foot(body: Body, side: Side) -> PrismShape:
     return PrismShape(np.vstack([bottom, top]), GREY)
 
 
-def _limb_x(length: float, colour: Colour) -> CapsuleShape:
-    return CapsuleShape((length / 2.0, 0.0, 0.0), _ALONG_X, ARM_RADIUS, length, colour)
+def _limb_x(length: float, radius: float, colour: Colour) -> CapsuleShape:
+    """A capsule along x whose first ball sits on the joint; `length` is that between the balls."""
+    return CapsuleShape((length / 2.0, 0.0, 0.0), _ALONG_X, radius, length, colour)
 
 
-def _limb_z(length: float, colour: Colour) -> CapsuleShape:
-    return CapsuleShape((0.0, 0.0, -length / 2.0), _UPRIGHT, LEG_RADIUS, length, colour)
+def _limb_z(top: float, bottom: float, radius: float, colour: Colour) -> CapsuleShape:
+    """A capsule along z between two places of its axis, which are the middles of its balls."""
+    return CapsuleShape((0.0, 0.0, (top + bottom) / 2.0), _UPRIGHT, radius, top - bottom, colour)
+
+
+def _trunk(shapes: Shapes) -> PrismShape:
+    """The torso: a block that narrows from the shoulders to the waist."""
+    levels = ((shapes.torso_bottom, shapes.waist_width), (shapes.torso_top, shapes.torso_width))
+    depth = shapes.torso_depth / 2.0
+    corners = [
+        (x * depth, y * width / 2.0, z) for z, width in levels for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    ]
+    return PrismShape(np.array(corners), WHITE)
 
 
 def link_shapes(body: Body) -> dict[str, Shape]:
-    """Shape of each link that has one, by the name of the joint that moves it, in its frame."""
-    length = body.lengths
-    top, bottom = length.ShoulderOffsetZ + 0.02, -length.HipOffsetZ
+    """Shape of each link that has one, by the name of the joint that moves it, in its frame.
+
+    Torso: a tapered block. Head and buttocks (HipRoll): balls. Upper arm, forearm (on an H21 with the hand),
+    hand, thigh, shank: capsules; thigh and shank end at hip and ankle, so that the knee is round. Foot: a flat
+    prism over the sole's outline. A physics engine takes them as they are, a prism as the hull of its corners.
+    """
+    length, size = body.lengths, body.shapes
     shapes: dict[str, Shape] = {
-        TORSO: BoxShape(
-            (0.0, 0.0, (top + bottom) / 2.0),
-            (TORSO_DEPTH / 2.0, length.ShoulderOffsetY - ARM_RADIUS, (top - bottom) / 2.0),
-            WHITE,
-        ),
-        "HeadPitch": SphereShape((0.0, 0.0, HEAD_RADIUS - 0.01), HEAD_RADIUS, WHITE),
+        TORSO: _trunk(size),
+        "HeadPitch": SphereShape((0.0, 0.0, size.head_height), size.head_radius, WHITE),
     }
     sides: tuple[Side, Side] = ("L", "R")
     for side in sides:
-        shapes[f"{side}ShoulderRoll"] = _limb_x(length.UpperArmLength, WHITE)
+        shapes[f"{side}ShoulderRoll"] = _limb_x(length.UpperArmLength, size.upper_arm_radius, WHITE)
         hand = f"{side}WristYaw" in body.links
         forearm = length.LowerArmLength + (0.0 if hand else length.HandOffsetX)
-        shapes[f"{side}ElbowRoll"] = _limb_x(forearm, BLUE)
+        shapes[f"{side}ElbowRoll"] = _limb_x(forearm, size.forearm_radius, BLUE)
         if hand:
-            shapes[f"{side}WristYaw"] = _limb_x(length.HandOffsetX, GREY)
-        shapes[f"{side}HipPitch"] = _limb_z(length.ThighLength, WHITE)
-        shapes[f"{side}KneePitch"] = _limb_z(length.TibiaLength, BLUE)
+            shapes[f"{side}WristYaw"] = _limb_x(length.HandOffsetX, size.forearm_radius, GREY)
+        shapes[f"{side}HipRoll"] = SphereShape((0.0, 0.0, size.hip_height), size.hip_radius, GREY)
+        shapes[f"{side}HipPitch"] = _limb_z(-size.thigh_radius, -length.ThighLength, size.thigh_radius, WHITE)
+        shapes[f"{side}KneePitch"] = _limb_z(
+            0.0, size.shank_radius - length.TibiaLength, size.shank_radius, BLUE
+        )
         shapes[f"{side}AnkleRoll"] = _foot(body, side)
     return shapes
+
+
+def collision_pairs(body: Body) -> frozenset[tuple[str, str]]:
+    """Pairs of links that can meet each other, each pair once.
+
+    Every part of a leg with every part of the other leg; forearm and hand with the trunk, the head, the legs
+    and the other forearm and hand. Left out are neighbours, parts of one leg or one arm, upper arm and thigh
+    with the trunk: the ends of the joints' ranges keep them apart. The balls of the buttocks meet nothing of
+    the robot, because they are wider than the real ones beside the hands.
+    """
+    shapes = link_shapes(body)
+    legs = {side: [f"{side}{part}" for part in ("HipPitch", "KneePitch", "AnkleRoll")] for side in "LR"}
+    arms = {side: [n for n in (f"{side}ElbowRoll", f"{side}WristYaw") if n in shapes] for side in "LR"}
+    forearms = [*arms["L"], *arms["R"]]
+    others = [TORSO, "HeadPitch", *legs["L"], *legs["R"]]
+    pairs = [*itertools.product(legs["L"], legs["R"]), *itertools.product(arms["L"], arms["R"])]
+    return frozenset([*pairs, *itertools.product(forearms, others)])

@@ -5,6 +5,7 @@ Link frames are the zero-pose aligned joint frames of the data sheet. The free b
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -24,6 +25,7 @@ from emulator.engine.shapes import (
     PrismShape,
     Shape,
     SphereShape,
+    collision_pairs,
     link_shapes,
 )
 from emulator.poses import Pose
@@ -51,6 +53,8 @@ class RobotModel:
     """Mechanical joints; the place in this tuple is PyBullet's joint and link number."""
     feet: dict[Side, int]
     """Link numbers of the feet."""
+    pairs: tuple[tuple[int, int], ...]
+    """Numbers of the links that meet each other."""
     masses: tuple[float, ...]
     """Torso first, then the links in joint order, kg."""
     torso_com: Vec3
@@ -153,6 +157,7 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
             linkParentIndices=[number[tree[name].parent] for name in names],
             linkJointTypes=[bullet.JOINT_REVOLUTE] * len(names),
             linkJointAxis=[tree[name].axis for name in names],
+            flags=bullet.URDF_USE_SELF_COLLISION,
             physicsClientId=client,
         )
     )
@@ -163,12 +168,15 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
         bullet.changeDynamics(
             robot, i, jointLowerLimit=sheet.lower, jointUpperLimit=sheet.upper, physicsClientId=client
         )
+    _set_friction(client, robot, names, body.shapes.shell_friction)
+    pairs = _set_collisions(client, robot, names, body)
     _couple_hips(client, robot, names)
     return RobotModel(
         client=client,
         robot=robot,
         joints=names,
         feet={side: names.index(link) for side, link in FOOT_LINKS.items()},
+        pairs=pairs,
         masses=(torso.mass, *(body.links[name].mass for name in names)),
         torso_com=torso.com,
         torso_principal=torso_inertia.orientation,
@@ -189,10 +197,31 @@ def _set_dynamics(client: int, robot: int, link: int, inertia: PrincipalInertia)
         angularDamping=0.0,
         jointDamping=0.0,
         restitution=0.0,
-        # PyBullet multiplies the coefficients of both partners; the floor's alone is the pair's.
-        lateralFriction=1.0,
         physicsClientId=client,
     )
+
+
+def _set_friction(client: int, robot: int, names: tuple[str, ...], shell: float) -> None:
+    """Coefficients of soles (1) and shell.
+
+    PyBullet multiplies those of both partners: with a sole, the floor's alone is the pair's.
+    """
+    for link in range(BASE, len(names)):
+        sole = link >= 0 and names[link] in FOOT_LINKS.values()
+        bullet.changeDynamics(robot, link, lateralFriction=1.0 if sole else shell, physicsClientId=client)
+
+
+def _set_collisions(client: int, robot: int, names: tuple[str, ...], body: Body) -> tuple[tuple[int, int], ...]:
+    """Let the limbs meet that can (`collision_pairs`), and no others; the pairs by PyBullet's numbers."""
+    shapes, meeting = link_shapes(body), collision_pairs(body)
+    shaped = [(i - 1, name) for i, name in enumerate((TORSO, *names)) if name in shapes]
+    pairs = []
+    for (i, first), (j, second) in itertools.combinations(shaped, 2):
+        meet = (first, second) in meeting or (second, first) in meeting
+        bullet.setCollisionFilterPair(robot, robot, i, j, int(meet), physicsClientId=client)
+        if meet:
+            pairs.append((i, j))
+    return tuple(pairs)
 
 
 def _couple_hips(client: int, robot: int, names: tuple[str, ...]) -> None:

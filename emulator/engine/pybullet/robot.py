@@ -184,3 +184,13 @@ class BulletRobot(Multibody):
             self.model.robot, self._scene.bodies[name], 0.0, physicsClientId=self.model.client
         )
         return min((point[8] for point in points), default=np.inf)
+
+    def overlap(self) -> float:
+        """See `Multibody`."""
+        robot, client = self.model.robot, self.model.client
+        depths = [
+            -point[8]
+            for first, second in self.model.pairs
+            for point in bullet.getClosestPoints(robot, robot, 0.0, first, second, physicsClientId=client)
+        ]
+        return max(0.0, *depths) if depths else 0.0
