@@ -15,6 +15,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.guard import Guard, GuardSettings
 from bridge.messages import ActuatorFrame, SensorFrame
 from tests.frames import standing_frame
+from tests.loops import repeat_while
 
 BODY = load_body("nao-v3")
 STAND = POSTURES["StandInit"]
@@ -112,7 +113,7 @@ def test_no_joint_is_faster_than_the_settings_say_on_the_way_down() -> None:
     robot.command()
     robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles - 1)
     last = robot.position
-    while robot.guard.state != "rest":
+    for _ in repeat_while(lambda: robot.guard.state != "rest"):
         robot.cycle(None)
         fastest = max(abs(a - b) for a, b in zip(robot.position, last, strict=True)) / BODY.cycle
         assert fastest <= SETTINGS.crouch.speed * (1.0 + 1e-6)
@@ -152,7 +153,7 @@ def test_a_new_controller_takes_over_from_the_crouch_slowly() -> None:
     assert way <= SETTINGS.approach.speed * BODY.cycle + 1e-9
     assert given.stiffness == (1.0,) * N_JOINTS
     cycles = 1
-    while robot.guard.state == "approach":
+    for _ in repeat_while(lambda: robot.guard.state == "approach"):
         robot.command(lease=2)
         cycles += 1
     farthest = max(abs(a - b) for a, b in zip(start, STAND, strict=True))
@@ -170,7 +171,7 @@ def test_a_robot_rises_with_all_joints_arriving_together() -> None:
     start, ends = robot.position, robot.guard.check(command(0), 0).position
     shares = []
     robot.command(lease=2)
-    while robot.guard.state == "approach":
+    for _ in repeat_while(lambda: robot.guard.state == "approach"):
         done = [
             (now - begin) / (end - begin)
             for now, begin, end in zip(robot.position, start, ends, strict=True)
@@ -248,7 +249,7 @@ def test_a_falling_robot_goes_limp_and_takes_commands_again_when_it_lies() -> No
     assert robot.guard.state == "fallen"
     assert given is not None and given.stiffness == (fall.stiffness,) * N_JOINTS
     cycles = 0
-    while robot.guard.state == "fallen":
+    for _ in repeat_while(lambda: robot.guard.state == "fallen"):
         robot.command()
         cycles += 1
     assert cycles * BODY.cycle == pytest.approx(fall.rest_time, abs=2 * BODY.cycle)

@@ -27,7 +27,9 @@ def skew(v: Matrix) -> Matrix:
 
 def chain(body: Body, joint: str) -> list[str]:
     tree, names = joint_tree(body), []
-    while joint != TORSO:
+    for _ in tree:
+        if joint == TORSO:
+            break
         names.append(joint)
         joint = tree[joint].parent
     return names[::-1]

@@ -17,6 +17,7 @@ from emulator.scenarios.model import Scenario
 from emulator.world import World
 from emulator.world.actions import Pendulum
 from emulator.world.terrain import lay_terrain, terrain_of
+from tests.loops import repeat_while
 
 BODY = load_body("nao-v3")
 MASS = sum(link.mass for link in BODY.links.values())
@@ -134,14 +135,13 @@ def test_a_pendulum_reaches_the_speed_of_its_height(engine: BulletEngine) -> Non
     length, angle, mass = 0.8, math.radians(40.0), 2.0
     pendulum = Pendulum(engine, "bob", (0.0, 0.0, 1.0), 0.3, mass, length, angle)
     body = engine.scene.bodies[pendulum.name]
-    fastest, place, going = 0.0, (0.0, 0.0, 0.0), True
-    while going:
+    fastest, place = 0.0, (0.0, 0.0, 0.0)
+    for _ in repeat_while(pendulum.step, 5000):
         engine.bare_step()
         state = bullet.getLinkState(body, 0, computeLinkVelocity=True, physicsClientId=engine.client)
         speed = float(np.linalg.norm(state[6]))
         if speed > fastest:
             fastest, place, direction = speed, state[0], np.array(state[6]) / speed
-        going = pendulum.step()
     inertia = 1.0 + 0.4 * (0.05 / length) ** 2
     assert fastest == pytest.approx(math.sqrt(2.0 * G * length * (1.0 - math.cos(angle)) / inertia), rel=1e-3)
     np.testing.assert_allclose(place, (0.0, 0.0, 1.0), atol=5e-3)

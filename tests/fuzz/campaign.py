@@ -30,7 +30,7 @@ def used(pid: int) -> float:
 
 def fuzz(target: str, seconds: float, folder: Path) -> str:
     """One target; says how it went."""
-    corpus, spent, findings = folder / target, 0.0, 0
+    corpus, spent = folder / target, 0.0
     corpus.mkdir(parents=True, exist_ok=True)
     options = [
         f"-artifact_prefix={folder / target}-",
@@ -40,7 +40,7 @@ def fuzz(target: str, seconds: float, folder: Path) -> str:
     ]
     folders = [str(corpus), f"tests/fuzz/corpus/{target}"]
     with (folder / f"{target}.log").open("a") as log:
-        while spent < seconds and findings < FINDINGS:
+        for findings in range(FINDINGS):
             command = [sys.executable, "-m", "tests.fuzz.fuzz", target, *options, *folders]
             process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
             before = spent
@@ -49,8 +49,9 @@ def fuzz(target: str, seconds: float, folder: Path) -> str:
                 if spent >= seconds:
                     process.send_signal(signal.SIGUSR1)  # libFuzzer ends in order
                 time.sleep(1.0)
-            findings += spent < seconds
-    return f"{target}: {spent:.0f} s of CPU, {findings} findings"
+            if spent >= seconds:
+                return f"{target}: {spent:.0f} s of CPU, {findings} findings"
+    return f"{target}: {spent:.0f} s of CPU, ended after {FINDINGS} findings"
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig, run_config
+from tests.loops import repeat_while
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -141,7 +142,7 @@ def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp
     file = tmp_path / "fall.mcap"
     with EmulatedRobot(load_body("nao-v3"), seed=0) as robot, Recorder(file, RunConfig()) as recorder:
         robot.stage.execute(Push(impulse=(0.0, 5.0, 0.0)))
-        while not robot.truth().fell:
+        for _ in repeat_while(lambda: not robot.truth().fell, 500):
             robot.advance(None)
             recorder.sensors(robot.frame, robot.truth())
     diagnosis = json.loads(shown(capsys, "info", str(file), "--json"))["diagnosis"]

@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from nao_hil.analysis.report.render import Report, write_report
 from nao_hil.cli.main import run
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.site import write_page
+from tests.loops import until
 
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -146,8 +146,7 @@ def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = [sys.executable, "-m", "nao_hil.cli", "experiment", "obstacle", "--seeds", "2", "--out", str(out)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        while process.poll() is None and not (out / "walks").exists():
-            time.sleep(0.05)
+        until(lambda: process.poll() is not None or (out / "walks").exists(), "the first walk")
         process.send_signal(signal.SIGINT)
         error = process.communicate(timeout=120.0)[1]
     assert process.returncode == 130, error

@@ -96,20 +96,6 @@ def endpoint() -> str:
         return f"tcp/127.0.0.1:{free.getsockname()[1]}"
 
 
-@pytest.fixture
-def until() -> Callable[[Callable[[], Any], str], Any]:
-    """Wait for something to become true, and give it."""
-
-    def wait(condition: Callable[[], Any], what: str) -> Any:
-        deadline = time.monotonic() + TIMEOUT
-        while not (value := condition()):
-            assert time.monotonic() < deadline, f"waited in vain for {what}"
-            time.sleep(0.005)
-        return value
-
-    return wait
-
-
 def robot_alone(seconds: float = 5.0) -> dict[str, Any]:
     """How an emulated robot keeps real time on this machine with nothing beside it.
 

@@ -19,8 +19,11 @@ PREFIX = "Device/SubDeviceList/"
 
 
 def wait_until(dcm: Any, moment: int) -> None:
-    while dcm.getTime(0) < moment:
+    for _ in range(10_000):
+        if dcm.getTime(0) >= moment:
+            return
         time.sleep(0.005)
+    sys.exit("the DCM's time stands still")
 
 
 def dcm_program(session: Any) -> dict[str, Any]:
@@ -34,7 +37,9 @@ def dcm_program(session: Any) -> dict[str, Any]:
             dcm.setAlias(command("ClearAll", form, [begin + 40, begin + 80], [0.25, 0.5]))
             dcm.setAlias(command(update, form, [begin + 60], [1.0]))
             seen = set()
-            while dcm.getTime(0) < begin + 150:
+            for _ in range(100_000):
+                if dcm.getTime(0) >= begin + 150:
+                    break
                 seen.add(memory.getData(PREFIX + RED))
             result[f"{form} {update}"] = [max(seen), memory.getData(PREFIX + RED)]
             dcm.set(["Leds", "ClearAll", [[0.0, dcm.getTime(0)]]])
@@ -102,8 +107,9 @@ def social(session: Any) -> dict[str, Any]:
     subscriber = memory.subscriber("TouchChanged")
     subscriber.signal.connect(touched.append)
     print("subscribed", flush=True)
-    deadline = time.monotonic() + 20.0
-    while not touched and time.monotonic() < deadline:
+    for _ in range(2000):
+        if touched:
+            break
         time.sleep(0.01)
     result["touched"] = touched[:1]
     motion.rest()

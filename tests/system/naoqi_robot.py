@@ -14,6 +14,7 @@ from bridge.body.quantities import absent_joints
 from bridge.link import RobotLink
 from bridge.messages import Info
 from tests.frames import standing_frame
+from tests.loops import repeat_while
 
 CYCLE = 0.01
 
@@ -42,7 +43,7 @@ class ObedientRobot:
     def _run(self) -> None:
         with RobotLink(self.info, self._endpoint) as link:
             deadline = time.monotonic()
-            while not self._stop.is_set():
+            for _ in repeat_while(lambda: not self._stop.is_set(), 100_000):
                 link.publish_sensors(self.frame)
                 deadline = max(deadline + CYCLE, time.monotonic() - CYCLE)
                 time.sleep(max(0.0, deadline - time.monotonic()))

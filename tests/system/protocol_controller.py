@@ -136,9 +136,11 @@ def swing(session: zenoh.Session, root: str, cycles: int) -> dict[str, Any]:
 
     first: dict[str, Any] | None = None
     seen, heads, late = -1, [], 0
-    while first is None or seen < first["seq"] + cycles:
+    for _ in range(100 * cycles):
+        if first is not None and seen >= first["seq"] + cycles:
+            break
         payload = frames.get(timeout=2.0)
-        while info["mode"] == "real-time" and not frames.empty():
+        for _ in range(frames.qsize() if info["mode"] == "real-time" else 0):
             payload = frames.get()
         frame = unpack(payload)
         if first is None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -18,7 +17,7 @@ from bridge.body.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
-from bridge.messages import ActuatorFrame, Info, decode
+from bridge.messages import ActuatorFrame, Info, SensorFrame, decode
 from bridge.messages import dcm as wire
 
 pytest.importorskip("pybullet")
@@ -26,6 +25,7 @@ pytest.importorskip("pybullet")
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
+from tests.loops import until
 
 BODY = load_body("nao-v3")
 LED = "ChestBoard/Led/Red/Actuator/Value"
@@ -94,13 +94,23 @@ def test_a_dcm_program_moves_the_robot_in_real_time() -> None:
         begin = ask(link, wire.GET_TIME, offset=50)
         mixed = [[[-0.5, begin], [-1.0, begin + 200]], [[0.3, begin]], [[1.0, begin]]]
         assert command(link, wire.SET_ALIAS, "JointAngles", "ClearAll", "time-mixed", mixed) is None
-        last = time.monotonic() + PATIENT
-        while ask(link, wire.GET_TIME) - begin < 400:
-            assert time.monotonic() < last
+        until(lambda: ask(link, wire.GET_TIME) - begin >= 400, "0.4 s of the robot's time")
         assert ask(link, wire.READ, names=[ELBOW]) == [pytest.approx(-1.0, abs=1e-4)]
         frame = link.latest(PATIENT)
         assert frame is not None
         assert frame.position[SLOT] == pytest.approx(-1.0, abs=0.06)
+
+
+def step(link: ControllerLink, frame: SensorFrame) -> SensorFrame:
+    """Answer a frame; the one after it."""
+    link.send(ActuatorFrame(reply_to=frame.seq, position=POSTURES["Stand"], stiffness=(1.0,) * 25))
+
+    def newer() -> SensorFrame | None:
+        other = link.next(PATIENT)
+        return other if other is not None and other.seq > frame.seq else None
+
+    result: SensorFrame = until(newer, "the next frame")
+    return result
 
 
 def test_in_lockstep_queries_are_answered_while_the_robot_waits() -> None:
@@ -111,12 +121,9 @@ def test_in_lockstep_queries_are_answered_while_the_robot_waits() -> None:
         assert ask(link, wire.GET_TIME) == now
         seen = []
         frame = link.latest(PATIENT)
-        while len(seen) < 5:
-            assert frame is not None
-            link.send(ActuatorFrame(reply_to=frame.seq, position=POSTURES["Stand"], stiffness=(1.0,) * 25))
-            answered = frame.seq
-            while frame is not None and frame.seq <= answered:
-                frame = link.next(PATIENT)
+        assert frame is not None
+        for _ in range(5):
+            frame = step(link, frame)
             seen += ask(link, wire.READ, names=[LED])
         assert seen == [0.0, 0.25, 0.5, 0.75, 1.0]
         assert ask(link, wire.GET_TIME) == now + 50
@@ -130,9 +137,7 @@ def test_who_does_not_hold_the_robot_may_read_but_not_command() -> None:
             with pytest.raises(LinkError, match=r"`dcm/set` command .* `walker` holds the robot"):
                 command(other, wire.SET, LED, "ClearAll", [[1.0, 0]])
         command(holder, wire.SET, LED, "ClearAll", [[0.5, ask(holder, wire.GET_TIME)]])
-        last = time.monotonic() + PATIENT
-        while ask(holder, wire.READ, names=[LED]) != [0.5]:
-            assert time.monotonic() < last
+        until(lambda: ask(holder, wire.READ, names=[LED]) == [0.5], "the LED")
 
 
 def test_refusals_come_as_sentences() -> None:

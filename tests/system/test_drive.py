@@ -21,6 +21,7 @@ from bridge.link.query import serve_query
 from bridge.link.session import open_robot
 from bridge.messages import decode_command, encode
 from bridge.messages.walk import COMMAND, WalkCommand, WalkStatus
+from tests.loops import until
 
 REST = WalkStatus(
     text="The robot is in state `stand`.",
@@ -74,9 +75,7 @@ def walker(endpoint: str) -> Iterator[Walker]:
     session.close()
 
 
-def test_keys_in_a_terminal_walk_the_robot(
-    walker: Walker, endpoint: str, tmp_path: Path, until: Callable[..., Any]
-) -> None:
+def test_keys_in_a_terminal_walk_the_robot(walker: Walker, endpoint: str, tmp_path: Path) -> None:
     terminal, inside = pty.openpty()
     before = termios.tcgetattr(inside)
     arguments = ["drive", "--name", "driven", "--connect", endpoint, "--json"]

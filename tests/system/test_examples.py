@@ -15,6 +15,7 @@ import nao_hil
 from bridge.errors import LinkError, WalkRefused
 from bridge.link import ControllerLink
 from bridge.link.walk_client import WalkClient
+from tests.loops import until
 from tests.system.conftest import REPOSITORY
 
 EXAMPLES = REPOSITORY / "examples"
@@ -50,7 +51,7 @@ def robot(start: Callable[..., Any], endpoint: str) -> str:
 
 
 @pytest.fixture
-def served(start: Callable[..., Any], robot: str, until: Callable[..., Any]) -> Iterator[str]:
+def served(start: Callable[..., Any], robot: str) -> Iterator[str]:
     start("walk", "--serve", "--torso", "none", "--connect", robot)
 
     def answers() -> bool:

@@ -10,9 +10,9 @@ import pytest
 from bridge.guard import GuardStatus
 from bridge.link.guard_client import GuardClient
 from nao_hil.runs.monitor import Monitor
+from tests.loops import until
 
 Start = Callable[..., Any]
-Until = Callable[[Callable[[], Any], str], Any]
 
 
 def words(text: str) -> str:
@@ -44,7 +44,7 @@ def standing_height(monitor: Monitor) -> float:
     ("mode", "steps"), [("lockstep", 3), pytest.param("real-time", 6, marks=pytest.mark.realtime)]
 )
 def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
-    mode: str, steps: int, start: Start, endpoint: str, tmp_path: Any, until: Until
+    mode: str, steps: int, start: Start, endpoint: str, tmp_path: Any
 ) -> None:
     robot = start("emulate", "--listen", endpoint, "--mode", mode, "--out", str(tmp_path / "run"), "--json")
     walk = ["walk", "--connect", endpoint, "--gait", "dynamic"]
@@ -73,7 +73,7 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
 
 
 def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
-    start: Start, endpoint: str, tmp_path: Any, until: Until
+    start: Start, endpoint: str, tmp_path: Any
 ) -> None:
     where = ["--connect", endpoint]
     start("emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"))
@@ -101,7 +101,7 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
 
 
 def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
-    start: Start, endpoint: str, tmp_path: Any, until: Until
+    start: Start, endpoint: str, tmp_path: Any
 ) -> None:
     emulate = ["emulate", "--listen", endpoint, "--disarmed", "--dry-run", "--out", str(tmp_path / "run")]
     robot = start(*emulate)

@@ -12,6 +12,7 @@ from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
+from tests.loops import repeat_while
 
 
 @pytest.mark.parametrize(("gait", "steps"), [("static", 2), ("dynamic", 6)])
@@ -20,7 +21,7 @@ def test_every_command_of_a_walk_passes_unchanged(gait: str, steps: int) -> None
     guard = Guard(body)
     controller = controller_maker(RunConfig(gait=gait, steps=steps))(body, body.cycle)
     with EmulatedRobot(body, seed=0, wear=load_wear("nominal")) as robot:
-        while not controller.done:
+        for _ in repeat_while(lambda: not controller.done):
             command = guard.check(controller.tick(robot.frame), robot.frame.seq)
             given = guard.cycle(robot.frame, command)
             assert given == command, robot.frame.seq

@@ -16,6 +16,7 @@ from bridge.host import RobotHost
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from tests.frames import standing_frame
+from tests.loops import repeat_while
 
 BODY = load_body("nao-v6")
 STAND = POSTURES["StandInit"]
@@ -36,7 +37,7 @@ def echo(endpoint: str, name: str) -> Iterator[ControllerLink]:
         link.acquire()
 
         def serve() -> None:
-            while not ended.is_set():
+            for _ in repeat_while(lambda: not ended.is_set(), 100_000):
                 frame = link.next(0.05)
                 if frame is not None:
                     link.send(ActuatorFrame(reply_to=frame.seq, position=STAND, stiffness=(1.0,) * N_JOINTS))
@@ -110,9 +111,7 @@ def test_a_stop_of_no_words_is_a_stop(payload: bytes, endpoint: str) -> None:
         person.wait_robot(timeout=PATIENT)
         asked = threading.Thread(target=lambda: person.query("stop", payload))
         asked.start()
-        seq = 0
-        while host.guard.armed:
+        for seq in repeat_while(lambda: host.guard.armed):
             host.exchange(sensors(seq))
-            seq += 1
         asked.join()
         assert host.guard.status.reason == "stop"

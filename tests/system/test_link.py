@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 import zenoh
@@ -28,6 +28,7 @@ from bridge.messages import (
     encode,
 )
 from tests.frames import standing_frame
+from tests.loops import until
 
 TIMEOUT = 20.0
 """s until a test gives up; what is waited for takes some 10 ms on an idle machine."""
@@ -108,13 +109,6 @@ def command(reply_to: int) -> ActuatorFrame:
     return ActuatorFrame(reply_to=reply_to, position=ZEROS, stiffness=ZEROS)
 
 
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.002)
-
-
 def put(session: zenoh.Session, suffix: str, payload: bytes) -> None:
     """Publish, and rather wait than drop."""
     session.put(keys.key("nao", suffix), payload, congestion_control=zenoh.CongestionControl.BLOCK)
@@ -122,12 +116,8 @@ def put(session: zenoh.Session, suffix: str, payload: bytes) -> None:
 
 def next_command(robot: RobotLink) -> ActuatorFrame:
     """The next command; waits that a granted lease ended are begun again."""
-    deadline = time.monotonic() + TIMEOUT
-    while time.monotonic() < deadline:
-        frame = robot.wait_command(0.2)
-        if frame is not None:
-            return frame
-    raise AssertionError("no command came")
+    frame: ActuatorFrame = until(lambda: robot.wait_command(0.2), "a command")
+    return frame
 
 
 @contextlib.contextmanager

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Iterator
 
 import msgspec
 import pytest
@@ -12,8 +11,7 @@ import zenoh
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.session import MAX_RECEIVED, open_client
 from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, WalkTelemetry, decode, encode
-
-Until = Callable[[Callable[[], Any], str], Any]
+from tests.loops import until
 
 INFO = Info(
     robot="nao",
@@ -87,7 +85,7 @@ def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
 
 
 def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
-    robot: RobotLink, controller: ControllerLink, stranger: zenoh.Session, until: Until
+    robot: RobotLink, controller: ControllerLink, stranger: zenoh.Session
 ) -> None:
     controller.acquire()
     stranger.put("nao/nao/actuators", b"\x00" * (2 * MAX_RECEIVED))

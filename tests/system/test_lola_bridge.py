@@ -24,6 +24,7 @@ from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
+from tests.loops import repeat_while, until
 
 TIMEOUT = 20.0
 PACKET: dict[str, Any] = msgpack.unpackb(
@@ -48,7 +49,7 @@ class FakeLola:
         self._thread.start()
 
     def _run(self) -> None:
-        while not self._ended.is_set():
+        for _ in repeat_while(lambda: not self._ended.is_set(), 100_000):
             if not select.select([self.listener], [], [], 0.05)[0]:
                 continue
             peer = self.listener.accept()[0]
@@ -59,7 +60,7 @@ class FakeLola:
         unpacker = msgpack.Unpacker()
         if self.garbage:
             peer.sendall(self.garbage)
-        while not self._ended.is_set() and not self._drop.is_set():
+        for _ in repeat_while(lambda: not (self._ended.is_set() or self._drop.is_set()), 100_000):
             peer.sendall(msgpack.packb(self.values, use_single_float=True))
             if select.select([peer], [], [], 0.012)[0]:
                 data = peer.recv(65536)
@@ -119,9 +120,8 @@ def bridged(
 
 
 def newest(link: ControllerLink) -> SensorFrame:
-    deadline = time.monotonic() + TIMEOUT
-    while (frame := link.latest(1.0)) is None:  # also when the robot has just gone
-        assert time.monotonic() < deadline
+    # none also when the robot has just gone
+    frame: SensorFrame = until(lambda: link.latest(1.0), "a frame")
     return frame
 
 
@@ -139,14 +139,16 @@ def test_a_v6_is_a_robot_on_the_link(bridged: Any, lola: FakeLola) -> None:
     assert lola.maps == []
 
 
-def answer(link: ControllerLink, until: Callable[[], bool], **fields: Any) -> None:
-    """Answer frames with where the robot is, except for `fields`, until something is true."""
-    deadline = time.monotonic() + TIMEOUT
-    while not until():
-        assert time.monotonic() < deadline
+def answer(link: ControllerLink, condition: Callable[[], bool], **fields: Any) -> None:
+    """Answer frames with where the robot is, except for `fields`, until a condition is true."""
+
+    def answered() -> bool:
         frame = newest(link)
         wanted = {"position": frame.position, "stiffness": (0.5,) * 25} | fields
         link.send(ActuatorFrame(reply_to=frame.seq, **wanted))
+        return condition()
+
+    condition() or until(answered, "what the answers are to bring about")
 
 
 def test_it_takes_no_command_before_it_is_armed(bridged: Any, lola: FakeLola, endpoint: str) -> None:
@@ -187,7 +189,7 @@ def test_a_far_command_is_approached_slowly_and_in_range(bridged: Any, lola: Fak
 
 
 def test_its_end_brings_a_robot_down_that_it_held_up(
-    bridged: Any, lola: FakeLola, endpoint: str, until: Any, caplog: pytest.LogCaptureFixture
+    bridged: Any, lola: FakeLola, endpoint: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     """And its terminal tells each state that the guard went through."""
     caplog.set_level("INFO", "bridge.recording.observer")
@@ -223,7 +225,7 @@ def test_a_dry_run_sends_nothing(bridged: Any, lola: FakeLola, endpoint: str) ->
     assert end().commands == 0
 
 
-def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endpoint: str, until: Any) -> None:
+def test_a_connection_that_ends_is_a_new_boot(bridged: Any, lola: FakeLola, endpoint: str) -> None:
     link, end = bridged()
     boot = link.wait_robot(timeout=TIMEOUT).boot
     with GuardClient("nao", endpoint) as guard:
@@ -251,14 +253,13 @@ def test_a_broken_packet_is_left_out(bridged: Any, lola: FakeLola) -> None:
     newest(link)
     lola.values = {k: v for k, v in PACKET.items() if k != "FSR"}
     time.sleep(0.1)
-    while link.latest(0.2) is not None:
-        pass
+    until(lambda: link.latest(0.2) is None, "the end of the frames")
     lola.values = dict(PACKET)
     assert newest(link).fsr == pytest.approx([9.81 * f for f in PACKET["FSR"]])
 
 
 def test_a_taken_socket_is_told_once(
-    lola: FakeLola, bridged: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture, until: Any
+    lola: FakeLola, bridged: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     link, _ = bridged()
     newest(link)

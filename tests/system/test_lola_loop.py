@@ -13,6 +13,7 @@ import pytest
 
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
+from tests.loops import until
 
 TIMEOUT = 20.0
 
@@ -27,10 +28,10 @@ def far() -> str:
 
 @pytest.fixture
 def begin(
-    start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path, until: Any
+    start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path
 ) -> Callable[[str], dict[str, Any]]:
     """Starts the loop in a mode up to the bridge, armed: the processes by name."""
-    return lambda mode: _begin(mode, start, endpoint, far, tmp_path, until)
+    return lambda mode: _begin(mode, start, endpoint, far, tmp_path)
 
 
 @pytest.fixture
@@ -39,9 +40,7 @@ def loop(begin: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
     return begin("lockstep")
 
 
-def _begin(
-    mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path, until: Any
-) -> dict[str, Any]:
+def _begin(mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_path: Path) -> dict[str, Any]:
     path = str(tmp_path / "robocup")
     robot = start(
         *("emulate", "--robot", "nao-v6", "--mode", mode, "--listen", endpoint, "--json"),
@@ -84,7 +83,7 @@ def test_the_walker_walks_through_the_loop_in_real_time(
 
 
 def test_a_walker_that_is_killed_leaves_the_robot_to_the_bridge_s_guard(
-    loop: dict[str, Any], start: Callable[..., Any], far: str, until: Any
+    loop: dict[str, Any], start: Callable[..., Any], far: str
 ) -> None:
     walker = start("walk", "--gait", "dynamic", "--steps", "0", "--connect", far)
     until(lambda: "Commands are in force" in " ".join(loop["server"].said.split()), "the walk")

@@ -7,7 +7,6 @@ import random
 import select
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from bridge.adapters.lola.server import LolaServer, Served
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info
 from tests.frames import standing_frame
+from tests.loops import repeat_while, until
 
 TIMEOUT = 20.0
 ZEROS = (0.0,) * 25
@@ -42,7 +42,9 @@ class Client:
 
     def read(self) -> dict[str, Any]:
         data = b""
-        while len(data) < 896:
+        for _ in range(896):
+            if len(data) == 896:
+                break
             piece = self.socket.recv(896 - len(data))
             if not piece:
                 raise EOFError
@@ -55,8 +57,9 @@ class Client:
 
     def drain(self) -> None:
         """Read away whatever has come."""
-        while select.select([self.socket], [], [], 0.0)[0] and self.socket.recv(1 << 16):
-            pass
+        for _ in repeat_while(lambda: select.select([self.socket], [], [], 0.0)[0], 1000):
+            if not self.socket.recv(1 << 16):
+                break
 
 
 class Robot:
@@ -80,7 +83,7 @@ class Robot:
 
     def _repeat(self) -> None:
         """A robot in lockstep sends its frame again while no answer comes."""
-        while not self.ended.wait(0.1):
+        for _ in repeat_while(lambda: not self.ended.wait(0.1), 10_000):
             if self.seq >= 0:
                 self._send()
 
@@ -93,14 +96,14 @@ class Robot:
 
         A frame that was sent again may have been answered before the client's next demand.
         """
-        deadline = time.monotonic() + TIMEOUT
-        while time.monotonic() < deadline:
+
+        def wanted() -> ActuatorFrame | None:
             command = self.link.wait_command(0.1)
-            if command is None or command.reply_to != self.seq:
-                continue
-            if all(getattr(command, name) == value for name, value in fields.items()):
-                return command
-        pytest.fail("no such command came")
+            fits = command is not None and command.reply_to == self.seq
+            return command if fits and all(getattr(command, k) == v for k, v in fields.items()) else None
+
+        command: ActuatorFrame = until(wanted, f"a command with {fields}")
+        return command
 
 
 @pytest.fixture
@@ -257,7 +260,7 @@ def test_a_robot_of_10_ms_gives_a_packet_per_12_ms_of_its_time(served: Any) -> N
     def answer() -> None:
         nonlocal packets
         with contextlib.suppress(EOFError, OSError):
-            while client.read():
+            for _ in repeat_while(client.read, 1000):
                 packets += 1
                 client.send(pack(Position=[0.5] * 25))
 
@@ -272,7 +275,7 @@ def test_a_robot_of_10_ms_gives_a_packet_per_12_ms_of_its_time(served: Any) -> N
     thread.join(TIMEOUT)
 
 
-def test_the_lease_is_the_client_s_from_its_first_command_to_its_end(served: Any, until: Any) -> None:
+def test_the_lease_is_the_client_s_from_its_first_command_to_its_end(served: Any) -> None:
     robot, connect, _ = served()
     robot.publish()
     client = connect()
@@ -295,7 +298,7 @@ def test_the_lease_is_the_client_s_from_its_first_command_to_its_end(served: Any
     assert robot.link.leases.abandoned  # it left the robot stiff: the watchdog is to bring it down
 
 
-def test_a_server_that_ends_leaves_a_stiff_robot_to_its_guard(served: Any, until: Any) -> None:
+def test_a_server_that_ends_leaves_a_stiff_robot_to_its_guard(served: Any) -> None:
     robot, connect, end = served()
     robot.publish()
     client = connect()
@@ -307,12 +310,12 @@ def test_a_server_that_ends_leaves_a_stiff_robot_to_its_guard(served: Any, until
     assert robot.link.leases.abandoned
 
 
-def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: Any, until: Any) -> None:
+def test_a_client_that_does_not_read_is_ignored_until_it_connects_again(served: Any) -> None:
     robot, connect, _ = served(mode="real-time", cycle=0.01)
     pacing = threading.Event()
 
     def run() -> None:
-        while not pacing.wait(0.004):
+        for _ in repeat_while(lambda: not pacing.wait(0.004), 100_000):
             robot.publish()
 
     thread = threading.Thread(target=run)

@@ -13,6 +13,7 @@ from bridge.body.joints import INDEX
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
+from tests.loops import until
 from tests.system.naoqi_robot import ObedientRobot, obedient_robot
 
 pytest.importorskip("qi")
@@ -56,7 +57,7 @@ def newest(link: ControllerLink) -> SensorFrame:
 
 
 def test_a_bridged_robot_shows_what_it_measures_and_obeys_when_it_is_armed(
-    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str, until: Any
+    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
 ) -> None:
     start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
     bridge = start("bridge", "naoqi", "--url", url, "--listen", far, "--no-realtime-priority", "--json")
@@ -91,7 +92,7 @@ def test_a_bridged_robot_shows_what_it_measures_and_obeys_when_it_is_armed(
 
 
 def test_a_frame_names_the_command_whose_time_had_come(
-    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str, until: Any
+    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
 ) -> None:
     """With a look-ahead of five cycles no answer is in force sooner, and the controller sees that."""
     start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
@@ -117,7 +118,7 @@ def test_a_frame_names_the_command_whose_time_had_come(
 
 
 def test_a_dry_run_moves_nothing(
-    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str, until: Any
+    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
 ) -> None:
     server = start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
     options = ["--dry-run", "--no-realtime-priority", "--json"]
@@ -140,7 +141,7 @@ def test_a_dry_run_moves_nothing(
     assert bridge.result["connections"] == 2
 
 
-def test_nobody_there_is_told_in_a_sentence(start: Callable[..., Any], url: str, until: Any) -> None:
+def test_nobody_there_is_told_in_a_sentence(start: Callable[..., Any], url: str) -> None:
     bridge = start("bridge", "naoqi", "--url", url)
     until(lambda: "No NAOqi answers at" in words(bridge), "the sentence")
     assert bridge.interrupt() < 20.0
@@ -150,7 +151,7 @@ def test_nobody_there_is_told_in_a_sentence(start: Callable[..., Any], url: str,
 
 @pytest.mark.realtime
 def test_the_walker_walks_through_the_loop(
-    start: Callable[..., Any], endpoint: str, url: str, far: str, until: Any
+    start: Callable[..., Any], endpoint: str, url: str, far: str
 ) -> None:
     """Emulator - serve naoqi - bridge naoqi - walker; NAOqi has no lockstep."""
     robot = start("emulate", "--robot", "nao-v3", "--wear", "ideal", "--listen", endpoint, "--json")

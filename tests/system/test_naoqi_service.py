@@ -9,13 +9,13 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.loops import until
 from tests.system.naoqi_robot import ObedientRobot, obedient_robot
 
 pytest.importorskip("qi")
@@ -66,10 +66,7 @@ def serve(url: str, endpoint: str, log: Path) -> subprocess.Popen[bytes]:
 
 
 def wait_for(text: str, log: Path) -> None:
-    deadline = time.monotonic() + TIMEOUT
-    while text not in log.read_text():
-        assert time.monotonic() < deadline, log.read_text()
-        time.sleep(0.02)
+    until(lambda: text in log.read_text(), f"{text!r} in {log}", TIMEOUT)
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from bridge import guard, messages
 from bridge.body import load_body
 from bridge.messages import schema, walk
 from emulator.robot import EmulatedRobot
+from tests.loops import until
 
 REPOSITORY = Path(__file__).parents[2]
 PAGE = (REPOSITORY / "docs" / "protocol.md").read_text()
@@ -140,7 +141,7 @@ def test_the_bytes_printed_are_those_of_both_encoders(kind: str) -> None:
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("real-time", marks=pytest.mark.realtime)])
 def test_a_controller_written_from_the_page_moves_the_head(
-    start: Callable[..., Any], endpoint: str, tmp_path: Path, until: Callable[..., Any], mode: str
+    start: Callable[..., Any], endpoint: str, tmp_path: Path, mode: str
 ) -> None:
     robot = start("emulate", "--listen", endpoint, "--mode", mode, "--out", str(tmp_path / "run"))
     until(lambda: "recording to" in robot.said, "the robot")

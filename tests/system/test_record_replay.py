@@ -25,6 +25,7 @@ from nao_hil.cli.main import run as nao_hil
 from nao_hil.runs import in_process as inprocess
 from nao_hil.runs.capture import Capture, described
 from nao_hil.runs.replay import Replay
+from tests.loops import repeat_while, until
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 from walker.stabilization.parameters import controller_parameters
@@ -82,8 +83,7 @@ def test_what_is_replayed_and_recorded_again_is_the_same(
         assert info is not None
         assert (info.body, info.side) == ("nao-v3", "replay")
         with Recorder(again, described(info)) as recorder:
-            deadline = time.monotonic() + 30.0
-            while capture.seconds < 3.9 and time.monotonic() < deadline:
+            for _ in repeat_while(lambda: capture.seconds < 3.9, 5000):
                 capture.record(recorder, 0.1)
     before, after = list(read_recording(recording)), list(read_recording(again))
     for kind in (SensorFrame, TruthFrame):
@@ -110,7 +110,7 @@ def on_disk(recording: Path) -> int:
 
 
 def test_a_recording_cut_off_by_kill_9_opens(
-    recording: Path, endpoint: str, tmp_path: Path, start: Callable[..., Any], until: Callable[..., Any]
+    recording: Path, endpoint: str, tmp_path: Path, start: Callable[..., Any]
 ) -> None:
     cut = tmp_path / "cut.mcap"
     command = start("record", "--name", "film", "--connect", endpoint, "--out", str(cut))

@@ -7,7 +7,6 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 import zenoh
@@ -19,6 +18,7 @@ from bridge.link.session import open_client, subscribe, try_client
 from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, encode
 from nao_hil.certificates import Keys
 from tests.frames import standing_frame
+from tests.loops import until
 
 INFO = Info(
     robot="nao",
@@ -33,7 +33,6 @@ INFO = Info(
 ZEROS = (0.0,) * 25
 SENSORS = standing_frame()
 COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)
-Until = Callable[[Callable[[], Any], str], Any]
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +73,7 @@ def ask(session: zenoh.Session, suffix: str, payload: bytes = b"", timeout: floa
     return None
 
 
-def test_a_controller_commands(robot: RobotLink, place: str, until: Until) -> None:
+def test_a_controller_commands(robot: RobotLink, place: str) -> None:
     with ControllerLink(connect=place) as link:
         assert link.wait_robot(timeout=20.0) == INFO
         link.acquire()
@@ -87,7 +86,7 @@ def test_a_controller_commands(robot: RobotLink, place: str, until: Until) -> No
 
 
 def test_a_listener_hears_all_and_commands_nothing(
-    robot: RobotLink, session: Callable[[str], zenoh.Session], until: Until
+    robot: RobotLink, session: Callable[[str], zenoh.Session]
 ) -> None:
     listener, heard = session("listener"), list[str]()
     subscriber = listener.declare_subscriber("nao/nao/**", lambda sample: heard.append(str(sample.key_expr)))
@@ -109,7 +108,7 @@ def test_a_listener_hears_all_and_commands_nothing(
 
 
 def test_a_controller_sees_no_truth_and_does_not_touch_the_world(
-    robot: RobotLink, session: Callable[[str], zenoh.Session], until: Until
+    robot: RobotLink, session: Callable[[str], zenoh.Session]
 ) -> None:
     controller, heard = session("controller"), list[bytes]()
     subscribers = [
@@ -173,7 +172,7 @@ def test_a_robot_under_another_name_is_not_trusted(endpoint: str, folder: Path) 
 
 
 def test_who_waits_for_a_robot_with_a_certificate_that_expired_meanwhile_is_told(
-    endpoint: str, tmp_path: Path, until: Until
+    endpoint: str, tmp_path: Path
 ) -> None:
     authority = Keys(tmp_path)
     authority.issue("robot", days=1.0)
@@ -192,7 +191,7 @@ def test_a_robot_that_is_not_there_is_waited_for(endpoint: str, folder: Path) ->
 
 
 def test_an_open_session_ends_when_its_certificate_expires(
-    robot: RobotLink, endpoint: str, folder: Path, tmp_path: Path, until: Until
+    robot: RobotLink, endpoint: str, folder: Path, tmp_path: Path
 ) -> None:
     span = 3.0  # s
     shutil.copytree(folder / "ca", tmp_path / "ca")

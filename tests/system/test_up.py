@@ -19,9 +19,9 @@ from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.analysis.inspection import inspect
 from nao_hil.cli.main import run
 from nao_hil.runs.monitor import Monitor
+from tests.loops import until
 
 Start = Callable[..., Any]
-Until = Callable[[Callable[[], Any], str], Any]
 
 WITHOUT_PYBULLET = """
 import sys
@@ -99,9 +99,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     assert {name: command.result[name] for name in shared} == {name: first[name] for name in shared}
 
 
-def test_the_walker_starts_first_and_needs_no_pybullet(
-    start: Start, endpoint: str, tmp_path: Path, until: Until
-) -> None:
+def test_the_walker_starts_first_and_needs_no_pybullet(start: Start, endpoint: str, tmp_path: Path) -> None:
     walker = start("walk", "--connect", endpoint, "--steps", "2", "--json", script=WITHOUT_PYBULLET)
     robot = start(
         "emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"), "--json"
@@ -123,7 +121,7 @@ def test_a_robot_without_pybullet_says_so_in_one_sentence(start: Start, endpoint
 
 
 def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     emulate = ["emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run")]
     robot = start(*emulate)
@@ -144,7 +142,7 @@ def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
 
 @pytest.mark.realtime
 def test_a_robot_keeps_its_cycle_while_walkers_come_and_go(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     robot = start("emulate", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json")
     walk = ["walk", "--connect", endpoint, "--steps", "0", "--controller"]
@@ -188,7 +186,7 @@ def test_a_walk_in_real_time_ends_without_a_word_of_the_robot(
 
 
 def test_ctrl_c_ends_both_sides_with_their_recording_closed(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     folder = tmp_path / "run"
     command = start(
@@ -223,7 +221,7 @@ def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
 
 
 def test_after_a_reset_the_end_tells_of_the_last_recording_only(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     folder = tmp_path / "run"
     command = start("up", "--serve", "--mode", "lockstep", "--listen", endpoint, "--out", str(folder), "--json")
@@ -248,7 +246,7 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
     assert inspect(last).steps == command.result["steps"]
 
 
-def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start, until: Until) -> None:
+def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start) -> None:
     command = start("up", script=SLOW_TO_LOAD)
     until(lambda: "loading" in command.said, "the command")
     command.interrupt()
@@ -256,7 +254,7 @@ def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start, until
 
 
 def test_both_sides_end_with_an_up_that_is_killed(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     folder = tmp_path / "run"
     command = start("up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(folder))
@@ -272,7 +270,7 @@ def test_both_sides_end_with_an_up_that_is_killed(
 
 @pytest.mark.parametrize("side", ["robot", "walker"])
 def test_a_side_that_is_killed_ends_up_with_one_sentence(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, monitor: Monitor, side: str
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor, side: str
 ) -> None:
     command = start(
         "up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(tmp_path / "run")
@@ -289,9 +287,7 @@ def test_a_side_that_is_killed_ends_up_with_one_sentence(
 
 
 @pytest.mark.parametrize("command", ["emulate", "up"])
-def test_a_port_in_use_is_one_sentence(
-    start: Start, endpoint: str, tmp_path: Path, until: Until, command: str
-) -> None:
+def test_a_port_in_use_is_one_sentence(start: Start, endpoint: str, tmp_path: Path, command: str) -> None:
     first = start("emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "first"))
     until(lambda: "recording to" in first.said, "the first robot")
     second = start(command, "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "second"))
@@ -299,7 +295,7 @@ def test_a_port_in_use_is_one_sentence(
     assert f"Cannot listen on {endpoint}: Address already in use" in one_sentence(second.said)
 
 
-def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: str, until: Until) -> None:
+def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: str) -> None:
     # A signal that comes before the handler is in place ends the process too, with the same code.
     script = WITHOUT_PYBULLET.replace("main()", "print('ready', file=sys.stderr, flush=True)\nmain()")
     walker = start("walk", "--connect", endpoint, script=script)

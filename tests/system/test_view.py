@@ -17,9 +17,9 @@ from bridge.link.walk_client import WalkClient
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.config import RunConfig
+from tests.loops import until
 
 Start = Callable[..., Any]
-Until = Callable[[Callable[[], Any], str], Any]
 
 WITHOUT_VISER = """
 import sys
@@ -78,7 +78,7 @@ def one_sentence(said: str) -> str:
 
 
 def test_a_page_asks_nobody_gives_nothing_else_away_and_ends_with_ctrl_c(
-    start: Start, until: Until, port: int, recording: Path, tmp_path: Path
+    start: Start, port: int, recording: Path, tmp_path: Path
 ) -> None:
     view = start("view", "--replay", str(recording), "--port", str(port))
     until(lambda: f"the page is at http://127.0.0.1:{port}/" in view.said, "the page")
@@ -123,9 +123,7 @@ def test_without_viser_it_says_so(start: Start) -> None:
     assert "pip install 'nao-hil[view]'" in one_sentence(view.said)
 
 
-def test_a_run_goes_on_without_its_page(
-    start: Start, until: Until, endpoint: str, taken: int, tmp_path: Path
-) -> None:
+def test_a_run_goes_on_without_its_page(start: Start, endpoint: str, taken: int, tmp_path: Path) -> None:
     up = ["up", "--mode", "lockstep", "--serve", "--view", "--port", str(taken), "--json"]
     command = start(*up, "--listen", endpoint, "--out", str(tmp_path / "run"))
     until(lambda: "no page: The page cannot be served" in command.said, "the word that there is no page")

@@ -11,10 +11,11 @@ from bridge.errors import FrameError, LinkError, WalkRefused
 from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
 from bridge.messages.world import Push, StandUp
+from tests.loops import until
 
 
 @pytest.fixture
-def client(start: Callable[..., Any], endpoint: str, until: Callable[..., Any]) -> Iterator[WalkClient]:
+def client(start: Callable[..., Any], endpoint: str) -> Iterator[WalkClient]:
     robot = start("emulate", "--mode", "lockstep", "--name", "served", "--listen", endpoint)
     walker = start("walk", "--serve", "--name", "served", "--connect", endpoint, "--json")
 
@@ -33,7 +34,7 @@ def client(start: Callable[..., Any], endpoint: str, until: Callable[..., Any]) 
         yield client
 
 
-def test_a_walker_that_serves_walks_on_command(client: WalkClient, until: Callable[..., Any]) -> None:
+def test_a_walker_that_serves_walks_on_command(client: WalkClient) -> None:
     assert client.walk((0.015, 0.0, 0.0), distance=0.05).gait == "static"
 
     def stands_beyond(x: float) -> bool:
@@ -55,7 +56,7 @@ def test_a_walker_that_serves_walks_on_command(client: WalkClient, until: Callab
 
 
 def test_a_robot_that_fell_under_the_walker_is_put_up_stands_and_walks_again(
-    client: WalkClient, endpoint: str, until: Callable[..., Any]
+    client: WalkClient, endpoint: str
 ) -> None:
     until(lambda: client.status().state == "stand", "the stand")
     client.walk(gait="dynamic")

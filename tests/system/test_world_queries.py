@@ -33,6 +33,7 @@ from bridge.messages.world import (
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
+from tests.loops import repeat_while, until
 
 BODY = load_body("nao-v3")
 START = POSTURES["StandInit"]
@@ -146,7 +147,7 @@ def test_lockstep_with_a_controller_stands_still_in_a_pause_and_loses_no_frame()
         ended = threading.Event()
 
         def serve() -> None:
-            while not ended.is_set():
+            for _ in repeat_while(lambda: not ended.is_set(), 100_000):
                 frame = controller.next(0.05)
                 if frame is not None:
                     controller.send(ActuatorFrame(reply_to=frame.seq, position=START, stiffness=(1.0,) * 25))
@@ -158,8 +159,7 @@ def test_lockstep_with_a_controller_stands_still_in_a_pause_and_loses_no_frame()
             assert world.send(Status()).seq == held.seq
             assert world.send(Step(cycles=10)).seq == held.seq + 10
             world.send(Resume())
-            while world.send(Status()).seq < held.seq + 30:
-                pass
+            until(lambda: world.send(Status()).seq >= held.seq + 30, "30 more frames")
         finally:
             ended.set()
             thread.join()

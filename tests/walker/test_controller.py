@@ -16,6 +16,7 @@ from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from tests.frames import standing_frame
+from tests.loops import repeat_while
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 from walker.stabilization.parameters import controller_parameters
@@ -147,7 +148,7 @@ def test_lost_frames_are_made_up_for_in_the_plans_time() -> None:
     """With every third frame only, the plan is where it is with all of them: no block changes the plan."""
     every, some = (make_controller("static", WalkOrder(steps=4), {"admittance": False}) for _ in range(2))
     began = 0
-    while every.state != "walk":
+    for _ in repeat_while(lambda: every.state != "walk"):
         every.tick(frame(began))
         some.tick(frame(began))
         began += 1
@@ -184,7 +185,7 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
     silent: int, heard: bool, stands: bool
 ) -> None:
     controller, seq = make_controller("static", WalkOrder(steps=6)), 0
-    while controller.telemetry.step < 2:
+    for _ in repeat_while(lambda: controller.telemetry.step < 2):
         controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
         seq += 1
     last, place = seq - 1, controller.place
@@ -198,11 +199,11 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
         assert controller.place == pytest.approx(place, abs=0.06)
         assert controller.delay == 0.0
         assert command.position == pytest.approx(frame(seq).position, abs=0.01)  # from where the joints are
-        while controller.state == "approach":
+        for _ in repeat_while(lambda: controller.state == "approach"):
             seq += 1
             controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
         assert controller.telemetry.step == 2
-    while not controller.done:
+    for _ in repeat_while(lambda: not controller.done):
         seq += 1
         controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
     assert controller.telemetry.step == 6
@@ -212,34 +213,35 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
 def test_a_walk_that_is_only_watched_is_not_interrupted() -> None:
     """In a rehearsal (`--dry-run`) none of the walker's answers is ever in force."""
     controller = make_controller("static", WalkOrder(steps=2), {"admittance": False})
-    seq = 0
-    while not controller.done:
+    for seq in repeat_while(lambda: not controller.done):
         controller.tick(frame(seq))
-        seq += 1
     assert controller.telemetry.step == 2
     assert controller.interruptions == 0
 
 
 def test_a_dynamic_walk_that_a_gap_would_fell_goes_on_upright() -> None:
     """Joints hold for 0.2 s in single support: going on in stride the robot falls, from a stand it does not."""
-    stood = {}
-    for gap in (controller_parameters("dynamic").max_gap, 1.0):
-        controller, guard = make_controller("dynamic", WalkOrder(steps=12), {"max_gap": gap}), Guard(BODY)
-        with EmulatedRobot(BODY, seed=0, wear=load_wear("nominal")) as robot:
+    assert stands_after_a_gap(controller_parameters("dynamic").max_gap)
+    assert not stands_after_a_gap(1.0)
 
-            def cycle(*, answered: bool) -> None:
-                answer = guard.check(controller.tick(robot.frame), robot.frame.seq) if answered else None  # noqa: B023
-                robot.advance(guard.cycle(robot.frame, answer, supervised=True))  # noqa: B023
 
-            while controller.telemetry.step < 6 or controller.telemetry.phase != "SSR":
-                cycle(answered=True)
-            for _ in range(20):
-                cycle(answered=False)
-            while not (controller.done or robot.truth().fell):
-                cycle(answered=True)
-            stood[gap] = not robot.truth().fell
-        assert controller.telemetry.step == 12 or not stood[gap]
-    assert list(stood.values()) == [True, False]
+def stands_after_a_gap(max_gap: float) -> bool:
+    """Walk 12 dynamic steps whose answers are lost for 0.2 s in the sixth."""
+    controller, guard = make_controller("dynamic", WalkOrder(steps=12), {"max_gap": max_gap}), Guard(BODY)
+    with EmulatedRobot(BODY, seed=0, wear=load_wear("nominal")) as robot:
+
+        def cycle(*, answered: bool) -> None:
+            answer = guard.check(controller.tick(robot.frame), robot.frame.seq) if answered else None
+            robot.advance(guard.cycle(robot.frame, answer, supervised=True))
+
+        for _ in repeat_while(lambda: controller.telemetry.step < 6 or controller.telemetry.phase != "SSR"):
+            cycle(answered=True)
+        for _ in range(20):
+            cycle(answered=False)
+        for _ in repeat_while(lambda: not (controller.done or robot.truth().fell)):
+            cycle(answered=True)
+        assert controller.telemetry.step == 12 or robot.truth().fell
+        return not robot.truth().fell
 
 
 def test_a_frame_that_comes_twice_moves_no_time() -> None:
@@ -268,7 +270,7 @@ def test_a_fallen_robot_goes_limp_in_the_pose_it_has(angle: tuple[float, float])
 def test_a_robot_lifted_off_the_ground_in_its_walk_goes_limp() -> None:
     controller = make_controller("static", WalkOrder(steps=4), {"admittance": False})
     seq = 0
-    while controller.state != "walk":
+    for _ in repeat_while(lambda: controller.state != "walk"):
         controller.tick(frame(seq))
         seq += 1
     for k in range(100):

@@ -14,12 +14,13 @@ def answered(robot: Robot, seeds: int, setup: SlopeSetup) -> tuple[float, int]:
     steps = search(tuple(range(seeds)), setup)
     slope, tried = next(steps)
     seen: set[tuple[float, int]] = set()
-    while True:
+    for _ in range(1000):
         seen |= {(slope, seed) for seed in tried}
         try:
             slope, tried = steps.send([robot(slope, seed) for seed in tried])
         except StopIteration as stop:
             return stop.value, len(seen)
+    raise AssertionError("the search does not end")
 
 
 @pytest.mark.parametrize("limit", [0.0, 0.5, 3.0, 4.5, 5.0, 7.5, 9.5, 10.0])
@@ -52,10 +53,11 @@ def test_a_trial_ends_as_soon_as_it_is_sure(alive: list[bool], passes: bool, run
     steps = trial(5.0, range(10), 0.9, 1)
     _, seeds = next(steps)
     count = 0
-    while True:
+    for _ in range(20):
         count += len(seeds)
         try:
             _, seeds = steps.send([alive[seed] for seed in seeds])
         except StopIteration as stop:
             assert (stop.value, count) == (passes, runs)
             return
+    raise AssertionError("the trial does not end")

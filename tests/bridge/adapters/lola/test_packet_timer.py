@@ -6,6 +6,7 @@ import random
 import pytest
 
 from bridge.adapters.lola.packet_timer import GRACE, PERIOD, SLACK, PacketTimer
+from tests.loops import repeat_while
 
 MS = 1_000_000
 
@@ -18,12 +19,12 @@ class Clock:
         return self.now
 
 
-def packets(timer: PacketTimer, clock: Clock, frames: list[int], until: int) -> list[tuple[int, int]]:
+def packets(timer: PacketTimer, clock: Clock, frames: list[int], end: int) -> list[tuple[int, int]]:
     """Times of the packets and the frames in them, with frames that come at given times; a step is 0.1 ms."""
     sent, newest, left = [], -1, list(enumerate(frames))
-    while clock.now < until:
+    for _ in range(0, end, MS // 10):
         clock.now += MS // 10
-        while left and left[0][1] <= clock.now:
+        for _ in repeat_while(lambda: left and left[0][1] <= clock.now):
             newest, arrived = left.pop(0)
             timer.frame(arrived)
         if timer.due():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -12,6 +12,7 @@ from bridge.adapters.naoqi.walker_handover import WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.errors import NaoqiRefused, WalkRefused
 from bridge.messages.walk import WalkStatus
+from tests.loops import until
 
 PATIENT = 20.0
 
@@ -89,13 +90,6 @@ def walking(stage: Stage) -> Iterator[WalkingMethods]:
 def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
     result = walking.methods()[method](*arguments)
     return result.result(PATIENT) if hasattr(result, "result") else result
-
-
-def until(condition: Callable[[], Any]) -> None:
-    deadline = time.monotonic() + PATIENT
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 def test_a_move_gives_the_joints_away_before_the_walker_starts(walking: WalkingMethods, stage: Stage) -> None:
