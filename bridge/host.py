@@ -49,13 +49,20 @@ class RobotHost:
         guard: of this robot.
         observers: told of each cycle; of its frames only by an emulated robot, which has the truth beside them.
         dry_run: everything but the commands: they are guarded and observed, and none is given out.
+        emulated: a holder that serves another robot's protocol is followed as that robot follows it.
     """
 
     def __init__(
-        self, link: RobotLink, guard: Guard, observers: Sequence[Observer] = (), *, dry_run: bool = False
+        self,
+        link: RobotLink,
+        guard: Guard,
+        observers: Sequence[Observer] = (),
+        *,
+        dry_run: bool = False,
+        emulated: bool = False,
     ) -> None:
         self.link, self.guard = link, guard
-        self._observers, self._dry_run = observers, dry_run
+        self._observers, self._dry_run, self._emulated = observers, dry_run, emulated
         self._asked: Holder | None = None
         self._deadline: float | None = None
         self.in_force = -1
@@ -176,7 +183,9 @@ class RobotHost:
         for telemetry in self.link.telemetry():
             for observer in self._observers:
                 observer.telemetry(telemetry)
-        given = self.guard.cycle(frame, command, supervised=supervised)
+        holder = self.link.holder
+        direct = self._emulated and holder is not None and holder.direct
+        given = self.guard.cycle(frame, command, supervised=supervised, direct=direct)
         if given is not None:
             for observer in self._observers:
                 observer.command(given)

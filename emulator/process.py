@@ -52,7 +52,7 @@ class RobotProcess:
         dry_run: bool = False,
     ) -> None:
         self._robot, self._link = robot, link
-        self._host = RobotHost(link, guard, observers, dry_run=dry_run)
+        self._host = RobotHost(link, guard, observers, dry_run=dry_run, emulated=True)
         self._observers = observers
         self._stop = stop
         self._began: float | None = None

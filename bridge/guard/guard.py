@@ -16,6 +16,7 @@ from bridge.body import Body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
+from bridge.guard.approach import Approach
 from bridge.guard.config import GuardSettings
 from bridge.guard.descent import Descent
 from bridge.guard.fall import FallMonitor
@@ -27,8 +28,6 @@ from bridge.guard.watchdog import Watchdog
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
 
-ARRIVED: Final = 0.01
-"""rad; an approach this close to the command has arrived."""
 _WEAK: Final = 0.2
 """A joint with less stiffness is where it is measured, not where it was last asked to be."""
 STAND_UP_HOLD: Final = 0.15
@@ -64,6 +63,7 @@ class Guard:
         self._fall = FallMonitor(self._s.fall)
         self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
         self._watchdog = Watchdog(self._s.watchdog)
+        self._approach = Approach(self._s.approach, self._body.cycle)
         self._descent: Descent | None = None
         self._lease: int | None = None
         self._blocked = 0
@@ -173,7 +173,12 @@ class Guard:
         return self._output.ranges.check(frame, seq)
 
     def cycle(
-        self, frame: SensorFrame, command: ActuatorFrame | None, *, supervised: bool = False
+        self,
+        frame: SensorFrame,
+        command: ActuatorFrame | None,
+        *,
+        supervised: bool = False,
+        direct: bool = False,
     ) -> ActuatorFrame | None:
         """One cycle.
 
@@ -181,6 +186,8 @@ class Guard:
             frame: of the present boundary.
             command: newest one, as `check` gave it; None: none has come.
             supervised: the watchdog counts when none has come: somebody holds the robot, or died holding it.
+            direct: the holder serves another robot's protocol, and an emulated robot follows it as that robot
+                does: without an approach, a limit of the speed or a reaction to falls.
 
         Returns:
             What is put in force now; None: what is in force stays.
@@ -188,7 +195,7 @@ class Guard:
         self._handle_requests(frame)
         for text in self._supplies.update(frame):
             self._log.say(frame.seq, "guard-warning", text)
-        if self._fall.update(frame) and self.state not in ("idle", "rest"):
+        if self._fall.update(frame) and not direct and self.state not in ("idle", "rest"):
             self._go_limp(frame)
         elif self._supplies.fault and self.state in ("approach", "active", "hold"):
             self._descend(frame, self._supplies.fault)
@@ -197,7 +204,7 @@ class Guard:
         if command is not None:
             self._reply_to = command.reply_to
             if self._takes_commands:
-                return self._follow(frame, command)
+                return self._follow(frame, command, direct)
         return self._advance_descent(frame)
 
     def accept_timed(self, seq: int) -> None:
@@ -264,25 +271,33 @@ class Guard:
         self._blocked = max(round(self._s.fall.rest_time / self._body.cycle), 1)
         self._log.enter(frame.seq, "fallen", "fall")
 
-    def _follow(self, frame: SensorFrame, command: ActuatorFrame) -> ActuatorFrame:
+    def _follow(self, frame: SensorFrame, command: ActuatorFrame, direct: bool) -> ActuatorFrame:
         """Put a command in force, from where the robot is."""
-        output = self._output
+        output, approach = self._output, self._approach
         begins = self.state not in ("approach", "active") or command.lease != self._lease
         start = output.start(frame, _WEAK if begins else 0.0)
-        output.set_position(start)
         self._lease, self._descent = command.lease, None
-        if begins or output.stiffens(command):
-            far = output.max_distance(start, command) > self._s.approach.tolerance
-            if begins or far:
-                self._log.enter(frame.seq, "approach" if far else "active", "")
-        speed = self._s.approach.speed if self.state == "approach" else None
-        position = output.move_towards(command.position, speed)
-        if self.state == "approach" and output.max_distance(position, command) <= ARRIVED:
-            self._log.enter(frame.seq, "active", "")
+        if begins or direct:
+            approach.clear()
+        if not direct:
+            stiffened = output.stiffened(command)
+            ways = output.ways(start, command)
+            approach.begin(ways if begins else {slot: ways[slot] for slot in stiffened})
+        output.set_position(command.position if direct else start)
+        position = output.move_towards(command.position, approach.slots, self._s.approach.speed)
+        self._tell_approach(frame, begins)
+        approach.advance(output.ways(position, command))
+        self._tell_approach(frame)
         output.stiffness = command.stiffness
         if position == command.position:
             return command
         return msgspec.structs.replace(command, position=position)
+
+    def _tell_approach(self, frame: SensorFrame, begins: bool = False) -> None:
+        """Enter the state `approach` or `active`, if it is a new one or `begins`."""
+        state: State = "approach" if self._approach.slots else "active"
+        if begins or state != self.state:
+            self._log.enter(frame.seq, state, "")
 
     def _advance_descent(self, frame: SensorFrame) -> ActuatorFrame | None:
         """What the guard itself asks of the joints, if anything."""

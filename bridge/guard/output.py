@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 
 from bridge.body import Body
 from bridge.body.joints import JOINTS
@@ -37,14 +38,17 @@ class JointOutput:
         """The joints are at `position`."""
         self._limiter.last = tuple(position)
 
-    def move_towards(self, position: Sequence[float], speed: float | None = None) -> tuple[float, ...]:
+    def move_towards(
+        self, position: Sequence[float], slow: Collection[int] = (), speed: float = math.inf
+    ) -> tuple[float, ...]:
         """Positions of this cycle on the way to `position`.
 
         Args:
             position: goal.
-            speed: rad/s that no joint exceeds; None: only the drives' own limit.
+            slow: joints that arrive together.
+            speed: rad/s that none of them exceeds; the others have the drives' own limits.
         """
-        return self._limiter.follow(position, speed)
+        return self._limiter.follow(position, slow, speed)
 
     def start(self, frame: SensorFrame, weak: float) -> tuple[float, ...]:
         """Where a motion begins: positions put out last, or measured ones for joints that are weak.
@@ -64,12 +68,11 @@ class JointOutput:
             start[i] = frame.position[i]
         return self.ranges.clip(start)
 
-    def stiffens(self, command: ActuatorFrame) -> bool:
-        """Whether the command makes a joint stiff that was free."""
+    def stiffened(self, command: ActuatorFrame) -> list[int]:
+        """Joints that were free and that the command makes stiff."""
         old = self.stiffness or command.stiffness
-        return any(old[i] <= 0.0 < command.stiffness[i] for i in self._revolute)
+        return [i for i in self._revolute if old[i] <= 0.0 < command.stiffness[i]]
 
-    def max_distance(self, start: Sequence[float], command: ActuatorFrame) -> float:
-        """Longest way of a joint that is to be stiff, from `start` to the command, rad."""
-        ways = (abs(start[i] - command.position[i]) for i in self._revolute if command.stiffness[i] > 0.0)
-        return max(ways, default=0.0)
+    def ways(self, start: Sequence[float], command: ActuatorFrame) -> dict[int, float]:
+        """Way of each joint that is to be stiff, from `start` to the command, rad."""
+        return {i: abs(start[i] - command.position[i]) for i in self._revolute if command.stiffness[i] > 0.0}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
@@ -36,13 +37,16 @@ class SpeedLimiter:
         self.last: tuple[float, ...] | None = None
         """What was put out last, 25 slots; None: nothing yet."""
 
-    def follow(self, wanted: Sequence[float], speed: float | None = None) -> tuple[float, ...]:
+    def follow(
+        self, wanted: Sequence[float], slow: Collection[int] = (), speed: float = math.inf
+    ) -> tuple[float, ...]:
         """Move one cycle towards `wanted`.
 
         Args:
             wanted: 25 positions inside their ranges.
-            speed: rad/s that no joint exceeds either; all then arrive together, so that a crouched robot rises
-                through poses in which it stands. None: only the drives' own.
+            slow: slots of joints that arrive together, so that a crouched robot rises through poses in which
+                it stands; the others have only the drives' own limits.
+            speed: rad/s that no joint of `slow` exceeds either.
 
         Returns:
             25 positions inside their ranges; exactly `wanted` when it is within reach.
@@ -51,12 +55,13 @@ class SpeedLimiter:
         limits = steps = self.steps
         last, goal = np.array(self.last), np.array(wanted)
         way = goal - last
-        if speed is not None:
-            limited = np.isfinite(limits)
-            limits = np.where(limited, np.minimum(limits, speed * self._body.cycle), limits)
-            farthest = float(np.abs(way[limited]).max(initial=0.0))
+        if slow:
+            together = np.zeros(N_JOINTS, dtype=bool)
+            together[list(slow)] = True
+            limits = np.where(together, np.minimum(limits, speed * self._body.cycle), limits)
+            farthest = float(np.abs(way[together]).max())
             fraction = min(1.0, speed * self._body.cycle / farthest) if farthest > 0.0 else 1.0
-            steps = np.minimum(limits, np.where(limited, fraction * np.abs(way), np.inf))
+            steps = np.minimum(limits, np.where(together, fraction * np.abs(way), np.inf))
         if (np.abs(way) <= steps).all():
             self.last = tuple(wanted)
         else:

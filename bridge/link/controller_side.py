@@ -48,17 +48,24 @@ class ControllerLink:
         robot: id of the robot.
         connect: Zenoh endpoint of the robot.
         name: of this controller.
+        direct: it serves another robot's protocol, see `LeaseRequest`.
 
     Raises:
         ConfigurationError: bad id, name or endpoint.
     """
 
     def __init__(
-        self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT, name: str = "walker"
+        self,
+        robot: str = keys.DEFAULT_ROBOT,
+        connect: str = keys.DEFAULT_ENDPOINT,
+        name: str = "walker",
+        *,
+        direct: bool = False,
     ) -> None:
         self.robot = keys.check_name("Robot id", robot)
         self.name = keys.check_name("Controller name", name)
         self.endpoint = check_endpoint(connect)
+        self._direct = direct
         self.lease = 0
         """Number of the lease; 0 while none is held, also since the robot went away."""
         self._ticket = secrets.randbits(63)
@@ -177,7 +184,7 @@ class ControllerLink:
         self.lease = 0
 
     def _ask(self, op: Literal["acquire", "release", "status"]) -> LeaseReply:
-        request = LeaseRequest(op=op, controller=self.name, ticket=self._ticket)
+        request = LeaseRequest(op=op, controller=self.name, ticket=self._ticket, direct=self._direct)
         return decode(self.query(keys.LEASE, encode(request)), LeaseReply)
 
     def query(self, suffix: str, payload: bytes = b"") -> bytes:

@@ -25,6 +25,8 @@ class Holder:
     name: str
     ticket: int
     lease: int
+    direct: bool = False
+    """As in `LeaseRequest`."""
 
 
 class LeaseBook:
@@ -48,13 +50,14 @@ class LeaseBook:
         """Who holds the robot now."""
         return self._holder
 
-    def acquire(self, name: str, ticket: int, now: float) -> LeaseReply:
+    def acquire(self, name: str, ticket: int, now: float, *, direct: bool = False) -> LeaseReply:
         """Grant the lease, or refuse it naming the holder; asking again ends the silence and grants the same.
 
         Args:
             name: of the controller.
             ticket: number it drew at its start.
             now: monotonic time, s.
+            direct: as in `LeaseRequest`.
         """
         with self._lock:
             holder = self._holder
@@ -68,7 +71,7 @@ class LeaseBook:
                     f"has been silent for {SILENCE:g} s.",
                 )
             self._last += 1
-            self._holder = Holder(name, ticket, self._last)
+            self._holder = Holder(name, ticket, self._last, direct)
             self.abandoned = False
             self._heard = now
             return self._reply(True, f"`{name}` holds the robot.")

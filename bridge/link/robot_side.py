@@ -206,7 +206,9 @@ class RobotLink:
     def _on_lease(self, payload: bytes) -> bytes:
         request = decode(payload, LeaseRequest)
         if request.op == "acquire":
-            reply = self.leases.acquire(request.controller, request.ticket, time.monotonic())
+            reply = self.leases.acquire(
+                request.controller, request.ticket, time.monotonic(), direct=request.direct
+            )
             if reply.granted:
                 self._actuators.wake()
         elif request.op == "release":

@@ -20,6 +20,9 @@ class LeaseRequest(msgspec.Struct, frozen=True, kw_only=True):
     ticket: Count = 0
     """Number that the controller drew at its start, also in its liveliness token, in hexadecimal: it tells two
     controllers of the same name apart."""
+    direct: bool = False
+    """The controller serves another robot's protocol (LoLA, NAOqi): an emulated robot takes its commands as
+    that robot does, without an approach, a limit of the speed or a reaction to falls. A real one ignores it."""
 
 
 class LeaseReply(msgspec.Struct, frozen=True, kw_only=True):

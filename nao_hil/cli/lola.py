@@ -52,7 +52,7 @@ def serve(
     stop = threading.Event()
     on_signals(stop.set)
     priority = CONTROLLER_PRIORITY if realtime_priority else None
-    with ControllerLink(name, connect, "lola") as link, listen(address) as listener:
+    with ControllerLink(name, connect, "lola", direct=True) as link, listen(address) as listener:
         try:
             served = LolaServer(link, listener, identity, stop, priority).run()
         finally:

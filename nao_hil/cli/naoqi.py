@@ -80,7 +80,7 @@ def serve(
     log_to_stderr()
     stop = threading.Event()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    with ControllerLink(name, connect, "naoqi") as link:
+    with ControllerLink(name, connect, "naoqi", direct=True) as link:
 
         def end() -> None:
             stop.set()

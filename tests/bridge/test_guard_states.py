@@ -59,9 +59,10 @@ class Robot:
         frame = sensors(self.seq, self.position, self.angle, self.heat, self.charge, self.stiffness)
         checked = self.guard.check(wanted, self.seq) if wanted is not None else None
         given = self.guard.cycle(frame, checked, supervised=supervised)
-        if given is not None and given.stiffness[LEGS[0]] > 0.0:
-            self.position = given.position
         if given is not None:
+            moves = [stiffness > 0.0 for stiffness in given.stiffness]
+            pairs = zip(given.position, self.position, moves, strict=True)
+            self.position = tuple(new if stiff else old for new, old, stiff in pairs)
             self.stiffness = given.stiffness[LEGS[0]]
         self.seq += 1
         return given
@@ -171,14 +172,12 @@ def test_a_robot_rises_with_all_joints_arriving_together() -> None:
     start, ends = robot.position, robot.guard.check(command(0), 0).position
     shares = []
     robot.command(lease=2)
+    step, knee = SETTINGS.approach.speed * BODY.cycle, INDEX["LKneePitch"]
     for _ in repeat_while(lambda: robot.guard.state == "approach"):
-        done = [
-            (now - begin) / (end - begin)
-            for now, begin, end in zip(robot.position, start, ends, strict=True)
-            if abs(end - begin) > 1e-3
-        ]
-        assert max(done) - min(done) < 1e-6
-        shares.append(done[0])
+        share = (robot.position[knee] - start[knee]) / (ends[knee] - start[knee])
+        for now, begin, end in zip(robot.position, start, ends, strict=True):
+            assert abs(now - (begin + share * (end - begin))) <= step  # rad off the straight line
+        shares.append(share)
         robot.command(lease=2)
     assert shares == sorted(shares) and len(shares) > 50
 
@@ -346,6 +345,83 @@ def test_a_joint_that_was_limp_starts_from_where_it_is() -> None:
     given = robot.command()
     assert given is not None and robot.guard.state == "approach"
     assert given.position[elbow] == pytest.approx(1.0 - SETTINGS.approach.speed * BODY.cycle)
+
+
+def leg_swing(seq: int, speed: float = 1.0) -> tuple[float, ...]:
+    """StandInit, hips and knees swinging to and fro at `speed`, rad/s, by 0.3 rad, the legs out of phase."""
+    moved = list(STAND)
+    for side, ahead in (("L", 0.0), ("R", 0.3)):
+        phase = (seq * BODY.cycle * speed + ahead) % 1.2
+        swing = phase - 0.3 if phase < 0.6 else 0.9 - phase
+        moved[INDEX[f"{side}HipPitch"]] -= swing
+        moved[INDEX[f"{side}KneePitch"]] += swing
+    return tuple(moved)
+
+
+def with_arms(seq: int, arms: float, position: tuple[float, ...]) -> ActuatorFrame:
+    """A command with another stiffness of the arms."""
+    stiffness = tuple(arms if j[1:].startswith(("Shoulder", "Elbow")) else 1.0 for j in JOINTS)
+    return msgspec.structs.replace(command(seq, position), stiffness=stiffness)
+
+
+def test_limp_arms_do_not_slow_the_legs() -> None:
+    """A knee is 0.3 rad from the first command, a limp arm 1 rad: the way takes as long as the knee needs."""
+    robot = Robot(Guard(BODY))
+    away = list(STAND)
+    away[INDEX["LShoulderPitch"]] -= 1.0
+    away[INDEX["LKneePitch"]] += 0.3
+    robot.position = tuple(away)
+    knee = INDEX["LKneePitch"]
+    for cycles in repeat_while(lambda: robot.position[knee] != STAND[knee]):
+        robot.cycle(with_arms(robot.seq, 0.0, STAND))
+    assert cycles * BODY.cycle == pytest.approx(0.3 / SETTINGS.approach.speed, abs=0.02)
+    assert robot.guard.state == "active"
+
+
+def test_a_joint_that_stiffens_in_a_walk_leaves_the_others_alone() -> None:
+    """Two walks, one of which stiffens its arms on the way, a long way from where they hang."""
+    frames: list[list[tuple[float, ...]]] = []
+    for late in (False, True):
+        robot, legs = Robot(Guard(BODY)), []
+        hanging = list(STAND)
+        hanging[INDEX["LShoulderPitch"]] -= 1.0
+        robot.position = tuple(hanging)
+        for seq in range(300):
+            given = robot.cycle(with_arms(seq, float(late and seq >= 150), leg_swing(seq)))
+            assert given is not None
+            legs.append(tuple(given.position[slot] for slot in LEGS))
+            if late and seq == 150:
+                assert robot.guard.state == "approach"
+        assert robot.guard.state == ("approach" if late else "active")
+        frames.append(legs)
+    assert frames[0] == frames[1]
+
+
+def test_a_command_that_moves_on_ends_its_approach_in_time() -> None:
+    """At 1 rad/s, faster than the approach: after 1.5 times the way's duration the guard lets go."""
+    robot = Robot(Guard(BODY))
+    robot.command()
+    begun = robot.guard.check(command(0, leg_swing(0)), robot.seq).position
+    way = max(abs(a - b) for a, b in zip(robot.position, begun, strict=True))
+    robot.command(leg_swing(0), lease=2)
+    assert robot.guard.state == "approach"
+    for cycles in repeat_while(lambda: robot.guard.state == "approach"):
+        robot.command(leg_swing(cycles + 1), lease=2)
+    assert cycles * BODY.cycle <= max(1.5 * way / SETTINGS.approach.speed, 0.5) + BODY.cycle
+
+
+def test_a_served_protocol_is_followed_as_its_robot_follows_it() -> None:
+    """No approach, no limit of the speed, no reaction to a fall; ranges hold."""
+    guard, far = Guard(BODY), POSTURES["Crouch"]
+    frame = sensors(0)
+    wanted = guard.check(command(0, far), 0)
+    assert guard.cycle(frame, wanted, supervised=True, direct=True) == wanted
+    assert guard.state == "active"
+    lying = sensors(1, far, angle=(0.0, 1.5))
+    for seq in range(1, 20):
+        wanted = guard.check(command(seq, STAND if seq % 2 else far), seq)
+        given = guard.cycle(msgspec.structs.replace(lying, seq=seq), wanted, supervised=True, direct=True)
+        assert given == wanted and guard.state == "active"
 
 
 def test_the_settings_refuse_what_cannot_be() -> None:

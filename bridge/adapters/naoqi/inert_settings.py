@@ -16,7 +16,6 @@ MOTION: Final = (
     "BreathEnabled",
     "IdlePostureEnabled",
     "SmartStiffnessEnabled",
-    "FallManagerEnabled",
     "PushRecoveryEnabled",
     "DiagnosisEffectEnabled",
     "CollisionProtectionEnabled",

@@ -7,6 +7,7 @@ from threading import RLock
 from typing import Any
 
 from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.fall_manager import FallManager
 from bridge.adapters.naoqi.inert_settings import ABILITIES, MOTION, InertSettings
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
@@ -50,6 +51,7 @@ class Services:
         self._tasks = MotionTasks()
         self.motion = JointMotion(self.joints, self._tasks, config)
         self._postures = Postures(self.joints, self.motion, self._tasks)
+        self._falls = FallManager(self.joints, self.motion)
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys(), publish)
         self.memory.update(frame)
         self._table = self._build()
@@ -58,6 +60,7 @@ class Services:
         """A new frame; the lock is held."""
         self.joints.cycle(frame)
         self.memory.update(frame)
+        self._falls.update(frame)
         self._tasks.run(self.joints.dcm.clock.previous)
 
     def abandon(self) -> None:
@@ -141,6 +144,7 @@ class Services:
         reading = self.motion.reading() | {"robotIsWakeUp": lambda: self._postures.awake}
         return (
             of_kind("read", reading | settings.methods("ALMotion", MOTION) | settings.arms())
+            | of_kind("read", self._falls.methods())
             | of_kind("joints", self.motion.moving())
             | of_kind("posture", ending_walks)
             | of_kind("walk", self._walking.methods())

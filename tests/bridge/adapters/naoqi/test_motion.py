@@ -290,3 +290,20 @@ def test_a_motion_of_a_robot_that_goes_away_ends_in_a_sentence(robot: Robot) -> 
     robot.services.abandon()
     with pytest.raises(NaoqiRefused, match="went away"):
         waits.result(0.0)
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_the_fall_manager_ends_motions_and_lets_the_joints_go(
+    enabled: bool, standing: Callable[..., SensorFrame]
+) -> None:
+    robot = Robot(standing())
+    if not enabled:
+        robot.services.call("ALMotion", "setFallManagerEnabled", [False])
+    robot.services.call("ALMotion", "setStiffnesses", ["Body", 1.0])
+    motion = robot.services.call("ALMotion", "angleInterpolation", ["HeadYaw", 1.0, 2.0, True])
+    robot.run(0.5)
+    robot.run(0.5, angle=(0.0, 1.2))
+    stiffness = robot.services.call("ALMotion", "getStiffnesses", ["Body"])
+    assert motion.done() is enabled
+    assert max(stiffness) == pytest.approx(0.1 if enabled else 1.0, abs=1e-4)
+    assert robot.services.call("ALMotion", "getFallManagerEnabled", []) is enabled
