@@ -372,9 +372,9 @@ def test_limp_arms_do_not_slow_the_legs() -> None:
     away[INDEX["LKneePitch"]] += 0.3
     robot.position = tuple(away)
     knee = INDEX["LKneePitch"]
-    for cycles in repeat_while(lambda: robot.position[knee] != STAND[knee]):
+    for _ in repeat_while(lambda: robot.position[knee] != STAND[knee]):
         robot.cycle(with_arms(robot.seq, 0.0, STAND))
-    assert cycles * BODY.cycle == pytest.approx(0.3 / SETTINGS.approach.speed, abs=0.02)
+    assert robot.seq * BODY.cycle == pytest.approx(0.3 / SETTINGS.approach.speed, abs=0.02)
     assert robot.guard.state == "active"
 
 
