@@ -12,6 +12,8 @@ import datetime
 import ipaddress
 import os
 import secrets
+import ssl
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
@@ -177,6 +179,34 @@ def _load_authority(home: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certif
             f"Key and certificate in {home} are not of one authority; take another folder."
         )
     return key, certificate
+
+
+def server_of_today(hosts: Sequence[str]) -> tuple[ssl.SSLContext, str]:
+    """TLS for a server that ends today, by a certificate that signs itself and whose key is kept nowhere.
+
+    Args:
+        hosts: Names and addresses by which it is reached, beside `LOCAL_HOSTS`.
+
+    Returns:
+        The context, and the SHA-256 fingerprint that a browser shows: pairs of hexadecimal digits.
+
+    Raises:
+        ConfigurationError: a host that is neither name nor address.
+    """
+    key = ec.generate_private_key(ec.SECP256R1())
+    names = x509.SubjectAlternativeName(_host_names(dict.fromkeys([*LOCAL_HOSTS, *hosts])))
+    certificate = (
+        _certificate("nao-hil page", _name("nao-hil page"), key.public_key(), datetime.timedelta(days=30))
+        .add_extension(names, critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    with tempfile.TemporaryDirectory() as folder:
+        files = Path(folder) / CERTIFICATE, Path(folder) / PRIVATE_KEY
+        files[0].write_bytes(_pem(certificate))
+        _write_key(files[1], key)
+        context.load_cert_chain(*files)
+    return context, certificate.fingerprint(hashes.SHA256()).hex(":").upper()
 
 
 def _certificate(

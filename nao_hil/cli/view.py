@@ -15,6 +15,7 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import on_signals
 from nao_hil.view.child import READY
+from nao_hil.view.door import open_door
 from nao_hil.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
 
 NICENESS = 10
@@ -27,7 +28,7 @@ def view(
     port: options.Port = DEFAULT_PORT,
     host: Annotated[
         str,
-        typer.Option("--host", help="Address the page listens on; others than loopback are open to all."),
+        typer.Option("--host", help="Address the page listens on; beyond loopback with TLS and a token."),
     ] = DEFAULT_HOST,
     replay: Annotated[
         Path | None,
@@ -43,9 +44,17 @@ def view(
     stop = threading.Event()
     on_signals(stop.set)
     console = open_console()
-    server = open_server(host, port, "nao-hil")
+    door = open_door(host)
+    server = open_server(host, port, "nao-hil", door.access, door.tls)
     os.nice(NICENESS)
-    console.print(f"{READY} http://{host}:{port}/", highlight=False)
+    console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
+    if door.fingerprint:
+        console.print(
+            "Its certificate signs itself: the browser warns, and shows this SHA-256 fingerprint:\n"
+            f"{door.fingerprint}",
+            highlight=False,
+            soft_wrap=True,
+        )
     if replay is not None:
         from nao_hil.view.film import Film
 

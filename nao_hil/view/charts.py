@@ -102,7 +102,7 @@ def strip_charts(
     first: Symptom | None = None,
     ahead: float = 0.0,
 ) -> str:
-    """All charts of the last seconds, as SVG that a page's markdown takes.
+    """All charts of the last seconds, as SVG.
 
     Args:
         history: The numbers.
@@ -128,7 +128,7 @@ def strip_charts(
     if ahead > 0.0:
         x = _x(now, begin)
         body.append(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{y:g}" stroke="#f8f9fa" strokeWidth="0.8"/>'
+            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{y:g}" stroke="#f8f9fa" stroke-width="0.8"/>'
         )
     body.append(_marks(symptoms, first, begin, end, y))
     body.append(_seconds(begin, end, y))
@@ -138,10 +138,9 @@ def strip_charts(
 
 
 def _svg(body: str, height: float) -> str:
-    # `style` of braces is how the page's markdown, which is MDX, takes a style; it must stay on one line.
     return (
-        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="100%" className="charts" '
-        f'style={{{{display: "block"}}}}>{body}</svg>'
+        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="100%" class="charts" style="display: block; '
+        f'font-family: Inter, sans-serif">{body}</svg>'
     )
 
 
@@ -165,7 +164,7 @@ def _chart(chart: Chart, rows: Floats, begin: float, now: float, top: float) -> 
     for line, values in zip(chart.lines, columns, strict=True):
         for points in _pieces(rows[:, 0], np.clip(values, low, high), line.column == "late"):
             path = " ".join(f"{_x(t, begin):.1f},{y_0 + (high - v) * scale:.1f}" for t, v in points)
-            parts.append(f'<polyline points="{path}" fill="none" stroke="{line.colour}" strokeWidth="1.3"/>')
+            parts.append(f'<polyline points="{path}" fill="none" stroke="{line.colour}" stroke-width="1.3"/>')
     return "".join(parts)
 
 
@@ -232,10 +231,10 @@ def _marks(symptoms: Sequence[Symptom], first: Symptom | None, begin: float, end
         x = _x(symptom.time, begin)
         is_first = symptom == first
         colour = RED if is_first else MARKS.get(symptom.kind, ORANGE)
-        width, dash = (2.2, "") if is_first else (1.0, ' strokeDasharray="3 3"')
+        width, dash = (2.2, "") if is_first else (1.0, ' stroke-dasharray="3 3"')
         parts.append(
             f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{bottom:g}" stroke="{colour}" '
-            f'strokeWidth="{width}"{dash}/>'
+            f'stroke-width="{width}"{dash}/>'
         )
         if is_first:
             middle = min(max(x, 0.5 * WIDTH - 30.0), 0.5 * WIDTH + 30.0)
@@ -268,15 +267,13 @@ def _box(y: float, height: float) -> str:
 
 
 def _rule(y: float) -> str:
-    return f'<line x1="{LEFT:g}" x2="{WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}" stroke="#495057" strokeWidth="0.8"/>'
+    return f'<line x1="{LEFT:g}" x2="{WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}" stroke="#495057" stroke-width="0.8"/>'
 
 
 def _text(
     x: float, y: float, text: str, colour: str, anchor: str = "start", weight: str = "400", size: float = 10.5
 ) -> str:
-    # Braces begin code in MDX.
-    safe = html.escape(text).replace("{", "(").replace("}", ")")
     return (
-        f'<text x="{x:.1f}" y="{y:.1f}" fontSize="{size:g}" fontWeight="{weight}" fill="{colour}" '
-        f'textAnchor="{anchor}">{safe}</text>'
+        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:g}" font-weight="{weight}" fill="{colour}" '
+        f'text-anchor="{anchor}">{html.escape(text)}</text>'
     )

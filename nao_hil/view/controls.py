@@ -171,7 +171,7 @@ class Controls:
             self._buttons("walk", acts("Slower", "Stop", "Faster"), "five notches to the gait's own speed")
             self._buttons("next", acts("Gait", "Torso control", "Admittance"))
             keys = gui.add_checkbox("keys, gamepad", initial_value=False, hint=BY_KEYS)
-            words = gui.add_markdown(f'<span className="keys-drive">{BY_KEYS}</span>', visible=False)
+            words = gui.add_markdown(f'<span class="keys-drive">{BY_KEYS}</span>', visible=False)
 
         def show(_: object) -> None:
             words.visible = keys.value

@@ -50,7 +50,7 @@
   }, LOOK);
 })();
 
-// With its server gone the library empties the panel and says nothing.
+// With its server gone the library says little.
 (() => {
   const WORDS =
     "<b>The page has ended, and the run with it, or its robot's process.</b><br>" +
@@ -61,17 +61,17 @@
     "border-left:4px solid #339af0;font:15px/1.6 Inter,sans-serif";
   const PATIENCE = 1000; // ms
 
-  let shown = false; // charts, ever
   let missed = 0; // times in a row
-  setInterval(() => {
-    const charts = document.querySelector("svg.charts") !== null;
-    shown ||= charts;
-    missed = charts ? 0 : missed + 1;
+  const tell = (ended) => {
     const word = document.getElementById("ended");
-    if (charts) word?.remove();
-    else if (shown && missed > 1 && !word) {
+    if (!ended) word?.remove();
+    else if (!word) {
       document.body.insertAdjacentHTML("beforeend", `<div id="ended" style="${STYLE}">${WORDS}</div>`);
     }
+  };
+  setInterval(async () => {
+    missed = await fetch("/alive").then(() => 0, () => missed + 1);
+    tell(missed > 1);
   }, PATIENCE);
 })();
 

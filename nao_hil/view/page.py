@@ -17,6 +17,8 @@ from walker.estimation.odometry import GroundPlane
 
 CAMERA: Final = ((0.50, -0.66, 0.42), (0.0, 0.0, 0.2))
 """Where the camera is and where it looks at first, m, the robot's place being the origin."""
+PANEL: Final = 400
+"""Width of the panel, pixels of the browser."""
 KEPT: Final = 12_000
 """Frames of history, two minutes."""
 CHART_EVERY: Final = 6
@@ -45,15 +47,12 @@ class Page:
         self.server, self.gui = server, server.gui
         self._title = title
         self._lock = threading.Lock()
-        server.gui.configure_theme(
-            control_layout="fixed",
-            control_width="large",
-            dark_mode=True,
-            show_logo=False,
-        )
+        server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(PANEL)
         server.on_client_connect(_aim)
         self._headline = self.gui.add_markdown(f"**{title}**: waiting for the robot")
-        self._charts = self.gui.add_markdown("")
+        self._charts = self.gui.add_html("")
         self._said = self.gui.add_markdown("")
         self.tabs = self.gui.add_tab_group()
         self._scene: RobotScene | None = None
@@ -208,10 +207,7 @@ def _chain(diagnosis: Diagnosis) -> list[str]:
 
 def legend() -> str:
     """What the colours mean, in markdown."""
-    dots = [
-        f'<span style={{{{color: "rgb{p.colour}"}}}}>●</span> **{p.label}**: {p.meaning}'.replace(", ", ",", 2)
-        for p in POINTS
-    ]
+    dots = [f'<span style="color: rgb{p.colour}">●</span> **{p.label}**: {p.meaning}' for p in POINTS]
     return "\n\n".join([*dots, *LEGEND])
 
 
@@ -220,5 +216,5 @@ def _answer(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text that the page's markdown, which is MDX, takes as it is."""
-    return html.escape(text, quote=False).replace("{", "(").replace("}", ")").replace("*", "").replace("_", "-")
+    """Text that markdown takes as it is."""
+    return html.escape(text, quote=False).replace("*", "").replace("_", "-")

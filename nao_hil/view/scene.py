@@ -50,6 +50,8 @@ FOLLOW: Final = 0.1
 """Share of the way to the robot that the picture goes in a frame: its sway is not followed."""
 LEAP: Final = 0.25
 """Distance from which the picture goes there at once, m."""
+PRINTS: Final[dict[str, Colour]] = {"planned": PLANNED, "made": (173, 181, 189)}
+"""Colours of the footprints."""
 FOOTPRINTS: Final = 40
 """Last ones that are kept."""
 
@@ -121,8 +123,7 @@ class RobotScene:
         )
         self._prints: dict[str, list[Array]] = {"planned": [], "made": []}
         self._print_lines = {
-            "planned": self._lines(f"{ROOT}/footprints/planned", 1, PLANNED, 2.0),
-            "made": self._lines(f"{ROOT}/footprints/made", 1, (173, 181, 189), 2.0),
+            kind: self._lines(f"{ROOT}/footprints/{kind}", 1, colour, 2.0) for kind, colour in PRINTS.items()
         }
         self._down: dict[str, dict[Side, bool]] = {
             "planned": dict.fromkeys(SIDES, False),
@@ -171,7 +172,9 @@ class RobotScene:
 
     def _lines(self, name: str, n: int, colour: Colour, width: float) -> Any:
         points = np.zeros((n, 2, 3), dtype=np.float32)
-        return self._scene.add_line_segments(name, points, _of_line(colour), line_width=width)
+        return self._scene.add_line_segments(
+            name, points, _of_line(colour), thickness=width, thickness_units="screen"
+        )
 
     def see_through(self, through: bool) -> None:
         """Draw the robot so that one sees its centre of mass."""
@@ -294,9 +297,7 @@ class RobotScene:
         prints.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32))
         del prints[:-FOOTPRINTS]
         handle = self._print_lines[kind]
-        points = np.concatenate(prints)
-        handle.points = points
-        handle.colors = np.broadcast_to(handle.colors[0, 0], points.shape)
+        handle.points = np.concatenate(prints)
 
     def set_floor(self, floor: GroundPlane) -> None:
         """Draw the floor as it lies."""

@@ -1,50 +1,49 @@
-"""The page's server: viser, on this machine only, without the parts of its page that ask the internet."""
+"""The page's server: viser, behind our own check of who asks, with our own script in its page."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+import logging
 import os
 import re
 import socket
-import tempfile
-from collections.abc import Iterator
+import ssl
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigurationError, LinkError
+from nao_hil.view.access import Access, Answer, Asked
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
+HEADERS: Final = (
+    ("Cache-Control", "no-store"),
+    ("Referrer-Policy", "no-referrer"),
+    ("X-Content-Type-Options", "nosniff"),
+    (
+        "Content-Security-Policy",
+        "default-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; frame-ancestors 'none'",
+    ),
+)
+"""The page asks no other site, and no other site shows it in a frame."""
 
 
-class _Folder(type(Path())):  # type: ignore[misc]
-    """A folder that a path of a request cannot leave, with a page of our own in place of its index."""
-
-    index: Path
-
-    def __truediv__(self, name: Any) -> Any:
-        root = Path(self).resolve()
-        if str(name) == "index.html":
-            return self.index
-        asked = (root / str(name)).resolve()
-        return asked if asked.is_file() and asked.is_relative_to(root) else root / "no-such-file"
-
-
-HIDDEN: Final = "button:has(.tabler-icon-share) { display: none }"
-"""The button that shares the page on the internet; hidden by viser itself it breaks the page on a phone."""
-
-
-def open_server(host: str, port: int, label: str) -> Any:
+def open_server(
+    host: str, port: int, label: str, access: Access | None = None, tls: ssl.SSLContext | None = None
+) -> Any:
     """A `viser.ViserServer`; its page loads nothing from beyond this machine.
 
     Args:
         host: Address to listen on.
         port: TCP port.
         label: Headline of the page.
+        access: Who may open it; None: this machine's own browsers.
+        tls: Serve it over TLS.
 
     Raises:
-        ConfigurationError: viser is not installed.
+        ConfigurationError: viser is not installed, or too old.
         LinkError: the place cannot be listened on.
     """
     try:
@@ -57,7 +56,7 @@ def open_server(host: str, port: int, label: str) -> Any:
         ) from None
     _check_free(host, port)
     # viser announces itself on stdout, which belongs to `--json`.
-    with _own_page(label), contextlib.redirect_stdout(io.StringIO()):
+    with _own_door(access or Access(), _page(label), tls), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     # What a browser can ask for: a tunnel from viser's own site on the internet to this page.
     server.request_share_url = lambda *_, **__: None
@@ -77,36 +76,54 @@ def _check_free(host: str, port: int) -> None:
 
 
 @contextlib.contextmanager
-def _own_page(title: str) -> Iterator[None]:
-    """While the server opens: its files come from a folder that cannot be left, and its index asks nobody.
+def _own_door(access: Access, page: str, tls: ssl.SSLContext | None) -> Iterator[None]:
+    """While the server opens: its connections are checked, its only file is `page`, and it logs no probe."""
+    from websockets.asyncio import server
 
-    viser's index loads a visitor counter from the internet, and its server hands out any file of the machine
-    to who asks for a path with enough `..` in it.
-    """
-    from viser import infra
+    original: Callable[..., Any] = server.serve
+    silent = logging.getLogger("nao_hil.view.connections")
+    silent.setLevel(logging.CRITICAL)
 
-    original = infra.WebsockServer
+    def serve(*arguments: Any, **options: Any) -> Any:
+        own = {"process_request": _door(access, page), "ssl": tls, "logger": silent}
+        return original(*arguments, **(options | own))
 
-    def with_folder(*arguments: Any, **options: Any) -> Any:
-        folder = _Folder(options["http_server_root"])
-        text = (Path(options["http_server_root"]) / "index.html").read_text(encoding="utf-8")
-        folder.index = _index(text, title)
-        return original(*arguments, **(options | {"http_server_root": folder}))
-
-    infra.WebsockServer = with_folder
+    server.serve = serve  # type: ignore[misc, assignment]
     try:
         yield
     finally:
-        infra.WebsockServer = original
+        server.serve = original  # type: ignore[misc, assignment]
 
 
-def _index(text: str, title: str) -> Path:
-    """The page without the scripts that ask the internet, with our own; in a file."""
-    text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
-    text = re.sub(r"<script(?![^>]*type=\"module\").*?</script>", "", text, flags=re.DOTALL)
+def _door(access: Access, page: str) -> Callable[[Any, Any], Any]:
+    """What websockets asks about each request."""
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+
+    def response(answer: Answer) -> Response:
+        body = answer.text.encode()
+        headers = dict([("Content-Type", "text/plain; charset=utf-8"), *HEADERS, *answer.headers])
+        headers["Content-Length"] = str(len(body))
+        return Response(answer.status.value, answer.status.phrase, Headers(headers), body)
+
+    def door(_: Any, request: Any) -> Response | None:
+        def only(name: str) -> str:
+            values = request.headers.get_all(name)
+            return values[0] if len(values) == 1 else ""
+
+        asked = Asked(request.path, only("Host"), only("Origin"), only("Cookie"), only("Upgrade"))
+        answer = access.check(asked, page)
+        return None if answer is None else response(answer)
+
+    return door
+
+
+def _page(title: str) -> str:
+    """The page of viser with our title and script."""
+    import viser
+
+    file = Path(viser.__file__).with_name("client") / "build" / "index.html"
+    text = file.read_text(encoding="utf-8")
     script = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
-    head = f"<title>{title}</title>\n<style>{HIDDEN}</style>\n<script>\n{script}</script>"
-    text = re.sub(r"<title>.*?</title>", lambda _: head, text)
-    folder = Path(tempfile.mkdtemp(prefix="nao-hil-page-"))
-    (folder / "index.html").write_text(text, encoding="utf-8")
-    return folder / "index.html"
+    head = f"<title>{title}</title>\n<script>\n{script}</script>"
+    return re.sub(r"<title>.*?</title>", lambda _: head, text, count=1)

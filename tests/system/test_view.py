@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import http.client
 import re
 import socket
+import ssl
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -65,10 +68,65 @@ def recording(tmp_path: Path) -> Path:
 
 
 def get(port: int, path: str) -> tuple[int, bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)
-    connection.request("GET", path)
-    response = connection.getresponse()
-    return response.status, response.read()
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)) as connection:
+        connection.request("GET", path)
+        response = connection.getresponse()
+        return response.status, response.read()
+
+
+def handshake(port: int, origin: str, host: str) -> int:
+    """Status of the response to a WebSocket's handshake; 101: it is open."""
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)) as connection:
+        fields = {"Host": host, "Origin": origin, "Upgrade": "websocket", "Connection": "Upgrade"}
+        fields |= {"Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+        connection.request("GET", "/", headers=fields)
+        return connection.getresponse().status
+
+
+def test_only_the_page_itself_connects_and_a_probe_of_the_port_leaves_no_trace(
+    start: Start, port: int, recording: Path
+) -> None:
+    view = start("view", "--replay", str(recording), "--port", str(port))
+    until(lambda: "the page is at" in view.said, "the page")
+    own = f"127.0.0.1:{port}"
+    socket.create_connection(("127.0.0.1", port)).close()
+    with socket.create_connection(("127.0.0.1", port)) as probe:
+        probe.sendall(b"\x16\x03\x01 this is no HTTP\r\n\r\n")
+    assert handshake(port, f"http://{own}", own) == 101
+    assert handshake(port, "http://evil.example", own) == 403
+    assert handshake(port, "http://evil.example", "evil.example") == 403
+    view.interrupt()
+    assert view.process.returncode == 0
+    assert [line for line in view.said.splitlines() if "the page is at" not in line and line.strip()] == []
+
+
+def test_beyond_loopback_the_page_takes_tls_and_the_token_that_is_printed(
+    start: Start, port: int, recording: Path
+) -> None:
+    view = start("view", "--replay", str(recording), "--port", str(port), "--host", "0.0.0.0")
+    until(lambda: "fingerprint" in view.said, "the page")
+    (token,) = re.findall(rf"https://[^/]+:{port}/\?token=([\w-]+)", view.said)
+    (fingerprint,) = re.findall(r"(?:[0-9A-F]{2}:){31}[0-9A-F]{2}", view.said)
+    served = ssl.get_server_certificate(("127.0.0.1", port))
+    assert hashlib.sha256(ssl.PEM_cert_to_DER_cert(served)).hexdigest().upper() == fingerprint.replace(":", "")
+    trust = ssl.create_default_context(cadata=served)
+
+    def ask(path: str, cookie: str = "") -> http.client.HTTPResponse:
+        connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=30.0, context=trust)
+        with contextlib.closing(connection):
+            connection.request("GET", path, headers={"Cookie": cookie})
+            response = connection.getresponse()
+            response.read()
+            return response
+
+    assert ask("/").status == 401
+    opened = ask(f"/?token={token}")
+    assert opened.status == 303
+    assert ask("/", (opened.getheader("Set-Cookie") or "").partition(";")[0]).status == 200
+    with pytest.raises((http.client.HTTPException, OSError)):
+        get(port, "/")  # plain HTTP
+    view.interrupt()
+    assert view.process.returncode == 0
 
 
 def one_sentence(said: str) -> str:
@@ -84,9 +142,7 @@ def test_a_page_asks_nobody_gives_nothing_else_away_and_ends_with_ctrl_c(
     until(lambda: f"the page is at http://127.0.0.1:{port}/" in view.said, "the page")
     status, page = get(port, "/")
     assert status == 200 and b"<title>nao-hil</title>" in page
-    assert not re.search(rb"https?://", page)
-    (script,) = re.findall(rb'src="\./(assets/[^"]+)"', page)
-    assert get(port, f"/{script.decode()}")[0] == 200
+    assert not re.search(rb"(src|href)=[\"']?(https?:)?//", page)
     secret = tmp_path / "secret"
     secret.write_text("secret")
     for path in (f"/{'../' * 30}{str(secret)[1:]}", "/../__init__.py"):

@@ -1,0 +1,114 @@
+"""Who may open the page: each request is checked before viser sees it.
+
+A browser lets any web page of any site open a WebSocket to this machine, and lets a site point its own name at
+127.0.0.1 (DNS rebinding). So the handshake must come from the page itself (its `Origin` is the address it was
+served at), and on loopback the address must be a loopback name. Beyond loopback a token, once given in the
+address, is kept in a cookie that scripts cannot read and other sites do not send.
+"""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from ipaddress import ip_address
+from typing import Final
+from urllib.parse import parse_qs, urlsplit
+
+COOKIE: Final = "nao-hil-page"
+ALIVE: Final = "/alive"
+"""What the page asks for to learn that its server has ended."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A request: its target and the headers that count; each is empty where it is missing or given twice."""
+
+    target: str
+    host: str
+    origin: str = ""
+    cookie: str = ""
+    upgrade: str = ""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The response to a request that is not a WebSocket's handshake, or to a refused one."""
+
+    status: HTTPStatus
+    text: str
+    headers: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Access:
+    """The rule.
+
+    Args:
+        token: What one must know; None: nothing, but only loopback names are answered.
+        tls: The page is served over TLS.
+    """
+
+    token: str | None = None
+    tls: bool = False
+
+    def check(self, asked: Asked, page: str) -> Answer | None:
+        """What a request is answered with; None: it is a handshake, and may go on.
+
+        Args:
+            asked: The request.
+            page: The page, HTML.
+        """
+        name = _name(asked.host)
+        if self.token is None and not is_loopback(name):
+            return Answer(HTTPStatus.FORBIDDEN, "This page answers at localhost and 127.0.0.1 only.\n")
+        address = urlsplit(asked.target)
+        if self.token is not None:
+            given = parse_qs(address.query).get("token", [""])[0]
+            if self._knows(given):
+                cookie = f"{COOKIE}={given}; Path=/; HttpOnly; SameSite=Strict" + "; Secure" * self.tls
+                return Answer(HTTPStatus.SEE_OTHER, "", (("Set-Cookie", cookie), ("Location", "/")))
+            if not self._knows(_cookie(asked.cookie)):
+                return Answer(
+                    HTTPStatus.UNAUTHORIZED, "Open the address with the token that `nao-hil view` printed.\n"
+                )
+        if asked.upgrade:
+            own = f"{'https' if self.tls else 'http'}://{asked.host}"
+            if asked.origin != own:
+                return Answer(HTTPStatus.FORBIDDEN, "Only the page itself may connect.\n")
+            return None
+        if address.path == ALIVE:
+            return Answer(HTTPStatus.NO_CONTENT, "")
+        if address.path in ("/", "/index.html"):
+            return Answer(HTTPStatus.OK, page, (("Content-Type", "text/html; charset=utf-8"),))
+        return Answer(HTTPStatus.NOT_FOUND, "There is nothing here; the page is at /.\n")
+
+    def _knows(self, given: str) -> bool:
+        return self.token is not None and hmac.compare_digest(given.encode(), self.token.encode())
+
+
+def is_loopback(name: str) -> bool:
+    """Whether a host's name or address is this machine's own."""
+    if name == "localhost":
+        return True
+    try:
+        return ip_address(name).is_loopback
+    except ValueError:
+        return False
+
+
+def _name(host: str) -> str:
+    """The name in a `Host` header."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _cookie(header: str) -> str:
+    try:
+        kept = SimpleCookie(header).get(COOKIE)
+    except CookieError:
+        return ""
+    return kept.value if kept is not None else ""
