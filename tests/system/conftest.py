@@ -8,14 +8,20 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pytest
 
+from nao_hil.runs.bare_loop import BareLoop
+from tests.system.machine import complaint, engine_cycles
+
+LATENESS: pytest.StashKey[npt.NDArray[np.float64]] = pytest.StashKey()
+"""Of the bare loop beside a real-time test, s."""
 REPOSITORY = Path(__file__).parents[2]
 TIMEOUT = 120.0
 """s for what takes well under a second on an idle machine."""
@@ -96,57 +102,25 @@ def endpoint() -> str:
         return f"tcp/127.0.0.1:{free.getsockname()[1]}"
 
 
-def robot_alone(seconds: float = 5.0) -> dict[str, Any]:
-    """How an emulated robot keeps real time on this machine with nothing beside it.
-
-    Args:
-        seconds: to run it, s.
-
-    Returns:
-        `timing` of `nao-hil emulate --json`: cycles, skipped, and the work of a cycle (p50, p99, s).
-    """
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = f"tcp/127.0.0.1:{free.getsockname()[1]}"
-    with tempfile.TemporaryDirectory() as folder:
-        command = [
-            sys.executable,
-            "-m",
-            "nao_hil.cli",
-            "emulate",
-            "--listen",
-            address,
-            "--out",
-            folder,
-            "--json",
-        ]
-        process = subprocess.Popen(
-            command, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )
-        time.sleep(seconds + 2.0)  # 2 s to start
-        process.send_signal(signal.SIGINT)
-        result, _ = process.communicate(timeout=TIMEOUT)
-    timing: dict[str, Any] = json.loads(result.splitlines()[-1])["timing"]
-    return timing
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, None]:
+    """A bare loop beside each real-time test."""
+    if item.get_closest_marker("realtime") is None:
+        yield
+        return
+    with BareLoop() as loop:
+        yield
+    item.stash[LATENESS] = loop.lateness
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
-    """A failed real-time test says nothing of the code where the robot alone cannot keep real time either.
-
-    Measured three times right after the failure. The test is skipped, with the figures, where the robot alone
-    skips over 1 % of its cycles, or needs more than half of the cycle time in 1 % of them.
-    """
-    outcome = yield
-    report = outcome.get_result()
-    if report.when != "call" or not report.failed or item.get_closest_marker("realtime") is None:
+    """A failed real-time test is skipped where the machine could not hold a robot's cycle (`machine.py`)."""
+    report = (yield).get_result()
+    if report.when != "call" or not report.failed or LATENESS not in item.stash:
         return
-    floor = max((robot_alone() for _ in range(3)), key=lambda timing: timing["work"]["p99"])
-    if floor["skipped"] > 0.01 * floor["cycles"] or floor["work"]["p99"] > 0.005:
-        figures = (
-            f"{floor['skipped']} of {floor['cycles']} cycles skipped, "
-            f"{1e3 * floor['work']['p99']:.1f} ms of work in the slowest 1 %"
-        )
+    reason = complaint(item.stash[LATENESS], engine_cycles())
+    if reason:
         print(f"{item.name}: {report.longreprtext}", file=sys.stderr)
         report.outcome = "skipped"
-        report.longrepr = str(item.path), 0, f"the robot alone does not keep real time here: {figures}"
+        report.longrepr = str(item.path), 0, f"the machine does not keep real time: {reason}"

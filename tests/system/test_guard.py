@@ -59,7 +59,7 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
         assert monitor.truth is not None and not monitor.truth.fell
         # What the sensors say lags by a cycle, and in lockstep no cycle follows the one that ended the descent.
         until(lambda: monitor.sensors and max(monitor.sensors.stiffness) < 0.15, "the joints to let go")
-        assert standing_height(monitor) < high - 0.05
+        assert standing_height(monitor) < high - 0.03  # a crouch is 5 cm lower than the walk
         last = start(*walk, "--steps", "2", "--json")
         if mode == "lockstep":  # in real time a busy machine may make the walk itself fall
             assert last.wait() == 0, last.said
