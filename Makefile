@@ -10,7 +10,7 @@ HAS_WHEEL := import sys, platform as p; \
 	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test realtime-test browser-test check docs bench images compose-test lock clean
+.PHONY: help setup demo test realtime-test browser-test wheel-test check docs bench images compose-test lock clean
 
 help:
 	@echo "make setup   .venv with everything needed to run and test"
@@ -18,6 +18,7 @@ help:
 	@echo "make test    setup, then all tests but those in real time and those of the page in a browser"
 	@echo "make realtime-test  tests by the wall clock; they need the machine to themselves"
 	@echo "make browser-test  the page in a headless browser; needs Chromium"
+	@echo "make wheel-test  the wheel in a fresh environment without the lock, its page in a headless browser"
 	@echo "make check   ruff, mypy, import-linter, and the docs with every link"
 	@echo "make docs    the documentation as pages: site/index.html"
 	@echo "make bench   benchmarks, each beside its floor"
@@ -57,6 +58,9 @@ realtime-test: setup
 
 browser-test: setup
 	$(BIN)/pytest -m browser
+
+wheel-test: setup
+	.ci/wheel
 
 check: setup docs
 	$(BIN)/ruff check .

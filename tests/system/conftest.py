@@ -23,6 +23,8 @@ from tests.system.machine import complaint, engine_cycles
 LATENESS: pytest.StashKey[npt.NDArray[np.float64]] = pytest.StashKey()
 """Of the bare loop beside a real-time test, s."""
 REPOSITORY = Path(__file__).parents[2]
+INSTALLED = os.environ.get("NAO_HIL_PYTHON")
+"""Python of an installed nao-hil that is tested in place of this checkout; `.ci/wheel` gives it."""
 TIMEOUT = 120.0
 """s for what takes well under a second on an idle machine."""
 
@@ -35,8 +37,8 @@ class Command:
         start = ["-c", script] if script else ["-m", "nao_hil.cli"]
         with self._out.open("w") as out, self._err.open("w") as err:
             self.process = subprocess.Popen(
-                [sys.executable, *start, *arguments],
-                cwd=REPOSITORY,
+                [INSTALLED or sys.executable, *start, *arguments],
+                cwd=folder if INSTALLED else REPOSITORY,
                 stdin=subprocess.DEVNULL,
                 stdout=out,
                 stderr=err,
