@@ -49,14 +49,17 @@ demo: setup
 	@echo "Ten steps, about a minute; look at http://127.0.0.1:8080/ as soon as the page is there."
 	$(BIN)/nao-hil up --view
 
+# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
 test: setup
-	$(BIN)/pytest -n auto -m "not realtime and not browser"
+	$(BIN)/pytest -n auto --dist worksteal -m "not realtime and not browser"
 
-# One after the other, with the machine to themselves.
-realtime-test: setup
+# One after the other, with the machine to themselves; see docs/testing.md for when one is skipped.
+realtime-# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
+test: setup
 	$(BIN)/pytest -m realtime -rs
 
-browser-test: setup
+browser-# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
+test: setup
 	$(BIN)/pytest -m browser
 
 wheel-test: setup
@@ -79,7 +82,8 @@ images:
 		docker build -f Dockerfile --target $$target -t nao-hil-$$target \
 		--build-arg BASE=$${BASE:-python:3.11-slim-bookworm} --build-arg NO_INDEX=$$NO_INDEX .. || exit 1; done
 
-compose-test: setup
+compose-# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
+test: setup
 	docker/compose-test
 
 # pip-compile drops the marker of what an extra asks for.
