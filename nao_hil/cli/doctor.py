@@ -36,6 +36,7 @@ CALM: Final = 0.001
 EXTRAS: Final = {
     "emulator": ("numba", "pybullet"),
     "analysis": ("matplotlib", "psutil"),
+    "campaign": ("distributed", "duckdb", "optuna", "pyarrow"),
     "design": ("control", "optuna"),
 }
 """Optional packages by the extra of nao-hil that brings them."""

@@ -32,10 +32,6 @@ Seeds = Annotated[
 FirstSeed = Annotated[
     int, typer.Option("--first-seed", help="The first seed; others follow it.", min=0, metavar="N")
 ]
-Workers = Annotated[
-    int | None,
-    typer.Option("--workers", help="Runs at a time; default: one per core.", min=1, metavar="N"),
-]
 Duration = Annotated[
     float | None,
     typer.Option("--duration", help="Seconds of one run, for `soak`; default: its own.", min=10.0, metavar="S"),
@@ -65,7 +61,7 @@ def experiment(
     robot: options.Body = None,
     wear: Wear = None,
     config: Config = None,
-    workers: Workers = None,
+    cluster: options.Cluster = "local",
     duration: Duration = None,
     out: options.Out = None,
     as_json: options.Json = False,
@@ -94,7 +90,7 @@ def experiment(
     console = open_console()
     with (
         CampaignProgress(console) as progress,
-        Campaign(directory.path / "walks", workers=workers, stop=stop, progress=progress) as campaign,
+        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
     ):
         runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration)
         for each in [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]:

@@ -129,6 +129,15 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", help="Folder for recording and summary; default runs/<time>/.", metavar="DIR"),
 ]
+Cluster = Annotated[
+    str,
+    typer.Option(
+        "--cluster",
+        help="Where walks are walked: `local` (a process per core), `local:N`, `inline` (this process), or the "
+        "address of a dask scheduler.",
+        metavar="local[:N]|inline|tcp://HOST:PORT",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="End with one JSON object on the last line of stdout.")]
 Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]
 Listen = Annotated[

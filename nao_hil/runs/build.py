@@ -16,14 +16,22 @@ from walker.stabilization.parameters import controller_parameters
 if TYPE_CHECKING:
     from emulator.robot import EmulatedRobot
     from emulator.scenarios import Scenario
+    from emulator.wear import WearProfile
 
 
-def build_robot(settings: RunConfig, scenario: Scenario | None = None) -> EmulatedRobot:
+def build_robot(
+    settings: RunConfig,
+    scenario: Scenario | None = None,
+    body: Body | None = None,
+    wear: WearProfile | None = None,
+) -> EmulatedRobot:
     """The emulated robot of a run, at cycle 0; the caller closes it.
 
     Args:
         settings: Configuration; `robot`, `wear`, `scenario` and `seed` are read.
         scenario: Replaces the scenario that the configuration names.
+        body: Replaces the body that it names.
+        wear: Replaces the wear profile that it names.
 
     Raises:
         ConfigurationError: no such body, wear profile or scenario.
@@ -34,9 +42,9 @@ def build_robot(settings: RunConfig, scenario: Scenario | None = None) -> Emulat
     from emulator.wear import load_wear
 
     return EmulatedRobot(
-        load_body(settings.robot),
+        load_body(settings.robot) if body is None else body,
         seed=settings.seed,
-        wear=load_wear(settings.wear),
+        wear=load_wear(settings.wear) if wear is None else wear,
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
     )
 

@@ -1,17 +1,31 @@
-"""A campaign: walks over the cores, with what was walked before taken from disk, and progress shown."""
+"""A campaign: walks over processes and hosts, what was walked before taken from disk."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
-from nao_hil.runs.executor import Job, WorkerPool
-from nao_hil.runs.store import Store
+import msgspec
+
+from bridge.errors import ConfigurationError, NaoHilError
+from nao_hil.runs.executors import Job, RunFailed, local_workers, open_executor
+from nao_hil.runs.store import key
 from nao_hil.runs.walk import Walk, WalkOutcome, walk
+
+if TYPE_CHECKING:
+    from nao_hil.runs.dataset import Dataset
+
+_Same = list[tuple[int, Walk]]
+"""Walks with their places that one run answers: they differ in name alone."""
+LOOK: Final = 1000
+"""Walks that are looked up on disk at a time."""
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -46,33 +60,32 @@ class Silent:
 class Campaign:
     """Runs walks; to be used with `with`.
 
-    Results are in the order of what was asked, whatever the order in which they came.
+    A run that fails ends no other; the first failure is raised when all others are done.
 
     Args:
-        folder: Where walks are kept; None: nowhere.
-        workers: Processes; None: one per core.
+        folder: Data set in which walks are kept; None: nowhere.
+        cluster: Where runs are carried out, see `open_executor`.
         stop: Set from outside: what is under way is given up, and each call returns what is there.
         progress: Who is told.
+
+    Raises:
+        ConfigurationError: a folder that cannot be written, or no such cluster.
     """
 
     def __init__(
         self,
         folder: Path | None = None,
         *,
-        workers: int | None = None,
+        cluster: str = "local",
         stop: threading.Event | None = None,
         progress: Progress | None = None,
     ) -> None:
         self._stop = stop or threading.Event()
-        self._pool = WorkerPool(workers, self._stop)
-        self._store = Store(folder) if folder is not None else None
+        self._executor = open_executor(cluster, self._stop)
+        self._at_once = local_workers(cluster)
+        self._dataset = _open_dataset(folder) if folder is not None else None
         self._progress = progress or Silent()
         self._telling = threading.Lock()
-
-    @property
-    def workers(self) -> int:
-        """Most runs at a time."""
-        return self._pool.workers
 
     @property
     def interrupted(self) -> bool:
@@ -80,33 +93,73 @@ class Campaign:
         return self._stop.is_set()
 
     def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
-        """Walk them all; when stopped, those that are done.
+        """Walk them all; when stopped, those that are done, in the order of what was asked.
 
         Raises:
             NaoHilError: a configuration that cannot be walked, or a run that failed; names it.
         """
         self._progress.expect(len(walks))
-        results = [self._store.get(task) if self._store else None for task in walks]
-        for task, result in zip(walks, results, strict=True):
-            if result is not None:
-                self._progress.done(task.name, f"{_note(result)}, walked before")
-        left = [i for i, result in enumerate(results) if result is None]
-        jobs = [Job(f"{walks[i].name} (seed {walks[i].config.seed})", walk, walks[i]) for i in left]
-        for place, result in self._pool.run(jobs):
-            results[left[place]] = result
-            if self._store:
-                self._store.put(result)
-            self._progress.done(result.walk.name, _note(result))
-        return [result for result in results if result is not None]
+        results = dict(self.stream(walks))
+        return [results[place] for place in sorted(results)]
+
+    def stream(self, walks: Iterable[Walk]) -> Iterator[tuple[int, WalkOutcome]]:
+        """Walk any number of walks; yields the place of each and how it went, in the order of completion.
+
+        Raises:
+            NaoHilError: as `walk`, after the last.
+        """
+        known: deque[tuple[int, WalkOutcome]] = deque()
+        under_way: dict[int, _Same] = {}
+        failures: list[NaoHilError] = []
+        for finished in self._executor.run(self._jobs(walks, known, under_way)):
+            yield from _emptied(known)
+            same = under_way.pop(finished.place)
+            if finished.error is not None:
+                failures.append(_named(finished.error, same[0][1]))
+                for _, task in same:
+                    self._progress.done(task.name, "failed")
+                continue
+            if self._dataset:
+                self._dataset.put(finished.result, finished.seconds)
+            for place, task in same:
+                self._progress.done(task.name, _note(finished.result))
+                yield place, replace(finished.result, walk=task)
+        yield from _emptied(known)
+        _raise_first(failures)
+
+    def _jobs(
+        self, walks: Iterable[Walk], known: deque[tuple[int, WalkOutcome]], under_way: dict[int, _Same]
+    ) -> Iterator[Job]:
+        """A job for each walk that is not on disk; what is there goes to `known`."""
+        job, numbered = 0, enumerate(walks)
+        while block := list(islice(numbered, LOOK)):
+            waiting: dict[str, _Same] = {}
+            for place, task in block:
+                waiting.setdefault(key(task), []).append((place, task))
+            found = self._dataset.find({k: same[0][1] for k, same in waiting.items()}) if self._dataset else {}
+            for each, same in waiting.items():
+                if (before := found.get(each)) is not None:
+                    known.extend((place, replace(before, walk=task)) for place, task in same)
+                    for _, task in same:
+                        self._progress.done(task.name, f"{_note(before)}, walked before")
+                    continue
+                under_way[job], first = same, same[0][1]
+                job += 1
+                yield Job(f"{first.name} (seed {first.config.seed})", walk, first.with_contents())
 
     def map(self, name: str, function: Callable[[Any], Any], arguments: Sequence[Any]) -> list[Any]:
         """Call a function of a module's top level with each argument, in the workers; as `walk`, not kept."""
         self._progress.expect(len(arguments))
         jobs = [Job(f"{name} ({i + 1} of {len(arguments)})", function, a) for i, a in enumerate(arguments)]
         found: dict[int, Any] = {}
-        for place, result in self._pool.run(jobs):
-            found[place] = result
-            self._progress.done(name, "")
+        failures = []
+        for finished in self._executor.run(jobs):
+            if finished.error is not None:
+                failures.append(finished.error)
+            else:
+                found[finished.place] = finished.result
+            self._progress.done(name, "failed" if finished.error else "")
+        _raise_first(failures)
         return [found[place] for place in sorted(found)]
 
     def watch(
@@ -115,7 +168,7 @@ class Campaign:
         arguments: Sequence[Argument],
         note: Callable[[Argument, Result], tuple[str, str]],
     ) -> list[Result | None]:
-        """Call a function with each argument, in as many threads as there are workers.
+        """Call a function with each argument, in as many threads as a local cluster would have processes.
 
         For runs that are processes of their own and only need watching; the function itself looks at
         `interrupted`.
@@ -149,7 +202,7 @@ class Campaign:
                 self._progress.done(*note(argument, result))
             return result
 
-        with ThreadPoolExecutor(self.workers) as threads:
+        with ThreadPoolExecutor(self._at_once) as threads:
             return list(threads.map(call, arguments))
 
     def __enter__(self) -> Campaign:
@@ -158,7 +211,37 @@ class Campaign:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._pool.__exit__(kind, error, trace)
+        self._executor.close()
+        if self._dataset:
+            self._dataset.close()
+
+
+def _open_dataset(folder: Path) -> Dataset:
+    try:
+        from nao_hil.runs.dataset import Dataset
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(f"keeping walks needs {error.name}; install nao-hil[campaign].") from None
+    return Dataset(folder)
+
+
+def _emptied(results: deque[tuple[int, WalkOutcome]]) -> Iterator[tuple[int, WalkOutcome]]:
+    while results:
+        yield results.popleft()
+
+
+def _named(error: NaoHilError, task: Walk) -> NaoHilError:
+    """The error with the configuration of its walk."""
+    words = f"{error}\nconfiguration of {task.name}: {msgspec.json.encode(task.config).decode()}"
+    return RunFailed(words) if isinstance(error, RunFailed) else error
+
+
+def _raise_first(failures: Sequence[NaoHilError]) -> None:
+    if not failures:
+        return
+    first = failures[0]
+    if len(failures) > 1 and isinstance(first, RunFailed):
+        raise RunFailed(f"{len(failures)} runs failed; the first: {first}") from None
+    raise first
 
 
 def _note(result: WalkOutcome) -> str:

@@ -9,11 +9,13 @@ from typing import Final, Literal
 import msgspec
 
 from bridge import rotations
+from bridge.body import BODIES, Body, load_body
 from bridge.guard import Guard
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.messages.world import PlateUnderFoot
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
+from emulator.wear import WearProfile, load_wear
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
@@ -40,6 +42,20 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     plates: tuple[tuple[float, PlateUnderFoot], ...] = ()
     """Plates by time of the walk, s; those of the scenario count from the robot's first frame."""
     keep_track: bool = True
+    body: Body | None = None
+    """In place of the one that the configuration names."""
+    wear: WearProfile | None = None
+    """Likewise."""
+
+    def with_contents(self) -> Walk:
+        """The same with the contents of the files that the configuration names: a worker may not have them.
+
+        Raises:
+            ConfigurationError: a file that cannot be read.
+        """
+        body = self.body or (None if self.config.robot in BODIES else load_body(self.config.robot))
+        wear = self.wear or (load_wear(self.config.wear) if self.config.wear.endswith(".toml") else None)
+        return msgspec.structs.replace(self, body=body, wear=wear)
 
 
 class WalkEnd(msgspec.Struct, frozen=True, kw_only=True):
@@ -91,7 +107,7 @@ def walk(task: Walk) -> WalkOutcome:
     """
     config = msgspec.structs.replace(task.config, scenario="flat", steps=0, duration=0.0)
     make = controller_maker(config)
-    with build_robot(config, task.scenario) as robot:
+    with build_robot(config, task.scenario, task.body, task.wear) as robot:
         body = robot.body
         witness = _Witness(task, robot)
         most = round((LONGEST_START + task.duration) / body.cycle)

@@ -32,7 +32,7 @@ pytestmark = [
 
 @pytest.fixture
 def context(tmp_path: Path) -> Iterator[Context]:
-    with Campaign(workers=1) as campaign:
+    with Campaign(cluster="local:1") as campaign:
         yield Context(campaign, tmp_path, (3,), RunConfig())
 
 

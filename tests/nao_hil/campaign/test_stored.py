@@ -53,7 +53,7 @@ def test_watched_calls_come_in_order_and_as_many_at_once_as_there_are_workers() 
         return seconds
 
     pauses = [0.05, 0.01, 0.03, 0.02, 0.04]
-    with Campaign(workers=2) as campaign:
+    with Campaign(cluster="local:2") as campaign:
         assert campaign.watch(call, pauses, lambda s, _: (f"{s}", "done")) == pauses
     assert most == 2
 
@@ -68,7 +68,7 @@ def test_after_a_stop_and_after_an_error_no_further_call_is_made() -> None:
             raise Interrupted
         return n
 
-    with Campaign(workers=1, stop=stop) as campaign:
+    with Campaign(cluster="local:1", stop=stop) as campaign:
         assert campaign.watch(stops, range(4), lambda n, _: (f"{n}", "done")) == [0, None, None, None]
     assert made == [0, 1]
     made.clear()
@@ -79,6 +79,6 @@ def test_after_a_stop_and_after_an_error_no_further_call_is_made() -> None:
             raise ValueError(n)
         return n
 
-    with Campaign(workers=1) as campaign, pytest.raises(ValueError, match="1"):
+    with Campaign(cluster="local:1") as campaign, pytest.raises(ValueError, match="1"):
         campaign.watch(fails, range(4), lambda n, _: (f"{n}", "done"))
     assert made == [0, 1]

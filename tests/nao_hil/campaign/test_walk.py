@@ -12,9 +12,12 @@ from bridge.messages.world import PlateUnderFoot
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from nao_hil.experiments.geometry import soles_in_world
+from nao_hil.runs import campaign as campaign_module
 from nao_hil.runs import store
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.dataset import Dataset
+from nao_hil.runs.executors import RunFailed
 from nao_hil.runs.walk import Walk, WalkOutcome, walk
 
 BARE = {"admittance": False, "torso": "none"}
@@ -45,12 +48,12 @@ class Told:
 def test_results_do_not_depend_on_workers_or_on_the_store(tmp_path: Path) -> None:
     walks = [bare(0), bare(1)]
     here = walk(walks[0])
-    with Campaign(tmp_path, workers=1) as campaign:
+    with Campaign(tmp_path, cluster="inline") as campaign:
         one = campaign.walk(walks)
-    with Campaign(workers=2) as campaign:
+    with Campaign(cluster="local:2") as campaign:
         two = campaign.walk(walks)
     told = Told()
-    with Campaign(tmp_path, workers=1, progress=told) as campaign:
+    with Campaign(tmp_path, cluster="inline", progress=told) as campaign:
         kept = campaign.walk([*walks, *walks])
     assert [note.endswith("walked before") for note in told.notes] == [True] * 4
     assert here.end.survived and len(here.track) == 50
@@ -92,17 +95,27 @@ def test_the_key_is_what_the_walk_depends_on() -> None:
     assert store.key(msgspec.structs.replace(bare(), config=changed)) != key
 
 
-def test_a_spoilt_file_is_walked_again(tmp_path: Path) -> None:
-    kept = store.Store(tmp_path)
-    task = bare(duration=0.1)
-    kept.put(walk(task))
-    assert kept.get(task) is not None
-    (file,) = tmp_path.iterdir()
-    file.write_bytes(file.read_bytes()[:1000])
-    assert kept.get(task) is None
+def test_a_walk_that_fails_names_its_configuration_and_ends_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def breaks(task: Walk) -> WalkOutcome:
+        if task.config.seed == 1:
+            raise ZeroDivisionError
+        return walk(task)
+
+    monkeypatch.setattr(campaign_module, "walk", breaks)
+    walks = [bare(seed, 0.1) for seed in range(3)]
+    with (
+        Campaign(tmp_path, cluster="inline") as campaign,
+        pytest.raises(
+            RunFailed, match=r"(?s)seed 1\) failed: ZeroDivisionError.*configuration of test: .*\"seed\":1"
+        ),
+    ):
+        campaign.walk(walks)
+    assert len(Dataset(tmp_path).find({store.key(task): task for task in walks})) == 2
 
 
 def test_parameters_that_cannot_be_walked_are_one_sentence() -> None:
     config = RunConfig(gait="static", parameters={"l_GH": 0.5})
-    with Campaign(workers=1) as campaign, pytest.raises(ConfigurationError):
+    with Campaign(cluster="inline") as campaign, pytest.raises(ConfigurationError):
         campaign.walk([Walk(name="long legs", config=config, duration=1.0)])

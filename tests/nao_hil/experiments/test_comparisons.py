@@ -129,7 +129,7 @@ def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -
 def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
     setup = landing_force.ObstacleSetup(duration=3.6, plate_time=3.0, lower=(), higher=())
     changes = RunConfig(wear="nominal", controller={"torso": "none"})
-    with Campaign(workers=2) as campaign:
+    with Campaign(cluster="inline") as campaign:
         outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
     data = json.loads(msgspec.json.encode(outcome.result))
     assert data["name"] == "obstacle" and data["passed"] is outcome.page.passed is False
@@ -144,7 +144,7 @@ def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -
 def test_a_stop_before_each_arm_has_a_run_leaves_nothing_to_judge(tmp_path: Path) -> None:
     stop = threading.Event()
     stop.set()
-    with Campaign(workers=1, stop=stop) as campaign, pytest.raises(Interrupted):
+    with Campaign(cluster="inline", stop=stop) as campaign, pytest.raises(Interrupted):
         obstacle.experiment(Context(campaign, tmp_path, (0,), NOMINAL))
 
 

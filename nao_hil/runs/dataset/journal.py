@@ -1,0 +1,91 @@
+"""The newest rows, as lines of JSON that are on the disk before the next walk begins: one file per writer."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Final
+
+import msgspec
+
+from nao_hil.runs.dataset.row import Row
+
+SUFFIX: Final = ".jsonl"
+
+
+class Journal:
+    """A file that this process alone writes; its lock tells others that its writer lives.
+
+    Args:
+        folder: Of the journals.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.path = folder / f"{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}{SUFFIX}"
+        self._file = self.path.open("ab")
+        fcntl.flock(self._file, fcntl.LOCK_EX)
+
+    def append(self, row: Row) -> None:
+        """Write a row; on the disk when this returns."""
+        self._file.write(msgspec.json.encode(row) + b"\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def remove(self) -> None:
+        """Its rows are elsewhere now."""
+        self.path.unlink()
+        self._file.close()
+
+
+def rows_of(path: Path) -> list[Row]:
+    """The rows of a journal; the last line of a killed writer may be half, and is none."""
+    rows = []
+    for line in path.read_bytes().splitlines():
+        try:
+            rows.append(msgspec.json.decode(line, type=Row))
+        except msgspec.DecodeError:
+            continue
+    return rows
+
+
+class Abandoned:
+    """The journals of a folder whose writers are gone; locked while in the context.
+
+    Args:
+        folder: Of the journals.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._held: list[tuple[Path, BinaryIO]] = []
+
+    def __enter__(self) -> list[Path]:
+        for path in self._locked():
+            self._held.append(path)
+        return [path for path, _ in self._held]
+
+    def _locked(self) -> Iterator[tuple[Path, BinaryIO]]:
+        for path in sorted(self._folder.glob(f"*{SUFFIX}")):
+            try:
+                file = path.open("rb")
+            except FileNotFoundError:
+                continue
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                os.stat(path)  # gone by now: another took it
+            except OSError:
+                file.close()
+                continue
+            yield path, file
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for _, file in self._held:
+            file.close()

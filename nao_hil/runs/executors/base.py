@@ -1,0 +1,118 @@
+"""What carries out jobs, whatever it is: the interface, and the call itself with its check of the sources."""
+
+from __future__ import annotations
+
+import socket
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Final, NamedTuple, Protocol
+
+from bridge.errors import NaoHilError
+from nao_hil.runs.fingerprint import PROCESSES, library_versions, source_hash
+
+POLL: Final = 0.2
+"""s between looks at whether to stop."""
+
+
+class RunFailed(NaoHilError):
+    """A run of a campaign ended in an exception, or took its process with it; names the run."""
+
+
+class WorkerRefused(NaoHilError):
+    """A worker has other sources or libraries than the command that asks it; names both (exit code 2)."""
+
+    exit_code = 2
+
+
+class Job(NamedTuple):
+    """A call to make somewhere."""
+
+    name: str
+    """For people."""
+    function: Callable[[Any], Any]
+    """At the top level of a module."""
+    argument: Any
+
+
+class Finished(NamedTuple):
+    """A job that is done."""
+
+    place: int
+    """Of the job among those asked for."""
+    result: Any
+    """None with an error."""
+    error: NaoHilError | None
+    seconds: float
+    """Wall time of the call, s."""
+
+
+class Executor(Protocol):
+    """Carries out jobs."""
+
+    def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
+        """Carry out jobs; each once, in the order of completion; ends early when stopped.
+
+        Takes a few jobs ahead of those that are done, so that any number of them can be streamed through.
+
+        Raises:
+            WorkerRefused: a worker has other sources.
+            LinkError: the cluster cannot be reached, or cannot be reached any more.
+        """
+        ...
+
+    def close(self) -> None:
+        """Give up what is under way."""
+        ...
+
+
+class Versions(NamedTuple):
+    """What a result depends on beside its job."""
+
+    sources: str
+    """SHA-256 of all packages."""
+    libraries: tuple[tuple[str, str], ...]
+
+    @classmethod
+    def here(cls) -> Versions:
+        """Of this process."""
+        return cls(source_hash(PROCESSES), library_versions())
+
+
+def carry_out(place: int, job: Job, asked: Versions) -> Finished:
+    """Make the call, on a worker.
+
+    Args:
+        place: Of the job among those asked for.
+        job: What to call.
+        asked: Versions of the command that asks.
+
+    Raises:
+        WorkerRefused: this process has others.
+    """
+    _check(asked, Versions.here())
+    begin = time.perf_counter()
+    result, error = None, None
+    try:
+        result = job.function(job.argument)
+    except NaoHilError as refused:
+        error = refused
+    except Exception as fault:
+        words = f"run {job.name} failed: {type(fault).__name__}: {fault}\n{traceback.format_exc()}"
+        error = RunFailed(words)
+    return Finished(place, result, error, time.perf_counter() - begin)
+
+
+def _check(asked: Versions, here: Versions) -> None:
+    if asked == here:
+        return
+    if asked.sources != here.sources:
+        what = f"sources {here.sources[:12]}, the command {asked.sources[:12]}"
+    else:
+        ours, theirs = dict(here.libraries), dict(asked.libraries)
+        names = [name for name in {**theirs, **ours} if ours.get(name) != theirs.get(name)]
+        what = "; ".join(f"{name} {ours.get(name)}, the command {theirs.get(name)}" for name in names)
+    raise WorkerRefused(
+        f"the worker on {socket.gethostname()} has {what}: install the same nao-hil and the same "
+        "requirements.lock on both."
+    )

@@ -1,0 +1,47 @@
+"""An executor by the words of `--cluster`."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+from typing import Final
+
+from bridge.errors import ConfigurationError
+from nao_hil.runs.executors.base import Executor
+from nao_hil.runs.executors.inline import InlineExecutor
+
+FORMS: Final = "`inline`, `local`, `local:N`, `tcp://HOST:PORT` or `tls://HOST:PORT`"
+
+
+def local_workers(cluster: str) -> int:
+    """How many processes of this machine a campaign may use: N of `local:N`, otherwise one per core."""
+    named = re.fullmatch(r"local:(\d+)", cluster)
+    return 1 if cluster == "inline" else int(named[1]) if named else len(os.sched_getaffinity(0))
+
+
+def open_executor(cluster: str, stop: threading.Event | None = None) -> Executor:
+    """An executor; its processes are started, or its scheduler is looked for, with the first job.
+
+    Args:
+        cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
+            the scheduler of a dask cluster.
+        stop: Once set, what is under way is given up.
+
+    Raises:
+        ConfigurationError: none of these, or dask is not installed.
+    """
+    stop = stop or threading.Event()
+    if cluster == "inline":
+        return InlineExecutor(stop)
+    local = re.fullmatch(r"local(:[1-9]\d{0,3})?", cluster)
+    if not local and not re.fullmatch(r"(tcp|tls)://[^\s/]+:\d+", cluster):
+        raise ConfigurationError(f"--cluster {cluster}: must be {FORMS}.")
+    try:
+        from nao_hil.runs.executors.connection import LocalProcesses, Scheduler
+        from nao_hil.runs.executors.dask import DaskExecutor
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(
+            f"--cluster {cluster} needs {error.name}; install nao-hil[campaign], or say --cluster inline."
+        ) from None
+    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop)

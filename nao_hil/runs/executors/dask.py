@@ -1,0 +1,198 @@
+"""Carries out jobs on the workers of a dask scheduler."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+import uuid
+from collections.abc import Iterable, Iterator
+from concurrent.futures import CancelledError
+from typing import Any, Final
+
+from distributed.comm.core import CommClosedError
+from distributed.scheduler import KilledWorker
+
+from bridge.errors import ConfigurationError, LinkError
+from nao_hil.runs.executors.base import POLL, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
+from nao_hil.runs.executors.connection import Connection
+
+SPARE: Final = 8
+"""Jobs under way beyond two for each worker: none waits for this process."""
+RECONNECT: Final = 300.0
+"""s for which a lost scheduler is looked for."""
+COUNT_INTERVAL: Final = 5.0
+"""s between looks at how many workers there are."""
+_LOST: Final = (CancelledError, CommClosedError, OSError, TimeoutError)
+
+
+class _Lost(Exception):
+    """The scheduler is gone, with all that it knew."""
+
+
+class DaskExecutor:
+    """A dask cluster.
+
+    A worker that dies has its jobs done by others; dask gives up a job that has killed four. A scheduler
+    that is gone is looked for, and given anew what is not done.
+
+    Args:
+        connection: To the scheduler.
+        stop: Once set, what is under way is given up.
+    """
+
+    def __init__(self, connection: Connection, stop: threading.Event) -> None:
+        self._connection, self._stop = connection, stop
+        self._client: Any = None
+        self._window = SPARE
+        self._counted = -COUNT_INTERVAL
+
+    def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
+        """As `Executor.run`."""
+        if self._client is None:
+            self._client = self._reach(first=True)
+        flight = _Flight(self._client)
+        waiting = enumerate(jobs)
+        try:
+            while not self._stop.is_set():
+                try:
+                    for place, job in self._few(waiting, flight):
+                        flight.submit(place, job)
+                    if not flight.jobs:
+                        return
+                    found = flight.finished()
+                except _Lost:
+                    self._drop()
+                    if (client := self._reach()) is None:
+                        return
+                    self._client = client
+                    flight.again(client)
+                    continue
+                yield from found
+        finally:
+            flight.give_up()
+
+    def _few(self, waiting: Iterator[tuple[int, Job]], flight: _Flight) -> Iterator[tuple[int, Job]]:
+        """Jobs until enough are under way."""
+        if time.monotonic() - self._counted > COUNT_INTERVAL:
+            self._counted = time.monotonic()
+            try:
+                self._window = 2 * sum(self._client.nthreads().values()) + SPARE
+            except _LOST:
+                raise _Lost from None
+        while len(flight.jobs) < self._window and (job := next(waiting, None)) is not None:
+            yield job
+
+    def _reach(self, first: bool = False) -> Any:
+        """A client; None: stopped meanwhile."""
+        until = time.monotonic() + (0.0 if first else RECONNECT)
+        while not self._stop.is_set():
+            try:
+                return self._connection.open()
+            except (OSError, TimeoutError, ValueError, TypeError) as error:
+                if isinstance(error, (ValueError, TypeError)):  # how dask refuses certificates
+                    raise ConfigurationError(f"--cluster {self._connection.address}: {error}") from None
+                if time.monotonic() > until:
+                    raise LinkError(
+                        f"no dask scheduler answers at {self._connection.address}"
+                        + (
+                            "; start one with `dask scheduler`."
+                            if first
+                            else f" for {RECONNECT:.0f} s; what was done is kept, the same command goes on."
+                        )
+                    ) from None
+            self._stop.wait(1.0)
+        return None
+
+    def _drop(self) -> None:
+        if self._client is not None:
+            self._client.close(timeout=1)
+            self._client = None
+
+    def close(self) -> None:
+        """Give up what is under way, and end processes that were started for it."""
+        if self._stop.is_set():
+            self._connection.close()
+        self._drop()
+        self._connection.close()
+
+
+class _Flight:
+    """Jobs under way at a scheduler.
+
+    Args:
+        client: Of the scheduler.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._versions = Versions.here()
+        self.jobs: dict[int, tuple[Job, Any]] = {}
+        """By place: the job and its future."""
+        self._done: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+
+    def submit(self, place: int, job: Job) -> None:
+        """Give a job to the scheduler."""
+        key = f"{job.function.__name__}-{uuid.uuid4().hex}"
+        try:
+            future = self._client.submit(carry_out, place, job, self._versions, key=key, pure=False)
+        except _LOST:
+            future = None
+        self.jobs[place] = (job, future)
+        if future is None:
+            raise _Lost
+        future.add_done_callback(lambda done, place=place: self._done.put((place, done)))
+
+    def again(self, client: Any) -> None:
+        """Give all of them to another scheduler."""
+        self._client = client
+        self._done = queue.SimpleQueue()
+        for place, (job, _) in list(self.jobs.items()):
+            self.submit(place, job)
+
+    def finished(self) -> list[Finished]:
+        """What is done by now; waits a moment for it.
+
+        Raises:
+            WorkerRefused: a worker has other sources.
+            _Lost: the scheduler is gone.
+        """
+        batch = []
+        try:
+            batch.append(self._done.get(timeout=POLL))
+            while True:
+                batch.append(self._done.get_nowait())
+        except queue.Empty:
+            pass
+        if not batch and self._client.status == "closed":
+            raise _Lost
+        try:
+            good = [(place, future) for place, future in batch if future.status == "finished"]
+            found: list[Finished] = self._client.gather([future for _, future in good])
+            found += [self._failed(place, future) for place, future in batch if future.status != "finished"]
+        except _LOST:
+            raise _Lost from None
+        for each in found:
+            del self.jobs[each.place]
+        return found
+
+    def _failed(self, place: int, future: Any) -> Finished:
+        if future.status != "error":  # cancelled or lost with its scheduler
+            raise _Lost
+        error, job = future.exception(), self.jobs[place][0]
+        if isinstance(error, WorkerRefused):
+            raise error
+        if isinstance(error, KilledWorker):
+            words = f"run {job.name}: its process died, on each of {error.allowed_failures + 1} workers."
+        elif isinstance(error, (ImportError, AttributeError)):  # the call itself cannot be read there
+            raise WorkerRefused(f"a worker has no such nao-hil ({error}); install the same one there.")
+        else:
+            words = f"run {job.name} failed on the cluster: {type(error).__name__}: {error}"
+        return Finished(place, None, RunFailed(words), 0.0)
+
+    def give_up(self) -> None:
+        """Cancel them."""
+        futures = [future for _, future in self.jobs.values() if future is not None]
+        if futures and self._client.status == "running":
+            self._client.cancel(futures, force=True)
+        self.jobs.clear()

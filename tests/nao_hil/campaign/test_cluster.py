@@ -1,0 +1,111 @@
+"""A dask cluster of processes of its own: workers killed, a scheduler restarted, sources that differ."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from nao_hil.runs import store
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.executors import Job, WorkerRefused, base, open_executor
+from nao_hil.runs.walk import Walk
+
+BARE = {"admittance": False, "torso": "none"}
+HERE = Path(__file__).parent
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(HERE.parents[2]), "PYTHONWARNINGS": "ignore"}
+
+
+class Cluster:
+    """A scheduler and workers on loopback."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        self._folder = folder
+        self.scheduler = self.start_scheduler()
+        self.workers = [self.start_worker() for _ in range(2)]
+
+    def start_scheduler(self) -> subprocess.Popen[bytes]:
+        port = self.address.rpartition(":")[2]
+        return self._start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
+
+    def start_worker(self) -> subprocess.Popen[bytes]:
+        return self._start("worker", self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
+
+    def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
+        with (self._folder / "log").open("ab") as log:
+            return subprocess.Popen(
+                [sys.executable, "-m", "dask", *arguments],
+                env=ENVIRONMENT, cwd=self._folder, stdout=log, stderr=log, start_new_session=True,
+            )  # fmt: skip
+
+    def close(self) -> None:
+        for process in (*self.workers, self.scheduler):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    found = Cluster(tmp_path)
+    yield found
+    found.close()
+
+
+def short(seed: int) -> Walk:
+    config = RunConfig(wear="nominal", gait="static", seed=seed, controller=BARE)
+    return Walk(name="short", config=config, duration=0.2, keep_track=False)
+
+
+def test_the_same_walks_on_a_cluster_and_here_row_for_row(cluster: Cluster, tmp_path: Path) -> None:
+    sheet = tmp_path / "mine.toml"
+    sheet.write_bytes((Path(store.__file__).parents[2] / "emulator/wear/worn.toml").read_bytes())
+    mine = RunConfig(wear=str(sheet), gait="static", controller=BARE)
+    walks = [
+        *(short(seed) for seed in range(3)),
+        Walk(name="mine", config=mine, duration=0.2, keep_track=False),
+    ]
+    with Campaign(tmp_path / "inline", cluster="inline") as campaign:
+        here = campaign.walk(walks)
+    with Campaign(tmp_path / "there", cluster=cluster.address) as campaign:
+        there = campaign.walk(walks)
+    assert [each.end for each in here] == [each.end for each in there]
+
+
+def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(cluster: Cluster) -> None:
+    executor = open_executor(cluster.address)
+    found = []
+    for each in executor.run(Job(f"job {k}", time.sleep, 0.1) for k in range(60)):
+        assert each.error is None
+        found.append(each.place)
+        if len(found) == 10:
+            cluster.workers[0].send_signal(signal.SIGKILL)
+            cluster.workers.append(cluster.start_worker())
+        if len(found) == 25:
+            cluster.scheduler.kill()
+            cluster.scheduler.wait()
+            time.sleep(1.0)
+            cluster.scheduler = cluster.start_scheduler()
+            cluster.workers += [cluster.start_worker() for _ in range(2)]
+    executor.close()
+    assert sorted(found) == list(range(60))
+
+
+def test_a_worker_with_other_sources_refuses_in_one_sentence(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(base.Versions, "here", classmethod(lambda cls: cls("0" * 64, ())))
+    executor = open_executor(cluster.address)
+    with pytest.raises(WorkerRefused, match=r"has sources \w{12}, the command 000000000000: install the same"):
+        list(executor.run([Job("a", abs, -1)]))
+    executor.close()

@@ -1,0 +1,141 @@
+"""The data set: what was put is found, whoever was killed when; no walk has two rows."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from bridge.errors import ConfigurationError
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.dataset import Dataset
+from nao_hil.runs.store import key
+from nao_hil.runs.track import WIDTH, Track
+from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+
+TRACK = Track(np.arange(3 * WIDTH, dtype=np.float32).reshape(3, WIDTH))
+PUT_FOREVER = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from test_dataset import outcome
+from nao_hil.runs.dataset import Dataset
+kept = Dataset(Path(sys.argv[1]), rows=7)
+for seed in range(100000):
+    kept.put(outcome(seed), 0.1)
+    print(seed, flush=True)
+"""
+
+
+def outcome(seed: int, track: Track | None = None) -> WalkOutcome:
+    end = WalkEnd(ending="fell", time=1.5, roll=0.1, pitch=-0.2, steps=3, distance=0.25, tilt_max=0.3)
+    task = Walk(name="a", config=RunConfig(seed=seed), duration=2.0, keep_track=track is not None)
+    return WalkOutcome(task, end, track or Track(np.zeros((0, WIDTH), dtype=np.float32)))
+
+
+def keys_on_disk(folder: Path) -> list[str]:
+    return [each for part in folder.glob("part-*.parquet") for each in pq.read_table(part)["key"].to_pylist()]
+
+
+@pytest.mark.parametrize("rows", [2, 100])
+def test_what_was_put_is_found_in_the_journal_and_in_the_parts(tmp_path: Path, rows: int) -> None:
+    put = [outcome(0, TRACK), *(outcome(seed) for seed in range(1, 5))]
+    asked = {key(each.walk): each.walk for each in put}
+    other = outcome(9).walk
+    kept = Dataset(tmp_path, rows=rows)
+    for each in put:
+        kept.put(each, 0.1)
+    for found in (kept.find(asked | {key(other): other}), Dataset(tmp_path).find(asked)):
+        if not found:  # the journal belongs to a writer that lives
+            continue
+        assert found.keys() <= asked.keys()
+        for k, each in found.items():
+            assert (each.walk, each.end) == (asked[k], outcome(0).end)
+    kept.close()
+    found = Dataset(tmp_path).find(asked)
+    assert found.keys() == asked.keys()
+    np.testing.assert_array_equal(found[key(put[0].walk)].track.rows, TRACK.rows)
+    assert sorted(keys_on_disk(tmp_path)) == sorted(asked)
+    assert not list((tmp_path / "journal").iterdir())
+
+
+def test_a_walk_that_two_writers_put_has_one_row(tmp_path: Path) -> None:
+    first, second = Dataset(tmp_path), Dataset(tmp_path)
+    for kept in (first, second, first):
+        kept.put(outcome(0), 0.1)
+    second.put(outcome(1), 0.1)
+    first.close()
+    second.close()
+    assert sorted(keys_on_disk(tmp_path)) == sorted(key(outcome(seed).walk) for seed in (0, 1))
+
+
+def test_a_writer_that_was_killed_loses_no_row_and_doubles_none(tmp_path: Path) -> None:
+    folder, here = tmp_path / "walks", str(Path(__file__).parent)
+    for killed_after in (3, 8, 14):
+        child = subprocess.Popen(
+            [sys.executable, "-c", PUT_FOREVER, str(folder), here], stdout=subprocess.PIPE, text=True
+        )
+        assert child.stdout is not None
+        said = [int(child.stdout.readline()) for _ in range(killed_after)]
+        os.kill(child.pid, signal.SIGKILL)
+        rest = child.stdout.read().splitlines()
+        child.wait()
+        child.stdout.close()
+        last = int(rest[-1]) if rest else said[-1]
+        walks = [outcome(seed).walk for seed in range(last + 1)]
+        assert len(Dataset(folder).find({key(walk): walk for walk in walks})) == last + 1
+        on_disk = keys_on_disk(folder)
+        assert len(on_disk) == len(set(on_disk)) >= last + 1
+
+
+def test_half_a_line_is_no_row(tmp_path: Path) -> None:
+    kept = Dataset(tmp_path)
+    kept.put(outcome(0), 0.1)
+    (journal,) = (tmp_path / "journal").iterdir()
+    line = journal.read_bytes()
+    other = tmp_path / "other"
+    (other / "journal").mkdir(parents=True)
+    (other / "journal" / "killed.jsonl").write_bytes(line + line[:50])
+    kept.close()
+    assert len(Dataset(other).find({key(outcome(0).walk): outcome(0).walk})) == 1
+
+
+def test_a_walk_whose_track_is_spoilt_is_not_found(tmp_path: Path) -> None:
+    kept, task = Dataset(tmp_path), outcome(0, TRACK).walk
+    kept.put(outcome(0, TRACK), 0.1)
+    (file,) = (tmp_path / "tracks").iterdir()
+    file.write_bytes(file.read_bytes()[:100])
+    assert not kept.find({key(task): task})
+    kept.put(outcome(0, TRACK), 0.1)
+    assert len(kept.find({key(task): task})) == 1
+    kept.close()
+
+
+def test_the_configuration_hash_is_the_same_for_all_seeds_and_for_no_other_configuration() -> None:
+    from nao_hil.runs.dataset import row
+
+    def of(walk: Walk) -> str:
+        return row(msgspec_replace(outcome(0), walk), 0.1).configuration_hash
+
+    def msgspec_replace(result: WalkOutcome, walk: Walk) -> WalkOutcome:
+        return WalkOutcome(walk, result.end, result.track)
+
+    task = outcome(0).walk
+    assert of(task) == of(outcome(5).walk)
+    assert of(task) != of(msgspec.structs.replace(task, duration=3.0))
+
+
+def test_a_part_that_cannot_be_read_and_a_folder_that_cannot_be_made_are_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "part-0.parquet").write_bytes(b"PAR1 no")
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        Dataset(tmp_path).find({"0": outcome(0).walk})
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigurationError, match="cannot be written"):
+        Dataset(tmp_path / "file" / "walks")
