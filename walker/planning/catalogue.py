@@ -20,7 +20,7 @@ from bridge.validation import unknown_name
 from walker.planning.gait import Gait, GaitKind
 from walker.planning.parameters import GaitParameters
 
-GAITS: Final = ("static", "dynamic", "huang")
+GAITS: Final = ("static", "dynamic", "huang", "omni")
 """Names of the gaits: each is a folder beside this file, whose package has the gait's `KIND`."""
 
 

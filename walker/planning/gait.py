@@ -24,6 +24,8 @@ class GaitCommand:
     velocity: Vec3 | None = None
     """Mean velocity from the next step on: forward and to the left, m/s, and turn, rad/s. Of gaits that are
     `adjustable`, within what the gait and the body can walk. None: as the gait's parameters have it."""
+    last_step: int = 0
+    """Number of the step that ends the walk, for gaits that slow down over several steps; 0: no bound."""
 
 
 class Gait(Protocol[S]):
@@ -91,6 +93,6 @@ def dry_walk(gait: Gait[S], dt: float, steps: int | None = None) -> Iterator[tup
     plan, state = gait.step(state, dt, GaitCommand(walk=True))
     yield plan, state
     while plan.phase != "stand" or plan.step == 0:
-        command = GaitCommand(walk=steps is None or plan.step < steps - 1)
+        command = GaitCommand(walk=steps is None or plan.step < steps - 1, last_step=steps or 0)
         plan, state = gait.step(state, dt, command)
         yield plan, state

@@ -42,6 +42,7 @@ class WalkPlanner:
             dt: time since the last one, s.
             walk: as in `GaitCommand`.
         """
-        plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity))
+        last = max(self.order.steps - self._steps, 0)
+        plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last))
         self.plan = plan.moved(self._origin, self._steps)
         return self.plan

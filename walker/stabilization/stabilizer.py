@@ -64,7 +64,8 @@ class Stabilizer:
         self._ground: Vec2 = (0.0, 0.0)
         self._height_recovery_rate = parameters.height_recovery_rate
         self._torso = _torso_control(parameters, cycle)
-        self._damping = GyroDamping(parameters.damping, cycle) if parameters.torso == "robust" else None
+        damps = parameters.torso == "robust" or parameters.damping.alone
+        self._damping = GyroDamping(parameters.damping, cycle) if damps else None
 
     def settle(self, estimate: Estimate) -> None:
         """One cycle that corrects nothing: the filters follow the estimate and are settled for the walk."""

@@ -1,0 +1,249 @@
+"""The omnidirectional gait: a pendulum that goes from foot to foot, by capture-point end conditions.
+
+Order of phases: start (both feet), SSL, SSR, ..., stop (both feet), stand. In `start` a resting ZMP pushes the
+capture point to where the first step needs it. At every instant of a step the foothold to come is the one that
+lets the walk go on for ever at the velocity in force, from the capture point that the pendulum will have
+(`capture_point`). In `stop` a resting ZMP leads the capture point to the middle between the feet.
+
+The velocity of a step counts for all the steps planned after it: a new command needs no new plan, only another
+foothold.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Final
+
+from bridge.body import Body
+from bridge.types import Side, Vec2, Vec3
+from walker.planning.gait import GaitCommand
+from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
+from walker.planning.omni.footholds import allowed, approached, clipped, following, steps_to_rest, zmp_under
+from walker.planning.omni.parameters import OmniParameters
+from walker.planning.pendulum import LinearPendulum
+from walker.planning.plan import OTHER_SIDE, SIGN, Foothold, Phase, Plan, SolePose
+from walker.planning.polynomial import quintic
+
+_HORIZON: Final = 6
+"""Footholds beyond the next one; what comes later weighs q^6 = 1e-4."""
+_EPSILON: Final = 1e-9
+"""s; phases end on cycle boundaries in spite of rounding."""
+_SETTLING: Final = 3.0
+"""Duration of `stop` over that of the capture point's way to the middle."""
+_REST: Final[Vec3] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class OmniState:
+    """Where the gait is, in the walk frame, m and s."""
+
+    stance: Foothold
+    """Of the foot that stands, or stands first."""
+    lifted: Foothold
+    """Of the other foot before its swing."""
+    swing: Side
+    """The other foot."""
+    target: Foothold
+    """Where the swing under way ends."""
+    com: Vec2
+    xi: Vec2
+    """Capture point."""
+    zmp: Vec2
+    """At rest in `start` and `stop`; in a step, that of the step before."""
+    velocity: Vec3 = _REST
+    """Of the step under way, m/s, m/s, rad/s."""
+    phase: Phase = "stand"
+    t: float = 0.0
+    """Since the beginning of the phase."""
+    step: int = 0
+    closing: bool = False
+    """The step under way brings the feet side by side."""
+
+    @property
+    def single(self) -> bool:
+        """A step is under way."""
+        return self.phase in ("SSL", "SSR")
+
+
+class OmniGait:
+    """The omnidirectional gait.
+
+    Args:
+        parameters: of the gait.
+        body: gives the height of the ankle.
+    """
+
+    name: Final = "omni"
+    quasi_static: Final = False
+    adjustable: Final = True
+
+    def __init__(self, parameters: OmniParameters, body: Body) -> None:
+        self._p = parameters
+        self._omega = LinearPendulum(parameters.z).nu
+        self._rho = transfer_weight(self._omega, parameters.T_DSP)
+        self._hip_height = parameters.l_GH + body.lengths.FootHeight
+
+    def initial(self) -> OmniState:
+        """At rest, the feet side by side."""
+        swing, half = self._p.first_swing, 0.5 * self._p.l_FA
+        stance, lifted = (Foothold(0.0, -SIGN[swing] * half), Foothold(0.0, SIGN[swing] * half))
+        com = (self._p.zmp_x, 0.0)
+        return OmniState(stance, lifted, swing, lifted, com, com, com)
+
+    def step(self, state: OmniState, dt: float, command: GaitCommand) -> tuple[Plan, OmniState]:
+        """The plan and the state `dt` seconds later; see `Gait.step`."""
+        if state.phase == "stand":
+            if not command.walk:
+                return self._plan(state), state
+            state = self._start(state)
+        left = dt
+        while state.phase != "stand" and left > _EPSILON:
+            part = min(left, max(self._duration(state) - state.t, 0.0))
+            state = self._advance(state, part)
+            left -= part
+            if state.t >= self._duration(state) - _EPSILON:
+                state = self._next_phase(state, command)
+        return self._plan(state), state
+
+    def _duration(self, state: OmniState) -> float:
+        if state.single:
+            return self._p.T
+        return self._p.T_start * (_SETTLING if state.phase == "stop" else 1.0)
+
+    def _advance(self, state: OmniState, dt: float) -> OmniState:
+        """The pendulum `dt` seconds later, over the ZMP of the middle of that time; and its foothold."""
+        zmp = self._zmp(state, state.t + 0.5 * dt)
+        grow, shrink = math.exp(self._omega * dt), math.exp(-self._omega * dt)
+        # c' = omega (xi - c), xi' = omega (xi - p)
+        (c_x, xi_x), (c_y, xi_y) = (
+            (p + (c - p) * shrink + 0.5 * (x - p) * (grow - shrink), p + (x - p) * grow)
+            for c, x, p in zip(state.com, state.xi, zmp, strict=True)
+        )
+        state = replace(state, com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt)
+        if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
+            state = replace(state, target=self._target(state))
+        return state
+
+    def _zmp(self, state: OmniState, t: float) -> Vec2:
+        """Planned ZMP at a time of the phase, m."""
+        p = self._p
+        if not state.single:
+            settling = state.phase == "stop" and t > p.T_start
+            return state.xi if settling else state.zmp
+        foot = zmp_under(p, OTHER_SIDE[state.swing], state.stance)
+        share = min(t / p.T_DSP, 1.0) if p.T_DSP else 1.0
+        (x_0, y_0), (x, y) = state.zmp, foot
+        return x_0 + share * (x - x_0), y_0 + share * (y - y_0)
+
+    def _walk_on(self, foot: Foothold, side: Side, velocity: Vec3) -> Iterator[Vec2]:
+        """ZMPs of a walk that goes on at a velocity: of a foothold (of the foot `side`) and those after it."""
+        yield zmp_under(self._p, side, foot)
+        for _ in range(_HORIZON):
+            side = OTHER_SIDE[side]
+            foot = following(self._p, foot, side, velocity)
+            yield zmp_under(self._p, side, foot)
+
+    def _target(self, state: OmniState) -> Foothold:
+        """Where the swing foot must come down for the walk to go on from the capture point it will have.
+
+        The condition is linear in the ZMP p_1 under the foothold:
+        xi_end = (1 - rho) p_1 + rho p_0 + b, with b from a walk whose p_0 and p_1 both are at the origin.
+        """
+        p, side = self._p, state.swing
+        zmp = zmp_under(p, OTHER_SIDE[side], state.stance)
+        grow = math.exp(self._omega * max(p.T - state.t, 0.0))
+        first = Foothold(yaw=following(p, state.stance, side, state.velocity).yaw)
+        zmps = list(self._walk_on(first, side, state.velocity))
+        ahead = zmps[0]
+        beyond = bounded_capture_point(self._omega, p.T, self._rho, [ahead, *zmps])
+        x, y = (
+            (p_0 + (xi - p_0) * grow - (e - a) - self._rho * p_0) / (1.0 - self._rho) - a
+            for xi, p_0, e, a in zip(state.xi, zmp, beyond, ahead, strict=True)
+        )
+        return allowed(p, state.stance, side, Foothold(x, y, first.yaw))
+
+    def _start(self, state: OmniState) -> OmniState:
+        """Push the capture point by a resting ZMP to where a walk on the spot begins.
+
+        The ZMP z meets z + (xi - z) e^(omega T_start) = a + rho (z - c), where a is what the walk needs if its
+        first transfer began at the centre of mass c.
+        """
+        zmps = [state.com, *self._walk_on(state.stance, OTHER_SIDE[state.swing], _REST)]
+        needed = bounded_capture_point(self._omega, self._p.T, self._rho, zmps)
+        grow, rho = math.exp(self._omega * self._p.T_start), self._rho
+        x, y = (
+            (xi * grow - a + rho * c) / (grow - 1.0 + rho)
+            for xi, a, c in zip(state.xi, needed, state.com, strict=True)
+        )
+        return replace(state, phase="start", t=0.0, zmp=(x, y))
+
+    def _next_phase(self, state: OmniState, command: GaitCommand) -> OmniState:
+        if state.phase == "start":
+            return self._begin_step(state, command)
+        if state.phase == "stop":
+            return replace(state, phase="stand", t=0.0, closing=False, velocity=_REST)
+        stance_side = OTHER_SIDE[state.swing]
+        landed = replace(
+            state,
+            stance=state.target,
+            lifted=state.stance,
+            target=state.stance,
+            swing=stance_side,
+            zmp=zmp_under(self._p, stance_side, state.stance),
+            step=state.step + 1,
+        )
+        return self._stop(landed) if state.closing else self._begin_step(landed, command)
+
+    def _begin_step(self, state: OmniState, command: GaitCommand) -> OmniState:
+        """The next step; the last one is made at no velocity."""
+        p, number = self._p, state.step + 1
+        last = command.last_step or math.inf
+        velocity = approached(p, state.velocity, _REST)
+        if command.walk:
+            wanted = approached(p, state.velocity, clipped(p, command.velocity or (p.v_x, p.v_y, p.v_yaw)))
+            if number + steps_to_rest(p, wanted) <= last - (wanted == _REST):
+                velocity = wanted
+        closing = velocity == _REST and (not command.walk or number >= last)
+        phase: Phase = "SSL" if state.swing == "R" else "SSR"
+        target = following(p, state.stance, state.swing, velocity)
+        return replace(state, phase=phase, t=0.0, velocity=velocity, target=target, closing=closing)
+
+    def _stop(self, state: OmniState) -> OmniState:
+        """Lead the capture point by a resting ZMP to the middle between the feet."""
+        a = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
+        b = zmp_under(self._p, state.swing, state.lifted)
+        grow = math.exp(self._omega * self._p.T_start)
+        x, y = ((0.5 * (u + v) - xi * grow) / (1.0 - grow) for u, v, xi in zip(a, b, state.xi, strict=True))
+        return replace(state, phase="stop", t=0.0, zmp=(x, y))
+
+    def _swinging(self, state: OmniState) -> SolePose:
+        """The sole in the air: a quintic over the ground, (s (1 - s))^2 in height."""
+        p, a, b = self._p, state.lifted, state.target
+        s = min(max((state.t - p.T_DSP) / (p.T - p.T_DSP), 0.0), 1.0)
+        way = quintic(0.0, 1.0, 1.0, s).position
+        return SolePose(
+            a.x + way * (b.x - a.x),
+            a.y + way * (b.y - a.y),
+            p.l_lift * (4.0 * s * (1.0 - s)) ** 2,
+            yaw=a.yaw + way * (b.yaw - a.yaw),
+        )
+
+    def _plan(self, state: OmniState) -> Plan:
+        stance = SolePose(state.stance.x, state.stance.y, yaw=state.stance.yaw)
+        other = SolePose(state.lifted.x, state.lifted.y, yaw=state.lifted.yaw)
+        if state.single:
+            other = self._swinging(state)
+        left, right = (other, stance) if state.swing == "L" else (stance, other)
+        return Plan(
+            phase=state.phase,
+            support=OTHER_SIDE[state.swing] if state.single else "both",
+            progress=min(state.t / self._duration(state), 1.0),
+            step=state.step,
+            left=left,
+            right=right,
+            com=state.com,
+            zmp=self._zmp(state, state.t),
+            hip_height=self._hip_height,
+        )

@@ -1,0 +1,62 @@
+"""Parameters of the omnidirectional gait."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from bridge.types import Finite, NotNegative, Positive, Vec3
+from walker.planning.parameters import GaitParameters, PeriodicStep
+
+Share = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+
+
+class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Timing, geometry and limits of the steps, SI units and rad."""
+
+    v_x: Finite
+    """Forward velocity where none is commanded, m/s."""
+    v_y: Finite = 0.0
+    """The same to the left, m/s."""
+    v_yaw: Finite = 0.0
+    """The same, turning to the left, rad/s."""
+    T: Positive
+    """Duration of a step, s."""
+    T_DSP: NotNegative
+    """Time at the beginning of a step in which the ZMP moves from the foot before to the stance foot, s."""
+    T_start: Positive
+    """Time from rest to the first step, and from the last one until the capture point rests, s."""
+    z: Positive
+    """Height of the centre of mass above the ground, m."""
+    l_FA: Positive
+    """Step width: distance of the ankles along y, m."""
+    l_GH: Positive
+    """Gait height: ankle to hip joint along z, m."""
+    l_lift: Positive
+    """Lift of the swing foot at the middle of its swing, m."""
+    zmp_x: Finite
+    """Planned ZMP of single support ahead of the ankle, m."""
+    zmp_y: Finite
+    """The same to the outside of the ankle, m."""
+    max_velocity: Vec3
+    """Forward, to either side, m/s, and turn, rad/s: semi-axes of the ellipsoid of what may be commanded."""
+    max_backward: Positive
+    """Semi-axis backward, m/s."""
+    max_acceleration: Vec3
+    """Fastest change of the velocity, m/s^2 and rad/s^2."""
+    max_length: Positive
+    """Longest way along x between two footholds, m."""
+    min_width: Positive
+    """Smallest distance of the ankles along y at touch-down, m: no foot treads on the other."""
+    max_width: Positive
+    """Largest one, m."""
+    turn_share: Share
+    """Share of a turn made by the steps of the foot on the inner side, which turn the toes outward."""
+    first_swing: Literal["L", "R"] = "R"
+    """The foot that makes the first step."""
+
+    @property
+    def periodic_step(self) -> PeriodicStep:
+        """A step at the velocity where none is commanded."""
+        return PeriodicStep(self.v_x * self.T, self.T)
