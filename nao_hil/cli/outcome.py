@@ -29,7 +29,7 @@ def conclude(
         The summary with the diagnosis.
     """
     recording = directory.last_recording(summary["resets"])
-    summary = summary | {"diagnosis": _diagnosis(recording) if summary["fell"] else None}
+    summary = summary | {"diagnosis": _diagnosis(directory, summary["resets"]) if summary["fell"] else None}
     directory.write_summary(summary)
     _show(summary, recording, console, interrupted)
     if as_json:
@@ -37,15 +37,25 @@ def conclude(
     return summary
 
 
-def _diagnosis(recording: Path) -> str | None:
+def _diagnosis(directory: RunDirectory, resets: int) -> str | None:
+    """Of the last fall, which may have been before a reset."""
     from nao_hil.analysis.diagnosis import diagnose  # imported late: most runs end well, and need no SciPy here
 
-    diagnosis = diagnose(recording)
-    return diagnosis.sentence if diagnosis is not None else None
+    for number in range(resets, -1, -1):
+        diagnosis = diagnose(directory.last_recording(number))
+        if diagnosis is not None:
+            return diagnosis.sentence
+    return None
+
+
+def _fell(summary: dict[str, Any]) -> str:
+    times = "" if summary["falls"] == 1 else f" {summary['falls']} times"
+    resets = f" (over {summary['resets']} resets)" if summary["resets"] else ""
+    return f"The robot fell{times}{resets}"
 
 
 def _show(summary: dict[str, Any], recording: Path, console: Console, interrupted: bool) -> None:
-    ending = "The robot fell" if summary["fell"] else "Interrupted" if interrupted else "The robot stands"
+    ending = _fell(summary) if summary["fell"] else "Interrupted" if interrupted else "The robot stands"
     table = Table(title=ending, show_header=False)
     table.add_column()
     table.add_column(overflow="fold")

@@ -33,6 +33,8 @@ HELP: Final = {
 }
 """Keys -> what they do."""
 
+STOPS: Final = (" ", "x")
+"""Keys that stop."""
 _SEQUENCES: Final = {b"\x1b[A": "w", b"\x1b[B": "s", b"\x1b[C": "d", b"\x1b[D": "a"}
 """Arrows, as terminals send them (also with O instead of the bracket)."""
 _TORSOS: Final[tuple[TorsoName, ...]] = get_args(TorsoName)
@@ -91,6 +93,12 @@ class Driver:
         """The wheel of somebody who takes over from a walker's status."""
         return Wheel(status.gait, status.torso, status.admittance)
 
+    def under_way(self, status: WalkStatus) -> Wheel:
+        """The wheel of somebody who takes over a walk: the notch next to its speed."""
+        notch = self.speeds.get(status.gait, 0.0) / NOTCHES
+        forward = max(1, round(status.velocity[0] / notch)) if notch > 0.0 else 1
+        return replace(self.at_rest(status), forward=forward)
+
     def press(self, wheel: Wheel, key: str) -> Wheel:
         """The wheel after a key; keys without a meaning leave it as it is."""
         if key in ("w", "s"):
@@ -99,7 +107,7 @@ class Driver:
             return replace(wheel, turn=wheel.turn + (1 if key == "a" else -1))
         if key in ("q", "e"):
             return replace(wheel, sideways=wheel.sideways + (1 if key == "q" else -1))
-        if key in (" ", "x"):
+        if key in STOPS:
             return replace(wheel, forward=0, sideways=0, turn=0)
         if key == "g":
             return replace(wheel, gait=_next(sorted(self.speeds), wheel.gait), forward=min(wheel.forward, 1))
@@ -120,9 +128,12 @@ class Driver:
         notch = self.speeds.get(wheel.gait, 0.0) / NOTCHES
         return wheel.forward * notch, wheel.sideways * SIDEWAYS, wheel.turn * TURN
 
-    def command(self, before: Wheel, wheel: Wheel) -> WalkCommand | None:
-        """What to tell the walker when the wheel has changed; None: nothing."""
-        if wheel.leave:
+    def command(self, before: Wheel, wheel: Wheel, key: str = "") -> WalkCommand | None:
+        """What to tell the walker after a key; None: nothing.
+
+        A stop is always told: somebody else may have made the robot walk.
+        """
+        if wheel.leave or key in STOPS:
             return WalkCommand(op="stop")
         if wheel == before:
             return None

@@ -60,8 +60,12 @@ class Session:
         Raises:
             LinkError: the walker does not answer.
         """
+        if (keys or stick is not None) and not any(self.driver.velocity(self.wheel)):
+            self.status = self._walker.status()
+            if self.status.state == "walk":  # by somebody else's word
+                self.wheel = self.driver.under_way(self.status)
         for key in keys:
-            self._turn(self.driver.press(self.wheel, key))
+            self._turn(self.driver.press(self.wheel, key), key)
         if stick is not None:
             self._turn(self.driver.stick(self.wheel, stick))
         again = self.driver.again(self.wheel)
@@ -71,8 +75,8 @@ class Session:
         else:
             self.status = self._walker.status()
 
-    def _turn(self, wheel: Wheel) -> None:
-        command = self.driver.command(self.wheel, wheel)
+    def _turn(self, wheel: Wheel, key: str = "") -> None:
+        command = self.driver.command(self.wheel, wheel, key)
         if command is None or self._send(command):
             self.wheel = wheel  # a wheel that the walker refused turns back
 

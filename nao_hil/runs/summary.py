@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import msgspec
 
@@ -12,14 +13,16 @@ from bridge.rotations import tilt
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
-    """Result of one run; the JSON of `nao-hil up`."""
+    """Result of one run, over all resets of its world; the JSON of `nao-hil up`."""
 
     fell: bool
-    """The ground truth says that the robot fell."""
+    """The ground truth says that the robot fell, at least once."""
+    falls: int
+    """How often it fell; it has fallen again when it was upright in between."""
     steps: int
     """Steps completed in all walks, by the walker's word."""
     distance: float
-    """Way of the torso over ground from the first frame to the last, or to the fall, m."""
+    """Way of the torso over ground from the first frame to the last, or to the fall, m; the sum over resets."""
     speed: float
     """Distance over the time from the first phase of each walk to its end, m/s."""
     torso_max: float
@@ -33,11 +36,22 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Over all sensor and actuator frames in order, wall-clock fields left out."""
     seed: int
     resets: int = 0
-    """How often the world was reset; all but the real-time factor is of what came after the last time."""
+    """How often the world was reset."""
+
+
+class _Sums(NamedTuple):
+    """What adds up from one reset to the next."""
+
+    time: float = 0.0
+    distance: float = 0.0
+    walked: float = 0.0
+    steps: int = 0
+    cycles: int = 0
+    missed: int = 0
 
 
 class RunStatistics:
-    """Observes a run and sums it up. When the robot begins anew, so does the sum.
+    """Observes a run and sums it up.
 
     Args:
         seed: of the run, repeated in the summary.
@@ -45,19 +59,19 @@ class RunStatistics:
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._resets = 0
-        self._time_before = 0.0
+        self._resets = self._falls = 0
+        self._before = _Sums()
+        self._torso_max = 0.0
+        self._hash = FrameHash()
         self._last_frame: SensorFrame | None = None
         self._begin()
 
     def _begin(self) -> None:
-        self._hash = FrameHash()
         self._first: TruthFrame | None = None
         self._last: TruthFrame | None = None
         self._way_end: TruthFrame | None = None
         """The last, or where it fell: what it slides after that is no walk."""
         self._fell = False
-        self._torso_max = 0.0
         self._steps_before = self._step = 0
         self._walked = 0.0
         self._walk: tuple[float, float] | None = None
@@ -67,10 +81,11 @@ class RunStatistics:
         """Take in one boundary of the DCM cycle."""
         if self._last_frame is not None and frame.seq < self._last_frame.seq:
             self._resets += 1
-            self._time_before += self._time
+            self._before = self._sums()
             self._begin()
         self._hash.add(frame)
         self._first = self._first or truth
+        self._falls += truth.fell and not (self._last is not None and self._last.fell)
         self._last, self._last_frame = truth, frame
         if not self._fell:
             self._way_end = truth
@@ -78,10 +93,19 @@ class RunStatistics:
         if self._has_walked:
             self._torso_max = max(self._torso_max, float(tilt(truth.torso_orientation)))
 
-    @property
-    def _time(self) -> float:
-        """Robot time since it began, s."""
-        return self._last.time - self._first.time if self._first and self._last else 0.0
+    def _sums(self) -> _Sums:
+        """So far, over all resets."""
+        first, last, end, before = self._first, self._last, self._way_end, self._before
+        if first is None or last is None or end is None or self._last_frame is None:
+            return before
+        return _Sums(
+            time=before.time + last.time - first.time,
+            distance=before.distance + math.dist(first.torso_position[:2], end.torso_position[:2]),
+            walked=before.walked + self._walked + (self._walk[1] - self._walk[0] if self._walk else 0.0),
+            steps=before.steps + self._steps_before + self._step,
+            cycles=before.cycles + last.seq,
+            missed=before.missed + self._last_frame.missed,
+        )
 
     def command(self, frame: ActuatorFrame) -> None:
         """Take in the actuator frame that was put in force."""
@@ -107,18 +131,17 @@ class RunStatistics:
 
     def summary(self, wall_seconds: float) -> Summary:
         """The summary so far; `wall_seconds` is the wall-clock length of the run."""
-        first, last, end = self._first, self._last, self._way_end
-        distance = math.dist(first.torso_position[:2], end.torso_position[:2]) if first and end else 0.0
-        walked = self._walked + (self._walk[1] - self._walk[0] if self._walk else 0.0)
+        sums = self._sums()
         return Summary(
-            fell=self._fell,
-            steps=self._steps_before + self._step,
-            distance=distance,
-            speed=distance / walked if walked > 0.0 else 0.0,
+            fell=self._falls > 0,
+            falls=self._falls,
+            steps=sums.steps,
+            distance=sums.distance,
+            speed=sums.distance / sums.walked if sums.walked > 0.0 else 0.0,
             torso_max=self._torso_max,
-            real_time_factor=(self._time_before + self._time) / wall_seconds if wall_seconds > 0.0 else 0.0,
-            cycles=last.seq if last else 0,
-            cycles_missed=self._last_frame.missed if self._last_frame else 0,
+            real_time_factor=sums.time / wall_seconds if wall_seconds > 0.0 else 0.0,
+            cycles=sums.cycles,
+            cycles_missed=sums.missed,
             frames_sha256=self._hash.hexdigest(),
             seed=self._seed,
             resets=self._resets,

@@ -9,6 +9,7 @@ import pytest
 from bridge.messages.walk import WalkCommand, WalkStatus
 from nao_hil.drive.driver import HOLD, NOTCHES, Driver, Wheel, keys_of, notch_of
 from nao_hil.drive.inputs import events_of
+from nao_hil.drive.session import Session
 
 DRIVER = Driver({"static": 0.015, "dynamic": 0.2})
 REST = Wheel("static", "robust", admittance=True)
@@ -54,6 +55,57 @@ def test_keys_become_commands() -> None:
     )
     assert DRIVER.command(walking, typed(["Esc"], walking)) == WalkCommand(op="stop")
     assert DRIVER.command(walking, typed(["?", "F", "\xc3"], walking)) is None
+
+
+def test_a_stop_is_told_also_to_a_robot_that_seems_to_stand() -> None:
+    for key in (" ", "x"):
+        assert DRIVER.command(REST, typed([key]), key) == WalkCommand(op="stop")
+
+
+class Walks:
+    """A walker that somebody else made walk."""
+
+    def __init__(self) -> None:
+        self.sent: list[WalkCommand] = []
+
+    def status(self) -> WalkStatus:
+        return WalkStatus(
+            text="",
+            seq=1,
+            state="walk",
+            gait="static",
+            torso="none",
+            admittance=True,
+            velocity=(0.0076, 0.0, 0.0),
+            steps=1,
+            distance=0.0,
+            position=(0.0, 0.0, 0.0),
+        )
+
+    def send(self, command: WalkCommand) -> WalkStatus:
+        self.sent.append(command)
+        return self.status()
+
+    def stop(self) -> WalkStatus:
+        return self.send(WalkCommand(op="stop"))
+
+
+@pytest.mark.parametrize("key", [" ", "x", "g", "w"])
+def test_whoever_takes_over_a_walking_robot_is_obeyed(key: str) -> None:
+    walker = Walks()
+    session = Session(walker)
+    session.take([])
+    assert walker.sent == []  # not before a key
+    session.take([key])
+    (command,) = walker.sent
+    own = session.driver.speeds["static"] / NOTCHES
+    notches = round(0.0076 / own)
+    if key == "w":
+        assert command.velocity == pytest.approx(((notches + 1) * own, 0.0, 0.0))
+    elif key == "g":
+        assert command.op == "walk" and command.gait not in (None, "static")
+    else:
+        assert command == WalkCommand(op="stop")
 
 
 def test_another_gait_begins_slowly() -> None:

@@ -28,30 +28,51 @@ def walk(robot: EmulatedRobot, recorder: Recorder, statistics: RunStatistics, mo
     inprocess.run(robot, Guard(BODY), controller, [recorder, statistics], most)
 
 
-def test_after_a_reset_everything_is_as_at_a_start(tmp_path: Path) -> None:
+def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: Path) -> None:
     with EmulatedRobot(BODY, seed=5) as robot:
         statistics = RunStatistics(5)
         with Recorder(tmp_path / "frames.mcap", {}) as recorder:
             walk(robot, recorder, statistics, 320)
+            before = statistics.summary(wall_seconds=1.0)
             robot.reset()
             walk(robot, recorder, statistics, 2000)
-        again = statistics.summary(wall_seconds=1.0)
+        both = statistics.summary(wall_seconds=1.0)
         assert recorder.paths == [tmp_path / "frames.mcap", tmp_path / "frames-2.mcap"]
     with EmulatedRobot(BODY, seed=5) as robot:
         alone = RunStatistics(5)
         with Recorder(tmp_path / "alone.mcap", {}) as recorder:
             walk(robot, recorder, alone, 2000)
     fresh = alone.summary(wall_seconds=1.0)
-    assert again.resets == 1
-    assert again.steps == 2
-    for field in set(Summary.__struct_fields__) - {"resets", "real_time_factor"}:
-        assert getattr(again, field) == getattr(fresh, field), field
-    assert again.real_time_factor == pytest.approx(fresh.real_time_factor + 3.20)
+    assert (both.resets, fresh.steps) == (1, 2)
+    for field in ("falls", "steps", "distance", "real_time_factor", "cycles", "cycles_missed"):
+        total = getattr(before, field) + getattr(fresh, field)
+        assert getattr(both, field) == pytest.approx(total), field
+    assert both.torso_max == max(before.torso_max, fresh.torso_max)
     assert (tmp_path / "frames-2.mcap").read_bytes() == (tmp_path / "alone.mcap").read_bytes()
-    assert frames_sha256(tmp_path / "frames-2.mcap") == again.frames_sha256
+    assert frames_sha256(tmp_path / "frames-2.mcap") == fresh.frames_sha256 != both.frames_sha256
     for name in ("frames.mcap", "frames-2.mcap"):
         times = [item.time for item in read_recording(tmp_path / name)]
         assert times == sorted(times)
+
+
+def test_a_fall_before_a_reset_is_not_forgotten() -> None:
+    with EmulatedRobot(BODY, seed=5) as robot:
+        statistics = RunStatistics(5)
+
+        def stand(cycles: int) -> None:
+            for _ in range(cycles):
+                statistics.sensors(robot.frame, robot.truth())
+                robot.advance(None)
+
+        stand(5)
+        fallen = replace(robot.truth(), fell=True)
+        for seq in (5, 6, 7):  # it lies
+            statistics.sensors(replace(robot.frame, seq=seq), replace(fallen, seq=seq))
+        robot.reset()
+        stand(20)
+    summary = statistics.summary(wall_seconds=1.0)
+    assert (summary.fell, summary.falls, summary.resets) == (True, 1, 1)
+    assert summary.cycles == 7 + 19
 
 
 def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) -> None:

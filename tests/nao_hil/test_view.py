@@ -155,7 +155,7 @@ class FakeCommands:
     send = walk
 
     def status(self) -> WalkStatus:
-        return STATUS
+        return msgspec.structs.replace(STATUS, state="stand")
 
     def stop(self) -> GuardStatus:
         raise LinkError("No robot `nao` at tcp/127.0.0.1:7447 answered `stop`.")
