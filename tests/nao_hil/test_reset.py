@@ -14,7 +14,7 @@ from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.analysis.inspection import inspect
 from nao_hil.runs import in_process as inprocess
-from nao_hil.runs.summary import RunStatistics, Summary
+from nao_hil.runs.summary import RunStatistics
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 
