@@ -1,8 +1,11 @@
 """The robot's process: the DCM cycle in real time or in lockstep, over the link.
 
 Both modes put the answer to frame k in force for the cycle from k to k+1 and then publish frame k+1. In real
-time the cycle from k to k+1 is computed right after the wall clock has reached k+1: an answer that has not
-come by then is missed, and the joints keep their last target. In lockstep the robot waits.
+time an answer that has not come when the wall clock reaches k+1 is missed, and the joints keep their last
+target. The physics of the cycle runs at its beginning, right after frame k is out, if the drives delay requests
+by a cycle or more: the controller has the whole cycle, and frame k+1 leaves on its boundary. With faster drives
+(the profile `ideal`) the physics runs when the answer is there, and delays the frame. In lockstep the robot
+waits.
 """
 
 from __future__ import annotations
@@ -56,11 +59,11 @@ class RobotProcess:
         self._observers = observers
         self._stop = stop
         self._began: float | None = None
-        self.boundary = BoundaryQueue(wake=link.wake)
-        """Queue in which handlers of queries leave work on the robot."""
-        self._world = WorldQueries(robot, self.boundary, guard)
+        self._commands, self._events = (BoundaryQueue(wake=link.wake) for _ in range(2))
+        # commands of the DCM wait for the end of a cycle, those of the world for the beginning
+        self._world = WorldQueries(robot, self._events, guard)
         link.serve(COMMAND, self._world.answer)
-        for suffix, answer in DcmQueries(robot, self.boundary, self._require).handlers().items():
+        for suffix, answer in DcmQueries(robot, self._commands, self._require).handlers().items():
             link.serve(suffix, answer)
 
     @property
@@ -76,9 +79,13 @@ class RobotProcess:
         """Cycle by the wall clock until stopped."""
         self._publish()
         while not self._stop.is_set():
+            self._run_events()
+            runs = not self._world.stands_still
+            if runs:
+                self._robot.run_ahead()
             timer.wait()
-            self._at_boundary()
-            if not self._world.stands_still and not self._robot.run_stalled():
+            self._commands.run()
+            if runs and not self._robot.run_stalled():
                 self._cycle(self._link.newest_command(), supervised=self._host.supervised)
         self._world.close()
 
@@ -86,7 +93,8 @@ class RobotProcess:
         """Cycle by the controller's answers until stopped; an answer that is here by then is still served."""
         self._publish()
         while not self._stop.is_set():
-            self._at_boundary()
+            self._run_events()
+            self._commands.run()
             if self._world.stands_still:
                 self._stop.wait(IDLE)
             elif self._host.needs_cycle or (self._world.steps and self._link.holder is None):
@@ -99,9 +107,9 @@ class RobotProcess:
             self._serve(last)
         self._world.close()
 
-    def _at_boundary(self) -> None:
-        """Do the work of queries between two cycles."""
-        self.boundary.run()
+    def _run_events(self) -> None:
+        """Do what happens to the robot and its world between two cycles."""
+        self._events.run()
         if self._world.began_anew:
             self._world.began_anew = False
             self._host.guard.reset()

@@ -127,6 +127,8 @@ class EmulatedRobot:
         """Faults in force and to come."""
         self._command = -1
         self._missed = 0
+        self._ahead = False
+        """The physics of the present cycle has run already."""
         self.frame = self._sample()
         """The present boundary's sensor frame."""
 
@@ -144,7 +146,6 @@ class EmulatedRobot:
                 before_step()
             engine.step(torque)
         servo.end_cycle()
-        self._hands.run_cycle(self.body.cycle)
         self._torso = robot.torso()
         self.sensors.update(self._torso, servo.drawn())
 
@@ -174,27 +175,50 @@ class EmulatedRobot:
             self._missed += 1
         targets = self.dcm.run_cycle()
         if targets is not None:
-            self.servo.latch(targets.position, targets.stiffness)
+            elapsed = self._steps if self._ahead else 0
+            self.servo.latch(targets.position, targets.stiffness, elapsed)
             self._hands.latch(targets.position, targets.stiffness)
-        self._world_cycle()
+        if not self._ahead:
+            self._run_world()
+        self._end_cycle()
         self.frame = self._sample()
         return self.frame
+
+    def run_ahead(self) -> None:
+        """Run the physics of the cycle that begins now, before its command is there.
+
+        Only if the drives delay requests by a cycle or more, so that its command cannot act within it;
+        otherwise nothing happens. The frames are the same as without.
+        """
+        if self._ahead or self.servo.delay_steps < self._steps:
+            return
+        self.faults.begin_cycle(self.time)
+        if not self.faults.stalled:
+            self._run_world()
+            self._ahead = True
 
     def run_stalled(self) -> bool:
         """Run one cycle if the DCM stands still (a fault): no commands, no frame; False if it does not.
 
         `advance` does so by itself; who keeps to a wall clock calls this once per cycle before it.
         """
+        if self._ahead:
+            return False
         self.faults.begin_cycle(self.time)
         if not self.faults.stalled:
             return False
         self.dcm.skip_cycle()
-        self._world_cycle()
+        self._run_world()
+        self._end_cycle()
         return True
 
-    def _world_cycle(self) -> None:
+    def _run_world(self) -> None:
         self._run_cycle(self.stage.begin_cycle(self.time))
         self._contacts = self.engine.contacts()
+
+    def _end_cycle(self) -> None:
+        self._hands.run_cycle(self.body.cycle)
+        self._ahead = False
         self._seq += 1
 
     @property

@@ -85,7 +85,8 @@ class Servo:
         self._compliance = parameters.gear_compliance
         self._brake = parameters.brake
         self._queue: deque[tuple[int, Vector, Vector]] = deque()
-        self._delay = round(parameters.delay / step)
+        self.delay_steps = round(parameters.delay / step)
+        """Physics steps from `latch` to the motor boards."""
         self._clock = 0
         self._drives = self._records(parameters)
         self.motor_angle: Vector = self._drives["motor_angle"]
@@ -111,16 +112,17 @@ class Servo:
         drives["brush_damping"] = np.sqrt(stiffness * self.rotor_inertia)
         return drives
 
-    def latch(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
+    def latch(self, position: Sequence[float], stiffness: Sequence[float], elapsed: int = 0) -> None:
         """Take over a request at the start of a cycle.
 
         Args:
             position: 25 angles in frame order, rad; clipped to the joints' ranges.
             stiffness: 25 values in frame order; clipped to at most 1.
+            elapsed: Steps of the cycle that have run already, at most `delay_steps`.
         """
         request = self._limits.clip(np.array(position)[self._slots])
         wanted = np.minimum(np.array(stiffness)[self._slots], 1.0)
-        self._queue.append((self._clock + self._delay, request, wanted))
+        self._queue.append((self._clock - elapsed + self.delay_steps, request, wanted))
 
     def start(self, position: Vector) -> None:
         """Hold these angles (rad) from now on with full stiffness, at rest; what was on its way is dropped."""

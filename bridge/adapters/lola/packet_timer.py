@@ -1,14 +1,17 @@
 """Times of a served LoLA's packets: every 12 ms, in phase with a robot that has the same cycle.
 
-A robot behind a network has its own clock. If its cycle is LoLA's, a phase-locked loop follows its frames: each
-packet goes out `SLACK` after its frame usually comes, and each frame corrects the phase a little, so that the
-frames' jitter is not passed on. A packet waits up to `GRACE` for a late frame. For a robot with another cycle
-this machine's clock alone sets the times, and a packet holds the newest frame.
+A robot behind a network has its own clock. If its cycle is LoLA's, the packets follow its frames: each goes out
+`SLACK` after its frame usually comes, by the median of the last frames, so that neither the frames' jitter is
+passed on, nor a few late ones at the start cost the client its time. A packet waits up to `GRACE` for a late
+frame. For a robot with another cycle this machine's clock alone sets the times, and a packet holds the newest
+frame.
 """
 
 from __future__ import annotations
 
+import statistics
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -21,8 +24,10 @@ SLACK: Final = 1_000_000
 """ns from a frame's usual arrival to its packet."""
 GRACE: Final = 1_000_000
 """ns that a packet waits for a late frame."""
-_GAIN_LATE, _GAIN_EARLY = 0.1, 0.01
-"""Fraction of a frame's lateness or earliness by which the phase moves; a late frame costs more."""
+_WINDOW: Final = 31
+"""Frames whose median arrival the packets follow."""
+_PACE: Final = 100_000
+"""ns by which the phase moves at most from one packet to the next."""
 _SAME_CYCLE: Final = 1e-6
 """s"""
 
@@ -41,6 +46,8 @@ class PacketTimer:
         """The robot's cycle is LoLA's."""
         self._deadline = clock() + PERIOD
         self._locked = self._fresh = False
+        self._errors: deque[int] = deque(maxlen=_WINDOW)
+        """Lateness of the last frames relative to the phase, ns."""
         self.skipped = 0
         """Packets left out because the loop was held up past their time."""
         self.repeated = 0
@@ -57,12 +64,12 @@ class PacketTimer:
             return
         error = arrived + SLACK - self._deadline
         error -= round(error / PERIOD) * PERIOD
-        if not self._locked:
-            self._locked = True
-            self._deadline += error
-        else:
-            error = max(-GRACE, min(error, GRACE))
-            self._deadline += round(error * (_GAIN_LATE if error > 0 else _GAIN_EARLY))
+        self._errors.append(error)
+        middle = round(statistics.median(self._errors))
+        step = max(-_PACE, min(middle, _PACE)) if self._locked else middle
+        self._locked = True
+        self._deadline += step
+        self._errors = deque((earlier - step for earlier in self._errors), maxlen=_WINDOW)
 
     @property
     def wait(self) -> float:

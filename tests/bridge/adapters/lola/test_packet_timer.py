@@ -82,3 +82,12 @@ def test_a_loop_that_was_held_up_sends_no_burst() -> None:
     clock.now = 10 * PERIOD + 1
     assert timer.due() and not timer.due()
     assert timer.skipped == 9
+
+
+def test_late_frames_at_the_start_cost_the_client_no_time_for_long() -> None:
+    """The first frames come 5 ms late, as of a robot that has just started: it is made up in half a second."""
+    clock = Clock()
+    frames = [k * PERIOD + (5 * MS if k < 4 else 0) for k in range(1, 200)]
+    timer = PacketTimer(0.012, clock)
+    sent = packets(timer, clock, frames, frames[-1])
+    assert max(at - frames[frame] for at, frame in sent[80:]) < 1.5 * SLACK
