@@ -11,6 +11,7 @@ import numpy as np
 
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
+from bridge.body.quantities import standing_height
 from bridge.dcm import Dcm
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
@@ -24,7 +25,7 @@ from emulator.sampling import FrameSampler
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
-from emulator.start import place, start_posture
+from emulator.start import StartPose, lay, place, start_pose, start_posture
 from emulator.truth import truth_frame
 from emulator.wear import WearProfile
 from emulator.world.stage import Stage
@@ -51,6 +52,7 @@ class EmulatedRobot:
         orientation: Of the torso at the start; None: soles level.
         lift: Height of the soles over the floor at the start, m.
         held: The torso is nailed to the world (test benches).
+        start: Pose to begin in, a name of `emulator.start.START_NAMES`; None: the scenario's.
 
     Raises:
         ConfigurationError: unknown posture, a cycle that is no whole number of physics steps, or no such
@@ -71,7 +73,9 @@ class EmulatedRobot:
         orientation: Quaternion | None = None,
         lift: float = 0.0,
         held: bool = False,
+        start: str | None = None,
     ) -> None:
+        self._start = start_pose(scenario.start.pose if start is None else start)
         self.body = body
         self._seed = seed
         self.posture = start_posture(scenario.start.posture if posture is None else posture)
@@ -104,7 +108,11 @@ class EmulatedRobot:
         """The drives of all joints."""
         engine.add_robot(body, self.servo.rotor_inertia, held=self._held)
         start = self._scenario.start
-        self._place((start.x, start.y, math.radians(start.yaw)))
+        at = (start.x, start.y, math.radians(start.yaw))
+        if self._start is None:
+            self._place(at)
+        else:
+            lay(self.world, body, self._start, at)
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames go through it too."""
@@ -114,10 +122,8 @@ class EmulatedRobot:
         self._sampler = FrameSampler(joints, self.servo, self.sensors, self._hands, wear.servo.heating.room)
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
-        for _ in range(self._settle):
-            self._run_cycle()
+        self._let_settle()
         self._contacts = engine.contacts()
-        self._start_height = self.world.clearance(self._torso.position)
         self._seq = 0
         self._notices: list[Notice] = []
         self.stage = Stage(self.world, body, timeline(self._scenario), self._say)
@@ -135,6 +141,21 @@ class EmulatedRobot:
     def _place(self, at: tuple[float, float, float]) -> None:
         """Put the robot into its start posture at x, y (m) and yaw (rad) of the floor."""
         place(self.world, self.body, self.posture, self._orientation, self._lift, at)
+
+    def _let_settle(self) -> None:
+        """Run until the robot has settled into its start pose; one that does not stand is limp then."""
+        pose = self._start
+        if pose is not None:
+            self._release(pose)
+        for _ in range(self._settle if pose is None else round(pose.settle / self.body.cycle)):
+            self._run_cycle()
+
+    def _release(self, pose: StartPose) -> None:
+        """Hold a pose with the stiffness in which it rests."""
+        stiffness = (pose.rest,) * N_JOINTS
+        self.servo.start(self.engine.robot.position)
+        self.servo.latch(pose.angles, stiffness)
+        self.dcm.put_frame(pose.angles, stiffness)
 
     def _run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
         """Servo and physics over one cycle; the world may act before every physics step."""
@@ -252,7 +273,7 @@ class EmulatedRobot:
 
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
-        height = self.world.clearance(self._torso.position) / self._start_height
+        height = self.world.clearance(self._torso.position) / standing_height(self.body)
         joints = self._sampler.angles(self.engine.robot.position)
         com = self.engine.robot.com()
         return truth_frame(self._seq, self.time, self._torso, self._contacts, joints, com, height)
@@ -261,9 +282,30 @@ class EmulatedRobot:
         """Put the robot where it lies back on its feet, held in its start posture with full stiffness."""
         turn = self._torso.rotation
         x, y, _ = self.world.to_floor(self._torso.position)
+        self.engine.robot.hold_torso(False)
         self._place((x, y, math.atan2(turn[3], turn[0])))
         self.servo.start(self.engine.robot.position)
         self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
+        self._torso = self.engine.robot.torso()
+        self.sensors.inertial.start(self._torso)
+
+    def lay_down(self, name: str) -> None:
+        """Put the robot where it is into a start pose, limp; it settles from now on.
+
+        Args:
+            name: Of `emulator.start.START_NAMES`.
+
+        Raises:
+            ConfigurationError: no such pose.
+        """
+        pose = start_pose(name)
+        if pose is None:
+            self.stand_up()
+            return
+        turn = self._torso.rotation
+        x, y, _ = self.world.to_floor(self._torso.position)
+        lay(self.world, self.body, pose, (x, y, math.atan2(turn[3], turn[0])))
+        self._release(pose)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
 

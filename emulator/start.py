@@ -1,17 +1,81 @@
-"""The robot's start: joint angles, and the torso's place over the floor."""
+"""The robot's start: on its feet, sitting, lying or hanging; its joint angles and its torso's place."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final, NamedTuple
 
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
 from bridge.types import Quaternion
-from emulator.engine.shapes import FOOT_LINKS, sole_points
+from bridge.validation import unknown_name
+from emulator.engine.shapes import FOOT_LINKS, link_shapes, lowest_point, sole_points
 from emulator.poses import ORIGIN, Pose, compose, inverse, point_of, quaternion, yaw_of
 from emulator.world.world import World
+
+_ARMS_DOWN: Final = {
+    "LShoulderPitch": 1.571,
+    "RShoulderPitch": 1.571,
+    "LShoulderRoll": 0.2,
+    "RShoulderRoll": -0.2,
+}
+_ARMS_AHEAD: Final = {"RShoulderPitch": 0.6, "LShoulderRoll": 0.2, "RShoulderRoll": -0.2}
+"""Of a robot on its side: with the arms down it would roll onto its front."""
+_H: Final = 0.7071067811865476
+HOOK: Final = 0.10
+"""Height of the lowest point of a hanging robot over the floor, m."""
+
+
+class StartPose(NamedTuple):
+    """How a robot begins that does not stand."""
+
+    angles: tuple[float, ...]
+    """25 in frame order, rad."""
+    orientation: Quaternion | None
+    """Of the torso, whose heading is along x where it has one; None: the left sole is level."""
+    rest: float
+    """Stiffness of all joints once it has settled."""
+    settle: float = 2.0
+    """Time in which it settles, s."""
+    held: bool = False
+    """The torso hangs on a hook."""
+
+
+def _straight(arms: dict[str, float] = _ARMS_DOWN) -> tuple[float, ...]:
+    """Legs straight."""
+    return tuple(arms.get(name, 0.0) for name in JOINTS)
+
+
+STAND: Final = "stand"
+START_POSES: Final[dict[str, StartPose]] = {
+    # SitRelax leans on the hands. A real robot stays sitting limp, and with its knees up too (Sit); the
+    # emulated one has round buttocks: it needs some stiffness, and with its knees up it rolls over.
+    "sit": StartPose(POSTURES["SitRelax"], quaternion(pitch=-0.17), 0.3),
+    # its thighs do not rest on its calves, as a real robot's do
+    "crouch": StartPose(POSTURES["Crouch"], None, 0.1),
+    "lie-back": StartPose(_straight(), (0.0, -_H, 0.0, _H), 0.0),
+    "lie-front": StartPose(_straight(), (0.0, _H, 0.0, _H), 0.0),
+    "lie-side": StartPose(_straight(_ARMS_AHEAD), (-_H, 0.0, 0.0, _H), 0.0),
+    "hang": StartPose(_straight(), ORIGIN.orientation, 0.0, held=True),
+}
+"""By name; `stand` is the scenario's posture, stiff. On its side the robot lies on the left arm.
+
+Legs straight and arms down are rUNSWift's pose for a robot that lies.
+"""
+START_NAMES: Final = (STAND, *START_POSES)
+
+
+def start_pose(name: str) -> StartPose | None:
+    """A start pose by its name; None: on its feet.
+
+    Raises:
+        ConfigurationError: no such pose.
+    """
+    if name not in START_NAMES:
+        raise ConfigurationError(unknown_name("start pose", name, START_NAMES))
+    return START_POSES.get(name)
 
 
 def start_posture(posture: str | Sequence[float]) -> tuple[float, ...]:
@@ -67,6 +131,30 @@ def place(
         rise = max(ground + lift - foot[2] for ground, foot in zip(grounds, feet, strict=True))
         where = Pose((at[0], at[1], where.position[2] + max(0.0, rise)), where.orientation)
     robot.set_torso(compose(world.pose, compose(where, turned)))
+
+
+def lay(world: World, body: Body, pose: StartPose, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+    """Put the robot at rest with its lowest point on the ground, or on a hook over it; then let it settle.
+
+    Args:
+        world: With the ground.
+        body: Data sheet of the robot.
+        pose: Joints and torso.
+        at: Place of the torso on the floor, x and y in m, and its heading, rad.
+    """
+    robot = world.engine.robot
+    robot.hold_torso(False)
+    if pose.orientation is None:
+        place(world, body, pose.angles, None, 0.0, at)
+        return
+    robot.set_joints([pose.angles[INDEX_WITH_MIRROR[name]] for name in robot.joints])
+    turned = compose(Pose((0.0, 0.0, 0.0), quaternion(yaw=at[2])), Pose(orientation=pose.orientation))
+    robot.set_torso(turned)
+    lowest = min(lowest_point(shape, robot.link_pose(link)) for link, shape in link_shapes(body).items())
+    around = [(at[0] + 0.1 * i, at[1] + 0.1 * j) for i in range(-3, 4) for j in range(-3, 4)]
+    height = max(world.ground(around)) - lowest + (HOOK if pose.held else 0.0)
+    robot.set_torso(compose(world.pose, Pose((at[0], at[1], height), turned.orientation)))
+    robot.hold_torso(pose.held)
 
 
 def _level(sole: Quaternion) -> Quaternion:

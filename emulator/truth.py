@@ -31,7 +31,7 @@ def truth_frame(
         contacts: Ground reactions.
         joints: True angles in frame order, rad.
         com: Centre of mass, world frame, m.
-        height: Of the torso over the floor, as a fraction of that at the start.
+        height: Of the torso over the floor, as a fraction of that with the legs straight.
     """
     tilted = torso.rotation[8] < FALLEN_TILT
     return TruthFrame(

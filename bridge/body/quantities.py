@@ -25,6 +25,12 @@ def total_mass(body: Body) -> float:
     return math.fsum(link.mass for link in body.links.values())
 
 
+def standing_height(body: Body) -> float:
+    """Height of the Torso frame over the soles with the legs straight, m."""
+    length = body.lengths
+    return length.HipOffsetZ + length.ThighLength + length.TibiaLength + length.FootHeight
+
+
 def absent_joints(body: Body) -> tuple[str, ...]:
     """Joints of the frames that this body lacks, in frame order: wrists and hands of an H21, none of an H25."""
     has_hands = body.model == "H25"

@@ -127,6 +127,20 @@ class Guard:
         self._blocked = round(STAND_UP_HOLD / self._body.cycle)
         self._log.enter(seq, "idle", "", "The robot was put on its feet.")
 
+    def laid_down(self, seq: int) -> None:
+        """Somebody put the robot down limp: whatever was under way is over, and it is left alone.
+
+        No command is taken for `STAND_UP_HOLD`: the newest may still be a standing robot's.
+
+        Args:
+            seq: of the present sensor frame.
+        """
+        self._descent = None
+        self._watchdog.reset()
+        self._output.stiffness = None
+        self._blocked = round(STAND_UP_HOLD / self._body.cycle)
+        self._log.enter(seq, "idle", "", "The robot was laid down.")
+
     def stop(self, how: Literal["crouch", "limp"], who: str = "") -> threading.Event:
         """Emergency stop at the next cycle; any thread may call this.
 

@@ -31,6 +31,8 @@ Friction = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 Foot = Literal["left", "right", "swing"]
+StartName = Literal["stand", "sit", "crouch", "lie-back", "lie-front", "lie-side", "hang"]
+"""Poses to begin in. `stand`: on its feet, stiff; `hang`: the torso on a hook, feet in the air."""
 
 
 class _Command(msgspec.Struct, frozen=True, kw_only=True, tag_field="op"):
@@ -60,6 +62,12 @@ class Step(_Command, frozen=True, kw_only=True, tag="step"):
     """Run some cycles and pause; answered when they have run."""
 
     cycles: Annotated[int, msgspec.Meta(ge=1, le=100_000)] = 1
+
+
+class LayDown(_Command, frozen=True, kw_only=True, tag="lay-down"):
+    """Put the robot where it is into a start pose, without stiffness where a real robot would have none."""
+
+    pose: StartName = "lie-back"
 
 
 class StandUp(_Command, frozen=True, kw_only=True, tag="stand-up"):
@@ -183,6 +191,7 @@ WorldCommand = (
     | Resume
     | Step
     | StandUp
+    | LayDown
     | Push
     | PlaceBox
     | Remove

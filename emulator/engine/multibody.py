@@ -39,6 +39,10 @@ class Multibody(ABC):
         """Put the Torso frame at a pose of the world, at rest; the joints stay as they are."""
 
     @abstractmethod
+    def hold_torso(self, held: bool) -> None:
+        """Fix the torso to the world where it is (a robot on a hook), or let it go."""
+
+    @abstractmethod
     def torso(self) -> TorsoState:
         """State of the torso now. An accelerometer takes the difference of two velocities."""
 

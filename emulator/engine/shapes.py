@@ -18,6 +18,7 @@ from scipy.spatial import ConvexHull
 from bridge.body import TORSO, Body
 from bridge.body.model import Shapes
 from bridge.types import Quaternion, Side, Vec3
+from emulator.poses import Pose, matrix
 
 Colour = tuple[float, float, float, float]
 WHITE: Final = (0.92, 0.92, 0.94, 1.0)
@@ -78,6 +79,22 @@ class PrismShape(NamedTuple):
 
 
 Shape = BoxShape | CapsuleShape | SphereShape | PrismShape
+
+
+def lowest_point(shape: Shape, pose: Pose) -> float:
+    """Height of the lowest point of a shape, m, in the frame in which its link has this pose."""
+    m = matrix(pose.orientation)
+    down, height = np.array(m[6:9]), pose.position[2]
+    if isinstance(shape, PrismShape):
+        return height + float((shape.vertices @ down).min())
+    middle = height + float(down @ shape.centre)
+    if isinstance(shape, BoxShape):
+        return middle - float(np.abs(down) @ shape.half)
+    if isinstance(shape, SphereShape):
+        return middle - shape.radius
+    turn = matrix(shape.orientation)
+    axis = np.array((turn[2], turn[5], turn[8]))
+    return middle - 0.5 * shape.length * abs(float(down @ axis)) - shape.radius
 
 
 def sole_outline(body: Body, side: Side) -> NDArray[np.float64]:

@@ -32,8 +32,11 @@ class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
 
 
 class Start(ScenarioTable, frozen=True, kw_only=True):
-    """How the robot begins; its soles are parallel to the floor."""
+    """How the robot begins."""
 
+    pose: str = "stand"
+    """`stand`: in `posture`, its soles parallel to the floor; or sitting, lying, hanging, see
+    `emulator.start.START_POSES`."""
     posture: str = "StandInit"
     x: float = 0.0
     y: float = 0.0

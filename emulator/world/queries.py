@@ -13,6 +13,7 @@ from bridge.guard import Guard
 from bridge.messages import TruthFrame, decode_command, encode
 from bridge.messages.world import (
     EndFault,
+    LayDown,
     Pause,
     Press,
     Reset,
@@ -62,6 +63,9 @@ class RobotInWorld(Protocol):
 
     def stand_up(self) -> None:
         """Back on its feet."""
+
+    def lay_down(self, name: str) -> None:
+        """Into a start pose, where it is."""
 
 
 class WorldQueries:
@@ -135,6 +139,9 @@ class WorldQueries:
                 raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")
             text = carry_out(self._robot, command)
             self._guard.stood_up(self._robot.seq, self._robot.posture)
+        elif isinstance(command, LayDown):
+            text = carry_out(self._robot, command)
+            self._guard.laid_down(self._robot.seq)
         elif not isinstance(command, (Status, Step)):
             text = carry_out(self._robot, command)
         reply = self._reply(text)
@@ -193,6 +200,9 @@ def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
     if isinstance(command, StandUp):
         robot.stand_up()
         return "The robot was put back on its feet."
+    if isinstance(command, LayDown):
+        robot.lay_down(command.pose)
+        return f"The robot was put into the pose `{command.pose}`."
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
     return robot.stage.execute(command)

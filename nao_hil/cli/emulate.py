@@ -33,6 +33,7 @@ def emulate(
     robot: options.Body = None,
     wear: options.Wear = None,
     scenario: options.Scenario = None,
+    start: options.Start = None,
     mode: options.Mode = None,
     seed: options.Seed = None,
     name: options.Name = DEFAULT_ROBOT,
@@ -52,7 +53,7 @@ def emulate(
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
-    settings = run_config(config, robot=robot, wear=wear, scenario=scenario, mode=mode, seed=seed)
+    settings = run_config(config, robot=robot, wear=wear, scenario=scenario, start=start, mode=mode, seed=seed)
     if settings.mode == "in-process":
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()

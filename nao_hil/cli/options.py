@@ -38,6 +38,12 @@ def _scenarios() -> Iterable[str]:
     return SCENARIOS
 
 
+def _starts() -> Iterable[str]:
+    from emulator.start import START_NAMES
+
+    return START_NAMES
+
+
 def _gaits() -> Iterable[str]:
     from walker.planning import GAITS
 
@@ -69,6 +75,15 @@ Scenario = Annotated[
         help="World: a name of `nao-hil scenarios`, or a path.",
         metavar="NAME|FILE",
         autocompletion=_among(_scenarios),
+    ),
+]
+Start = Annotated[
+    str | None,
+    typer.Option(
+        "--start",
+        help="Pose to begin in: stand, sit, crouch, lie-back, lie-front, lie-side, hang.",
+        metavar="POSE",
+        autocompletion=_among(_starts),
     ),
 ]
 Gait = Annotated[

@@ -46,6 +46,7 @@ def build_robot(
         seed=settings.seed,
         wear=load_wear(settings.wear) if wear is None else wear,
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
+        start=settings.start,
     )
 
 

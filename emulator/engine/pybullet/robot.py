@@ -38,6 +38,8 @@ class BulletRobot(Multibody):
         self._link = {TORSO: BASE} | {name: i for i, name in enumerate(model.joints)}
         self._locked: frozenset[str] = frozenset()
         self._pushes: list[tuple[int, Vec3]] = []
+        self._hook: int | None = None
+        """PyBullet's number of what holds the torso."""
         _, self._to_torso = bullet.invertTransform(ORIGIN.position, model.torso_principal)
         # PyBullet starts every joint with a motor of its own that brakes
         bullet.setJointMotorControlArray(
@@ -78,6 +80,28 @@ class BulletRobot(Multibody):
         model = self.model
         inertial = bullet.multiplyTransforms(*pose, model.torso_com, model.torso_principal)
         bullet.resetBasePositionAndOrientation(model.robot, *inertial, physicsClientId=model.client)
+
+    def hold_torso(self, held: bool) -> None:
+        """See `Multibody`. PyBullet holds the base by its inertial frame."""
+        model = self.model
+        if self._hook is not None:
+            bullet.removeConstraint(self._hook, physicsClientId=model.client)
+            self._hook = None
+        if held:
+            com, turn = bullet.getBasePositionAndOrientation(model.robot, physicsClientId=model.client)
+            self._hook = bullet.createConstraint(
+                model.robot,
+                BASE,
+                BASE,
+                BASE,
+                bullet.JOINT_FIXED,
+                (0.0, 0.0, 0.0),
+                (0.0, 0.0, 0.0),
+                com,
+                (0.0, 0.0, 0.0, 1.0),
+                turn,
+                physicsClientId=model.client,
+            )
 
     def torso(self) -> TorsoState:
         """See `Multibody`."""
