@@ -1,11 +1,16 @@
-"""Statistics of few runs: Wilson's interval, and McNemar's test for pairs of the same seed."""
+"""Statistics of few runs: intervals of shares and scores, a sequential test, and McNemar's test for pairs."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Final
 
 import msgspec
-from scipy.stats import binomtest
+from scipy.stats import binomtest, norm
+
+ENOUGH: Final = 20
+"""Runs of an arm; a report of fewer says so in its title."""
 
 
 def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -26,6 +31,60 @@ def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, flo
         return 0.0, 1.0
     interval = binomtest(successes, n).proportion_ci(confidence, method="wilson")
     return float(interval.low), float(interval.high)
+
+
+def score_bounds(total: float, n: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Bounds of the mean of scores between 0 and 1: Wilson's interval with the total in place of successes.
+
+    A score in 0..1 of mean p has at most the variance p (1 - p) of a success with that chance, so the bounds
+    hold at least as surely as Wilson's.
+
+    Args:
+        total: Sum of the scores.
+        n: How many; for none the bounds are 0 and 1.
+        confidence: Of the two-sided interval.
+    """
+    if n == 0:
+        return 0.0, 1.0
+    z2, p = float(norm.ppf(0.5 + 0.5 * confidence)) ** 2, total / n
+    half = math.sqrt(z2 * p * (1.0 - p) / n + z2 * z2 / (4.0 * n * n))
+    middle, scale = p + z2 / (2.0 * n), 1.0 + z2 / n
+    return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
+
+
+class Sprt(msgspec.Struct, frozen=True, kw_only=True):
+    """Wald's sequential test of a proportion: stop as soon as one of two shares is sure enough.
+
+    Source: Wald, Sequential Tests of Statistical Hypotheses, 1945. Both errors have the same bound.
+    """
+
+    low: float = 0.25
+    """Share of one hypothesis."""
+    high: float = 0.75
+    """Share of the other."""
+    error: float = 0.02
+    """Chance of a wrong verdict, for either."""
+    most: int = 20
+    """Trials after which the majority decides."""
+
+    def verdict(self, successes: int, n: int) -> bool | None:
+        """Whether the share is the high one; None: not sure yet.
+
+        Args:
+            successes: Out of `n`.
+            n: Trials so far.
+        """
+        ratio = successes * math.log(self.high / self.low)
+        ratio += (n - successes) * math.log((1.0 - self.high) / (1.0 - self.low))
+        bound = math.log((1.0 - self.error) / self.error)
+        if abs(ratio) >= bound:
+            return ratio > 0.0
+        return 2 * successes >= n if n >= self.most else None
+
+
+def few_words(n: int) -> str:
+    """For the title of a report of fewer than 20 seeds; empty otherwise."""
+    return f" (only {n} of {ENOUGH} seeds)" if n < ENOUGH else ""
 
 
 class Paired(msgspec.Struct, frozen=True, kw_only=True):

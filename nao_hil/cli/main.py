@@ -19,6 +19,7 @@ import typer
 from bridge.errors import NaoHilError
 from nao_hil import __version__
 from nao_hil.cli import (
+    campaign,
     catalogue,
     config,
     design,
@@ -35,6 +36,7 @@ from nao_hil.cli import (
     plot,
     record,
     replay,
+    results,
     up,
     view,
     walk,
@@ -65,6 +67,8 @@ app.command()(plot.plot)
 app.command()(doctor.doctor)
 app.command()(plan.plan)
 app.command()(experiment.experiment)
+app.command()(campaign.campaign)
+app.command()(results.results)
 app.command()(catalogue.robots)
 app.command()(catalogue.gaits)
 app.command()(experiment.experiments)

@@ -1,0 +1,100 @@
+"""A campaign in a file: a base, axes, and seeds."""
+
+from __future__ import annotations
+
+import itertools
+import statistics
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from bridge.config import from_dict, load_toml
+from emulator.scenarios import load_scenario
+from nao_hil.analysis.statistics import wilson
+from nao_hil.campaigns.quantities import changed
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk, WalkEnd
+
+
+class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What to walk: every combination of the axes' values, with every seed."""
+
+    base: dict[str, Any] = {}
+    """As in a configuration file; `scenario` is the world."""
+    axes: dict[str, Annotated[tuple[Any, ...], msgspec.Meta(min_length=1)]] = {}
+    """Values by quantity, see `quantities.changed`."""
+    seeds: Annotated[int, msgspec.Meta(ge=1)] = 20
+    first_seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    duration: Annotated[float, msgspec.Meta(gt=0.0)] = 10.0
+    """Of a walk, s."""
+    keep_track: bool = False
+
+    def cells(self) -> list[tuple[dict[str, Any], Walk]]:
+        """Each combination with its walk of the first seed.
+
+        Raises:
+            ConfigurationError: an unknown quantity or an impossible value.
+        """
+        config = from_dict(self.base, "base", RunConfig)
+        found = []
+        for values in itertools.product(*self.axes.values()):
+            point = dict(zip(self.axes, values, strict=True))
+            task = Walk(
+                name=", ".join(f"{name} {value}" for name, value in point.items()) or "base",
+                config=config,
+                duration=self.duration,
+                scenario=load_scenario(config.scenario),
+                keep_track=self.keep_track,
+            )
+            for name, value in point.items():
+                task = changed(task, name, value)
+            found.append((point, task))
+        return found
+
+    def walks(self, cells: Iterable[tuple[dict[str, Any], Walk]]) -> Iterator[Walk]:
+        """All walks, seed by seed, so that a stop leaves about as many of each combination."""
+        tasks = [task for _, task in cells]
+        for seed in range(self.first_seed, self.first_seed + self.seeds):
+            for task in tasks:
+                yield with_seed(task, seed)
+
+
+def with_seed(task: Walk, seed: int) -> Walk:
+    """The same walk with another seed."""
+    return msgspec.structs.replace(task, config=msgspec.structs.replace(task.config, seed=seed))
+
+
+def load_campaign(file: Path) -> CampaignFile:
+    """Read a campaign.
+
+    Raises:
+        ConfigurationError: unreadable, an unknown key, or an impossible value.
+    """
+    return load_toml(file, CampaignFile)
+
+
+class Cell:
+    """One combination, counted while the walks come in."""
+
+    def __init__(self, point: dict[str, Any]) -> None:
+        self.point = point
+        self.n = self.survived = 0
+        self._speeds: list[float] = []
+
+    def add(self, end: WalkEnd) -> None:
+        """A walk of it."""
+        self.n += 1
+        self.survived += end.survived
+        self._speeds.append(end.speed)
+
+    def summary(self) -> dict[str, Any]:
+        """For JSON; the interval is Wilson's, 95 %."""
+        return {
+            "point": self.point,
+            "n": self.n,
+            "survived": self.survived,
+            "interval": wilson(self.survived, self.n),
+            "speed": statistics.median(self._speeds) if self._speeds else None,
+        }

@@ -1,0 +1,108 @@
+"""What a campaign varies, by name: any number of configuration, world, wear profile or body."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import msgspec
+
+from bridge.body import Body, load_body
+from bridge.body.check import check_body
+from bridge.config import from_dict
+from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
+from emulator.scenarios import Scenario, load_scenario
+from emulator.scenarios.events import PushEvent
+from emulator.wear import WearProfile, load_wear
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk
+from walker.planning import gait_parameters
+from walker.stabilization.parameters import controller_parameters
+
+PUSH_TIME: Final = 4.0
+"""s of robot time at which the quantity `push` pushes."""
+
+
+def changed(task: Walk, name: str, value: Any) -> Walk:
+    """A walk with one quantity changed.
+
+    Args:
+        task: The walk.
+        name: One of `QUANTITIES`; `duration`; or a path: a field of the configuration such as `gait`, `wear`,
+            `parameters.S_a0`, `controller.torso`; `scenario` or `scenario.floor.friction`; `wear.servo.delay`;
+            `body.lengths.TibiaLength`.
+        value: Of it, in the unit of its table.
+
+    Raises:
+        ConfigurationError: no such quantity, or an impossible value.
+    """
+    if name in QUANTITIES:
+        return QUANTITIES[name](task, value)
+    head, _, rest = name.partition(".")
+    if name == "duration":
+        return msgspec.structs.replace(task, duration=float(value))
+    if head == "scenario":
+        world = _set(task.scenario, rest, value, Scenario) if rest else load_scenario(value)
+        return msgspec.structs.replace(task, scenario=world)
+    if head == "wear" and rest:
+        profile = task.wear or load_wear(task.config.wear)
+        return msgspec.structs.replace(task, wear=_set(profile, rest, value, WearProfile))
+    if head == "body" and rest:
+        body = _set(task.body or load_body(task.config.robot), rest, value, Body)
+        check_body(body)
+        return msgspec.structs.replace(task, body=body)
+    if head not in RunConfig.__struct_fields__:
+        known = (*RunConfig.__struct_fields__, "duration", "body", *QUANTITIES)
+        raise ConfigurationError(unknown_name("quantity", head, known))
+    config = _set(task.config, name, value, RunConfig)
+    gait_parameters(config.gait, config.parameters)
+    controller_parameters(config.gait, config.controller)
+    return msgspec.structs.replace(task, config=config)
+
+
+def _set(struct: Any, path: str, value: Any, kind: type[Any]) -> Any:
+    """The struct with the value at a path of keys."""
+    table = msgspec.to_builtins(struct)
+    *tables, last = path.split(".")
+    at = table
+    for part in tables:
+        at = at.setdefault(part, {})
+        if not isinstance(at, dict):
+            raise ConfigurationError(f"{path}: {part} is no table.")
+    at[last] = value
+    return from_dict(table, path, kind)
+
+
+def _push(task: Walk, impulse: float) -> Walk:
+    pushes = (PushEvent(time=PUSH_TIME, impulse=impulse),) if impulse > 0.0 else ()
+    return msgspec.structs.replace(task, scenario=msgspec.structs.replace(task.scenario, pushes=pushes))
+
+
+def _slope(task: Walk, degrees: float) -> Walk:
+    return changed(task, "scenario.floor.pitch", -degrees)
+
+
+def _friction(task: Walk, coefficient: float) -> Walk:
+    return changed(task, "scenario.floor.friction", coefficient)
+
+
+def _delay(task: Walk, seconds: float) -> Walk:
+    return changed(task, "wear.servo.delay", seconds)
+
+
+def _backlash(task: Walk, factor: float) -> Walk:
+    profile = task.wear or load_wear(task.config.wear)
+    table = {name: factor * width for name, width in msgspec.to_builtins(profile.servo.backlash).items()}
+    return changed(task, "wear.servo.backlash", table)
+
+
+QUANTITIES: Final[dict[str, Callable[[Walk, Any], Walk]]] = {
+    "push": _push,
+    "slope": _slope,
+    "friction": _friction,
+    "delay": _delay,
+    "backlash": _backlash,
+}
+"""Short names. `push`: impulse forward at 4 s, N s; `slope`: uphill, degrees; `friction`: of the floor;
+`delay`: of the drives, s; `backlash`: factor on that of the wear profile."""

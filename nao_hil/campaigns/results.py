@@ -1,0 +1,63 @@
+"""Questions to the data sets below a folder, in SQL."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from bridge.errors import ConfigurationError
+from nao_hil.runs.dataset.row import Row
+
+_SQL: Final = {"str": "VARCHAR", "int": "BIGINT", "float": "DOUBLE", "bool": "BOOLEAN"}
+COLUMNS: Final = {name: _SQL.get(kind, "VARCHAR") for name, kind in Row.__annotations__.items()}
+"""Of the view `walks`, beside `folder`, the data set that has the row."""
+
+
+class Table(NamedTuple):
+    """An answer."""
+
+    columns: list[str]
+    rows: list[tuple[Any, ...]]
+
+
+def ask(query: str, folder: Path) -> Table:
+    """Answer a query about the view `walks`: every walk of every data set below a folder, each key once.
+
+    Args:
+        query: SQL as DuckDB has it.
+        folder: Searched with all below it; rows of campaigns that still run are seen too.
+
+    Raises:
+        ConfigurationError: DuckDB is not installed, there are no walks, or the query is wrong.
+    """
+    try:
+        import duckdb
+    except ModuleNotFoundError:
+        raise ConfigurationError("`results` needs duckdb; install nao-hil[campaign].") from None
+    parts = sorted(map(str, folder.rglob("part-*.parquet")))
+    journals = sorted(str(path) for path in folder.rglob("journal/*.jsonl") if path.stat().st_size)
+    if not parts and not journals:
+        raise ConfigurationError(f"{folder}: no walks are kept there or below; give the folder of a campaign.")
+    sources = []
+    if parts:
+        sources.append(f"SELECT {', '.join(COLUMNS)}, filename FROM read_parquet({parts}, filename = true)")
+    if journals:
+        kinds = "{" + ", ".join(f"'{name}': '{kind}'" for name, kind in COLUMNS.items()) + "}"
+        sources.append(
+            f"SELECT {', '.join(COLUMNS)}, filename FROM read_json({journals}, format = 'newline_delimited', "
+            f"columns = {kinds}, ignore_errors = true, filename = true)"
+        )
+    view = (
+        f"CREATE VIEW walks AS SELECT DISTINCT ON (key) * EXCLUDE filename, "
+        f"regexp_replace(filename, '(/journal)?/[^/]*$', '') AS folder FROM ({' UNION ALL '.join(sources)}) "
+        "WHERE key IS NOT NULL"
+    )
+    with duckdb.connect() as connection:
+        connection.execute(view)
+        try:
+            answer = connection.execute(query)
+            columns = [column[0] for column in answer.description or []]
+            return Table(columns, answer.fetchall())
+        except duckdb.Error as error:
+            sentence = str(error).splitlines()[0]
+            raise ConfigurationError(f"the query is wrong: {sentence}") from None

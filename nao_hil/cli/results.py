@@ -1,0 +1,36 @@
+"""`nao-hil results`: questions in SQL to the walks that were kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+
+
+def results(
+    query: Annotated[str, typer.Argument(help="SQL about the view `walks`; docs/results.md has ten of them.")],
+    folder: Annotated[Path, typer.Argument(help="Searched with all below it.")] = Path("runs"),
+    as_json: options.Json = False,
+) -> int:
+    """Ask the walks of all campaigns below a folder, in DuckDB's SQL; each walk is a row.
+
+    Example: nao-hil results "SELECT gait, count(*) n, avg(survived::int) share FROM walks GROUP BY gait"
+    """
+    from nao_hil.campaigns.results import ask
+
+    answer = ask(query, folder)
+    if as_json:
+        rows = [dict(zip(answer.columns, row, strict=True)) for row in answer.rows]
+        print(json.dumps({"columns": answer.columns, "rows": rows}, default=str), flush=True)
+        return 0
+    table = Table(*answer.columns)
+    for row in answer.rows:
+        table.add_row(*(f"{value:.6g}" if isinstance(value, float) else str(value) for value in row))
+    open_console(stderr=False).print(table)
+    return 0

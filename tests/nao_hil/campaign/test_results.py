@@ -1,0 +1,77 @@
+"""Questions in SQL: the ten of the docs, rows that are not in a part yet, and mistakes in one sentence."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.errors import ConfigurationError
+from nao_hil.analysis.statistics import wilson
+from nao_hil.campaigns.results import COLUMNS, ask
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.dataset import Dataset
+from nao_hil.runs.track import WIDTH, Track
+from nao_hil.runs.walk import Ending, Walk, WalkEnd, WalkOutcome
+
+PAGE = (Path(__file__).parents[3] / "docs/results.md").read_text()
+QUESTIONS = re.findall(r"```sql\n(.*?)```", PAGE, re.DOTALL)
+
+
+def outcome(seed: int, wear: str, ending: Ending) -> WalkOutcome:
+    end = WalkEnd(ending=ending, time=1.0 + seed, roll=0.1, pitch=-0.2, steps=3, distance=0.25, tilt_max=0.3)
+    task = Walk(name=wear, config=RunConfig(seed=seed, wear=wear), duration=9.0, keep_track=False)
+    return WalkOutcome(task, end, Track(np.zeros((0, WIDTH), dtype=np.float32)))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Nominal robots walk on, worn ones fall but the first; the last is still in a journal."""
+    found = tmp_path_factory.mktemp("runs")
+    kept = Dataset(found / "a" / "walks")
+    for seed in range(4):
+        kept.put(outcome(seed, "nominal", "walked"), 0.5)
+    kept.close()
+    kept = Dataset(found / "b" / "walks", rows=4)
+    for seed in range(4):
+        kept.put(outcome(seed, "worn", "fell" if seed else "walked"), 0.5)
+    other = Dataset(found / "c")
+    other.put(outcome(7, "worn", "fell"), 0.5)
+    other.put(outcome(0, "worn", "walked"), 0.5)  # walked before, elsewhere
+    (journal,) = (found / "c" / "journal").iterdir()
+    text = journal.read_bytes()
+    other.close()
+    for part in (found / "c").glob("part-*"):
+        part.unlink()
+    journal.write_bytes(text + b'{"key": "half')
+    return found
+
+
+def test_there_are_ten_questions_and_the_page_names_every_column() -> None:
+    assert len(QUESTIONS) == 10
+    assert all(f"`{column}`" in PAGE for column in (*COLUMNS, "folder"))
+
+
+@pytest.mark.parametrize("query", QUESTIONS)
+def test_each_question_of_the_page_has_an_answer(query: str, folder: Path) -> None:
+    assert ask(query, folder).rows
+
+
+def test_each_walk_is_a_row_once_wherever_it_is_kept(folder: Path) -> None:
+    (row,) = ask("SELECT count(*), sum(survived::int), count(DISTINCT folder) FROM walks", folder).rows
+    assert row == (9, 5, 3)
+
+
+def test_the_interval_of_the_page_is_wilsons(folder: Path) -> None:
+    answer = {row[0]: row[3:] for row in ask(QUESTIONS[2], folder).rows}
+    assert answer["nominal"] == pytest.approx(wilson(4, 4), abs=1e-3)
+    assert answer["worn"] == pytest.approx(wilson(1, 5), abs=1e-3)
+
+
+def test_mistakes_are_one_sentence(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"the query is wrong: .*hight"):
+        ask("SELECT hight FROM walks", folder)
+    with pytest.raises(ConfigurationError, match="no walks are kept there"):
+        ask("SELECT 1", tmp_path)
