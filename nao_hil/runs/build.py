@@ -46,7 +46,7 @@ def build_robot(
         seed=settings.seed,
         wear=load_wear(settings.wear) if wear is None else wear,
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
-        start=settings.start,
+        start=settings.start or None,
     )
 
 

@@ -23,8 +23,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
     scenario: str = "flat"
     """World: a name of `nao-hil scenarios`, or the path of one."""
-    start: str | None = None
-    """Pose to begin in: a name of `emulator.start.START_NAMES`; none: the scenario's."""
+    start: str = ""
+    """Pose to begin in: a name of `emulator.start.START_NAMES`; empty: the scenario's."""
     gait: str = "static"
     mode: Mode = "real-time"
     steps: Annotated[int, msgspec.Meta(ge=0)] = 10
