@@ -14,8 +14,8 @@ from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
 from walker.model.com import CentreOfMass
 
-DRAWN_UP: Final = {"RHipPitch": -0.8, "RKneePitch": 1.6, "RAnklePitch": -0.8}
-"""The right leg, rad: its sole is level and 6 cm over the ground."""
+DRAWN_UP: Final = {"RHipRoll": -0.3, "RHipPitch": -0.8, "RKneePitch": 1.6, "RAnklePitch": -0.8}
+"""The right leg, rad: its sole is 6 cm over the ground, and the foot clear of the standing leg."""
 TOLERANCE: Final = 1e-4
 """How near the centre of mass comes to the foot's middle, m."""
 

@@ -28,6 +28,8 @@ LEGS: Final = tuple(name for name in (*LEG_JOINTS["L"], *LEG_JOINTS["R"]) if nam
 ZERO: Final = POSTURES["StandZero"]
 SETTLE: Final = 0.3
 """Rest before each measurement, s."""
+SPREAD: Final = 0.7
+"""Roll of a hip that lets the other roll through its range, rad."""
 FAR: Final = 0.3
 """Position error at which every drive gives full voltage, rad."""
 CLAMP: Final = 1000.0
@@ -142,9 +144,13 @@ def part(track: Vector, column: int) -> Vector:
 
 
 def run_through(body: Body, wear: WearProfile, joint: str) -> Vector:
-    """One joint from stop to stop, the others clamped, without gravity; the track of `Bench.play`."""
+    """One joint from stop to stop, the others clamped, without gravity; the track of `Bench.play`.
+
+    Both legs are spread: a hip that rolls inward would bring its leg against the other.
+    """
     sheet = body.joints[joint]
     posture = list(ZERO)
+    posture[INDEX["LHipRoll"]], posture[INDEX["RHipRoll"]] = SPREAD, -SPREAD
     posture[INDEX[joint]] = sheet.lower
     with Bench(body, wear, tuple(posture)) as bench:
         bench.clamp(joint)

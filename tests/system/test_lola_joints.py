@@ -19,6 +19,7 @@ from bridge.adapters.lola.schema import ACTUATORS, CYCLE
 from bridge.adapters.lola.setpoints import Setpoints
 from bridge.body import load_body
 from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
 from bridge.body.quantities import coupled_limits, limits
 from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
@@ -55,7 +56,10 @@ class Hanging:
 @pytest.mark.parametrize("joint", LEFT_LEG)
 def test_a_leg_joint_follows_a_ramp_through_its_range(joint: str) -> None:
     slot = INDEX[joint]
-    with EmulatedRobot(V6, seed=1, wear=load_wear("nominal"), held=True, lift=0.3) as robot:
+    posture = list(POSTURES["StandInit"])
+    posture[INDEX["RHipRoll"]] = -0.7  # the other leg out of the way
+    wear = load_wear("nominal")
+    with EmulatedRobot(V6, seed=1, posture=tuple(posture), wear=wear, held=True, lift=0.3) as robot:
         hanging = Hanging(robot)
         asked = hanging.measured()
         lower, upper = limits(V6, joint)

@@ -248,7 +248,7 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
 
 def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start) -> None:
     command = start("up", script=SLOW_TO_LOAD)
-    until(lambda: "loading" in command.said, "the command")
+    until(lambda: "loading\n" in command.said, "the command")
     command.interrupt()
     assert (command.process.returncode, command.said) == (130, "loading\n")
 
