@@ -31,6 +31,7 @@ from nao_hil.cli import (
     info,
     keys,
     lola,
+    map,
     naoqi,
     plan,
     plot,
@@ -68,6 +69,7 @@ app.command()(doctor.doctor)
 app.command()(plan.plan)
 app.command()(experiment.experiment)
 app.command()(campaign.campaign)
+app.command("map")(map.map_)
 app.command()(results.results)
 app.command()(catalogue.robots)
 app.command()(catalogue.gaits)

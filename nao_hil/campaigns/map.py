@@ -1,0 +1,142 @@
+"""A robustness map: who walks on, over two quantities."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import msgspec
+import numpy as np
+
+from bridge.errors import ConfigurationError
+from nao_hil.analysis.statistics import wilson
+from nao_hil.campaigns.file import with_seed
+from nao_hil.campaigns.quantities import changed
+from nao_hil.campaigns.refinement import Cell, Survey
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.walk import Walk
+
+CELLS: Final = 20
+
+
+class Axis(NamedTuple):
+    """A quantity from one value to another."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+def parse_axis(text: str) -> Axis:
+    """`NAME=LOW:HIGH` or `NAME=LOW:HIGH:CELLS`.
+
+    Raises:
+        ConfigurationError: not of this form, or fewer than two cells.
+    """
+    number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+    found = re.fullmatch(rf"([\w.]+)=({number}):({number})(?::(\d+))?", text)
+    if found is None or float(found[2]) >= float(found[3]) or not 2 <= int(found[4] or CELLS) <= 1000:
+        raise ConfigurationError(
+            f"{text}: must be NAME=LOW:HIGH or NAME=LOW:HIGH:CELLS with LOW < HIGH, such as push=0:8:20."
+        )
+    values = np.linspace(float(found[2]), float(found[3]), int(found[4] or CELLS))
+    return Axis(found[1], tuple(round(float(value), 12) for value in values))
+
+
+def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, most: int) -> Survey:
+    """Walk where the verdict changes.
+
+    Args:
+        campaign: To walk in.
+        task: What is changed.
+        x: Quantity.
+        y: Quantity.
+        first_seed: All cells walk with the same seeds, from this one on.
+        most: Walks of a cell.
+
+    Raises:
+        ConfigurationError: an unknown quantity or an impossible value.
+    """
+    cells = {
+        (i, j): changed(changed(task, x.name, a), y.name, b)
+        for i, a in enumerate(x.values)
+        for j, b in enumerate(y.values)
+    }
+
+    def attempt(asked: Sequence[tuple[Cell, int]]) -> list[bool]:
+        walks = [
+            msgspec.structs.replace(
+                with_seed(cells[cell], first_seed + k),
+                name=f"{x.name} {x.values[cell[0]]:g}, {y.name} {y.values[cell[1]]:g}",
+            )
+            for cell, k in asked
+        ]
+        done = {result.walk.name + str(result.seed): result.end.survived for result in campaign.walk(walks)}
+        alive = [done.get(walk.name + str(walk.config.seed)) for walk in walks]
+        return [each for each in alive if each is not None] if None not in alive else []
+
+    found = Survey((len(x.values), len(y.values)))
+    found.test = msgspec.structs.replace(found.test, most=most)
+    found.run(attempt)
+    return found
+
+
+def summary(found: Survey, x: Axis, y: Axis) -> dict[str, Any]:
+    """For JSON: cells that were walked, with Wilson's 95 % intervals, and the saving."""
+    full = len(x.values) * len(y.values) * found.test.most
+    walks = sum(found.tried.values())
+    cells = [
+        {
+            "x": x.values[cell[0]],
+            "y": y.values[cell[1]],
+            "n": n,
+            "survived": found.survived[cell],
+            "interval": wilson(found.survived[cell], n),
+        }
+        for cell, n in sorted(found.tried.items())
+    ]
+    return {
+        "x": x.name, "y": y.name, "cells": cells, "walks": walks, "full_grid": full, "share": walks / full
+    }  # fmt: skip
+
+
+def draw(found: Survey, x: Axis, y: Axis, title: str, path: Path) -> Path:
+    """The map as a picture: share that walks on, and the width of its interval where there were walks."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
+    share, width = figure.subplots(1, 2, sharex=True, sharey=True)
+    intervals = np.full(found.shape, np.nan)
+    for cell, n in found.tried.items():
+        low, high = wilson(found.survived[cell], n)
+        intervals[cell] = 100.0 * (high - low)
+    dx, dy = (0.5 * (axis.values[1] - axis.values[0]) for axis in (x, y))
+    extent = (x.values[0] - dx, x.values[-1] + dx, y.values[0] - dy, y.values[-1] + dy)
+    for axes, values, words, colours, most in (
+        (
+            share,
+            100.0 * found.shares(),
+            "walk on, % (dots: walked; others: as the nearest)",
+            "RdYlGn",
+            100,
+        ),
+        (
+            width,
+            intervals,
+            "width of the 95 % interval, % (white: not walked)",
+            "viridis_r",
+            None,
+        ),
+    ):
+        image = axes.imshow(
+            values.T, origin="lower", extent=extent, aspect="auto", cmap=colours, vmin=0, vmax=most
+        )
+        figure.colorbar(image, ax=axes)
+        axes.set(xlabel=x.name, ylabel=y.name)
+        axes.set_title(words, fontsize=8)
+    walked = np.array([(x.values[i], y.values[j]) for i, j in found.tried])
+    share.plot(*walked.T, "k.", markersize=2)
+    figure.suptitle(title, fontsize=10)
+    figure.savefig(path, dpi=110)
+    return path

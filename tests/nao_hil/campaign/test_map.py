@@ -1,0 +1,105 @@
+"""Maps: a known boundary is found with few walks; the sequential test errs no more often than it says."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from bridge.errors import ConfigurationError
+from nao_hil.analysis.statistics import Sprt, score_bounds, wilson
+from nao_hil.campaigns.map import parse_axis
+from nao_hil.campaigns.refinement import Cell, Survey
+from nao_hil.cli.main import run
+
+SIZE = 20
+
+
+def chance(cell: Cell, width: float) -> float:
+    """Of a walk on: a logistic slope across a quarter circle of radius 12 cells."""
+    return 1.0 / (1.0 + math.exp((math.hypot(*cell) - 12.0) / width))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_boundary_is_found_within_a_cell_by_less_than_a_quarter_of_the_walks(seed: int) -> None:
+    generator, most = np.random.default_rng(seed), 20
+
+    def attempt(asked: Sequence[tuple[Cell, int]]) -> list[bool]:
+        return [bool(generator.random() < chance(cell, 0.4)) for cell, _ in asked]
+
+    found = Survey((SIZE, SIZE))
+    found.run(attempt)
+    assert sum(found.tried.values()) < 0.25 * SIZE * SIZE * most
+    wrong = [
+        cell
+        for cell in np.ndindex(SIZE, SIZE)
+        if (found.shares()[cell] >= 0.5) != (chance(cell, 0.4) >= 0.5)  # type: ignore[arg-type]
+    ]
+    assert all(abs(math.hypot(*cell) - 12.0) <= 1.0 for cell in wrong)
+
+
+def test_a_map_without_a_boundary_takes_the_first_lattice_alone() -> None:
+    found = Survey((SIZE, SIZE))
+    found.run(lambda asked: [True for _ in asked])
+    assert len(found.tried) == 36 and set(found.tried.values()) == {4}
+    assert (found.shares() == 1.0).all()
+
+
+def test_a_stop_leaves_what_was_walked() -> None:
+    found = Survey((SIZE, SIZE))
+    found.run(lambda asked: [])
+    assert not found.tried
+
+
+def test_the_sequential_test_keeps_its_errors() -> None:
+    # exact: the chance of each count of successes among the undecided, trial by trial
+    test = Sprt(most=200)
+    for p, wrong in ((test.low, True), (test.high, False)):
+        states, mistaken = {0: 1.0}, 0.0
+        for n in range(1, 201):
+            after: dict[int, float] = {}
+            for k, mass in states.items():
+                for success, q in ((1, p), (0, 1.0 - p)):
+                    verdict = test.verdict(k + success, n)
+                    if verdict is None:
+                        after[k + success] = after.get(k + success, 0.0) + mass * q
+                    elif verdict is wrong:
+                        mistaken += mass * q
+            states = after
+        assert mistaken < test.error
+
+
+def test_bounds_of_scores_are_wilsons_for_successes_and_cover_the_mean() -> None:
+    for successes, n in ((0, 5), (3, 7), (20, 20)):
+        assert score_bounds(successes, n) == pytest.approx(wilson(successes, n), abs=1e-9)
+    # scores of 0.3 or 1, drawn with chance p: the lower bound is seldom above the mean
+    n, p = 20, 0.5
+    mean = 0.3 * (1.0 - p) + p
+    above = sum(binom.pmf(k, n, p) for k in range(n + 1) if score_bounds(k + 0.3 * (n - k), n)[0] > mean)
+    assert above < 0.025
+
+
+@pytest.mark.parametrize("text", ["push", "push=3:1", "push=0:1:1", "push=a:b", "=0:1"])
+def test_an_axis_that_is_none_is_one_sentence(text: str) -> None:
+    with pytest.raises(ConfigurationError, match="must be NAME=LOW:HIGH"):
+        parse_axis(text)
+
+
+def test_a_map_of_walks_has_a_picture_and_goes_on_where_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quantities = ["slope=0:30:2", "friction=0.7:0.8:2", "--gait", "static", "--duration", "0.3", "--seeds", "4"]
+    command = ["map", *quantities, "--cluster", "inline", "--out", str(tmp_path), "--json"]
+    found = []
+    for _ in range(2):
+        assert run(command) == 0
+        found.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
+    assert found[0] == found[1]
+    assert {cell["x"]: cell["survived"] for cell in found[0]["cells"]} == {0.0: 4, 30.0: 0}
+    assert found[0]["walks"] == found[0]["full_grid"] == 16
+    assert (tmp_path / "map.png").stat().st_size > 5000
