@@ -49,11 +49,12 @@ def check_endpoint(endpoint: str) -> str:
     """The endpoint, if it looks like one.
 
     Raises:
-        ConfigurationError: not `protocol/address`, or certificates and TLS without one another.
+        ConfigurationError: not `protocol/address`, or certificates and TLS without one another. Zenoh's `ws` is
+            none of ours: its WebSocket takes connections of any site's page in a browser of this machine.
     """
     locator, folder = split_endpoint(endpoint)
     protocol, _, address = locator.partition("/")
-    if protocol not in ("tcp", "tls", "udp", "ws", "unixsock-stream") or not address:
+    if protocol not in ("tcp", "tls", "udp", "unixsock-stream") or not address:
         raise ConfigurationError(f"Endpoint {endpoint!r} must look like tcp/127.0.0.1:7447.")
     if protocol == "tls" and folder is None:
         raise ConfigurationError(
@@ -65,7 +66,7 @@ def check_endpoint(endpoint: str) -> str:
             f"Certificates (--keys {folder}) need an encrypted endpoint; write tls/{address} in place of "
             f"{locator}."
         )
-    if protocol in ("tcp", "udp", "tls", "ws"):
+    if protocol in ("tcp", "udp", "tls"):
         host, _, port = address.rpartition(":")
         if not host or not port.isdecimal() or len(port) > 5 or not 0 < int(port) < 65536:
             raise ConfigurationError(

@@ -290,6 +290,35 @@ def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, 
         bridge.run()
 
 
+def test_the_relay_takes_nothing_from_a_web_browser(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-I",
+        "-S",
+        str(RELAY),
+        "--listen",
+        "127.0.0.1:0",
+        "--socket",
+        str(tmp_path / "lola"),
+    ]
+    with socket.socket(socket.AF_UNIX) as lola:
+        lola.bind(str(tmp_path / "lola"))
+        lola.listen()
+        lola.settimeout(30.0)
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as relay:
+            try:
+                assert relay.stderr is not None
+                port = int(relay.stderr.readline().rpartition(":")[2])
+                with socket.create_connection(("127.0.0.1", port), 30.0) as browser:
+                    browser.sendall(b"POST / HTTP/1.1\r\n\r\n\x81\xa8Position\x90")
+                    robot = lola.accept()[0]
+                    with robot:
+                        robot.settimeout(30.0)
+                        assert robot.recv(100) == b""
+            finally:
+                relay.kill()
+
+
 def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path) -> None:
     """As on a robot: a plain Python without any package runs the one file."""
     with socket.socket() as free:

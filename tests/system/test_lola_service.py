@@ -16,6 +16,7 @@ import msgspec
 import pytest
 
 from bridge.adapters.lola.address import listen, parse_address
+from bridge.adapters.lola.client import ClientGone, LolaClient
 from bridge.adapters.lola.identity import Identity
 from bridge.adapters.lola.server import LolaServer, Served
 from bridge.link import ControllerLink, RobotLink
@@ -216,6 +217,27 @@ def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCapture
         "the client's `Position` of HeadYaw is nan and was ignored; a finite number is expected.",
         "the client's `Stiffness` of HeadYaw is 7 and was clipped; -1 to 1 is allowed.",
     ]
+
+
+def test_what_a_web_browser_sends_to_a_tcp_port_moves_nothing() -> None:
+    """A page of any site may post bytes of its choice to this machine; an HTTP request stands before them."""
+    reply = pack(Position=[0.5] * 25)
+    for sent, maps in ((reply, 1), (b"POST / HTTP/1.1\r\nOrigin: http://evil.example\r\n\r\n" + reply, None)):
+        with (
+            socket.create_server(("127.0.0.1", 0)) as listener,
+            socket.create_connection(listener.getsockname()) as peer,
+        ):
+            client = LolaClient(listener.accept()[0])
+            try:
+                peer.sendall(sent)
+                assert select.select([client], [], [], TIMEOUT)[0]
+                if maps is None:
+                    with pytest.raises(ClientGone):
+                        client.receive()
+                else:
+                    assert len(client.receive()) == maps
+            finally:
+                client.close()
 
 
 def test_a_reply_in_fragments_behind_garbage(served: Any) -> None:

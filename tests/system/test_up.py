@@ -317,6 +317,7 @@ def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: st
         (["up", "--seed", "-1"], "seed"),
         (["up", "--no-such-option"], "No such option"),
         (["up", "--listen", "7447"], "must look like tcp/127.0.0.1:7447"),
+        (["up", "--listen", "ws/127.0.0.1:7447"], "must look like tcp/127.0.0.1:7447"),
         (["emulate", "--name", "a/b"], "1 to 64 letters"),
         (["walk", "--connect", "tcp/somewhere"], "needs a host and a port"),
         (["walk", "--controller", "a b"], "1 to 64 letters"),

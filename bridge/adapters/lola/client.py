@@ -7,7 +7,7 @@ import socket
 from typing import Final
 
 from bridge.adapters.lola.address import send_at_once
-from bridge.adapters.lola.codec import Map, MapStream
+from bridge.adapters.lola.codec import Map, MapStream, is_map_head
 from bridge.adapters.lola.schema import ACTUATORS
 from bridge.adapters.lola.setpoints import JOINT_KEYS, Setpoints
 from bridge.messages import SensorFrame
@@ -32,6 +32,8 @@ class LolaClient:
         peer.setblocking(False)
         send_at_once(peer)
         self._peer = peer
+        self._proven = peer.family == socket.AF_UNIX
+        """It speaks LoLA. A web browser reaches TCP ports, and what it sends begins with an HTTP method."""
         self._stream = MapStream(ACTUATORS)
         self._warned: set[str] = set()
         """Kinds of errors in the maps that were logged."""
@@ -83,6 +85,10 @@ class LolaClient:
             raise ClientGone from None
         if not data:
             raise ClientGone
+        if not self._proven and not is_map_head(data[0]):
+            logger.warning("a client over TCP does not begin with a map; its connection is closed")
+            raise ClientGone
+        self._proven = True
         if self.stalled:
             return []
         maps = self._stream.feed(data)

@@ -68,7 +68,7 @@ class MapStream:
                 continue
             else:
                 end = start + size
-                if end == len(self._bytes) or _is_map_head(self._bytes[end]):
+                if end == len(self._bytes) or is_map_head(self._bytes[end]):
                     self._drop(start)
                     self._bytes, self._lost = self._bytes[size:], False
                     return value
@@ -103,7 +103,8 @@ def pack_map(values: Mapping[str, Sequence[float | int | bool | str]]) -> bytes:
     return packed
 
 
-def _is_map_head(code: int) -> bool:
+def is_map_head(code: int) -> bool:
+    """Whether a msgpack map begins with this byte."""
     return code & 0xF0 == 0x80 or code in (0xDE, 0xDF)
 
 
@@ -114,7 +115,7 @@ def _unpack(data: bytes) -> tuple[Map, int]:
         msgpack.OutOfData: the bytes end before the map does.
         ValueError: none of LoLA's maps looks like this.
     """
-    if not _is_map_head(data[0]):
+    if not is_map_head(data[0]):
         raise ValueError
     unpacker = msgpack.Unpacker(
         list_hook=_flat,

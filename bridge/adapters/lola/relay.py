@@ -31,6 +31,7 @@ def relay(client, robot):
     waiting = {client: bytearray(), robot: bytearray()}
     client.setblocking(False)
     robot.setblocking(False)
+    proven = False  # a web browser reaches this port too; it begins with an HTTP method, LoLA with a map
     while True:
         readable, writable, _ = select.select(list(other), [s for s in waiting if waiting[s]], [])
         try:
@@ -38,6 +39,11 @@ def relay(client, robot):
                 data = side.recv(READ)
                 if not data:
                     return names[side] + " closed"
+                if side is client and not proven:
+                    first = bytearray(data)[0]
+                    proven = first & 0xF0 == 0x80 or first in (0xDE, 0xDF)
+                    if not proven:
+                        return names[side] + " does not begin with a map"
                 waiting[other[side]] += data
             for side in set(writable) | set(other[side] for side in readable):
                 if waiting[side]:
