@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.types import Vec3
+from emulator.engine.values import Surface
 from emulator.poses import Pose
 
 
@@ -22,15 +23,22 @@ class Scene(ABC):
     sole and box: the box's own if it has one, else the floor's. The rest of the robot has the fraction
     `Body.shapes.shell_friction` of the sole's, and between two limbs the square of it. All contacts are plastic
     (restitution 0).
+    Soles meet everything through the surface's bed of springs; other links and boxes are hard.
     """
 
     @abstractmethod
-    def place_floor(self, pose: Pose) -> None:
-        """Put the floor frame, with all that is fixed on the floor, at a pose of the world."""
+    def place_floor(self, pose: Pose, velocity: Vec3 = (0.0, 0.0, 0.0), spin: Vec3 = (0.0, 0.0, 0.0)) -> None:
+        """Put the floor frame, with all that is fixed on the floor, at a pose of the world.
+
+        Args:
+            pose: Of the floor frame.
+            velocity: Of its origin until the next call, m/s; what stands on it is carried along.
+            spin: Angular velocity until the next call, world frame, rad/s.
+        """
 
     @abstractmethod
-    def set_friction(self, friction: float) -> None:
-        """Set the floor's coefficient of friction."""
+    def set_surface(self, surface: Surface) -> None:
+        """Set what the floor, and what is fixed on it, is to soles."""
 
     @abstractmethod
     def add_box(

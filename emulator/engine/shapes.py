@@ -113,6 +113,33 @@ def sole_points(body: Body, side: Side) -> NDArray[np.float64]:
     return np.column_stack([outline, np.full(len(outline), -body.lengths.FootHeight)])
 
 
+OUTER_SHARE: Final = 0.3
+"""Share of a flat sole's bed that acts at points on its outline; the rest acts at the corners of its pad."""
+PAD_SCALE: Final = 0.26
+"""Edges of the pad over the sole's. Against tilting, an even bed is a third as stiff as springs in the corners
+alone; 0.3 + 0.7 x 0.26^2 = 0.35."""
+PATCH_RADIUS: Final = 0.009
+"""Mean distance of the ground under one contact point from it, m: with it the torque that turns a flat sole is
+that of an even pressure, and a sole on its rim still resists a turn (there it is assumed)."""
+
+
+def sole_area(body: Body) -> float:
+    """Length x width of a sole, m^2."""
+    outline = sole_outline(body, "L")
+    length, width = outline.max(axis=0) - outline.min(axis=0)
+    return float(length * width)
+
+
+def sole_pad(body: Body, side: Side) -> BoxShape:
+    """A plate in the middle of a sole, flush with it: carries what a patch carries away from its outline."""
+    outline = sole_outline(body, side)
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    x, y = (0.5 * (low + high)).tolist()
+    half_x, half_y = (0.5 * PAD_SCALE * (high - low)).tolist()
+    half_z = 0.25 * SOLE_FRACTION * body.lengths.FootHeight
+    return BoxShape((x, y, half_z - body.lengths.FootHeight), (half_x, half_y, half_z), GREY)
+
+
 def _foot(body: Body, side: Side) -> PrismShape:
     bottom = sole_points(body, side)
     top = bottom + np.array([0.0, 0.0, SOLE_FRACTION * body.lengths.FootHeight])

@@ -21,6 +21,23 @@ class PhysicsSettings:
 
 
 @dataclass(frozen=True)
+class Surface:
+    """What the floor, and all that is fixed on it, is to a sole.
+
+    Sole and floor together are a bed of independent springs (Winkler's foundation): the pressure at a place is
+    the depth there times `bedding`. So a sole sinks, tilts under a load off its middle, and resists a turn on
+    the spot by the friction of its whole patch: friction x load x mean distance from the middle.
+    """
+
+    friction: float
+    """Coulomb coefficient against soles."""
+    bedding: float
+    """Pressure per depth, of sole and floor in series, N/m^3."""
+    relaxation: float
+    """Damping of the bed over its stiffness, s."""
+
+
+@dataclass(frozen=True)
 class TorsoState:
     """The Torso frame in the world."""
 

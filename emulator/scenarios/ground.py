@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -23,8 +23,10 @@ from emulator.scenarios.table import (
 class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
     """The floor; Ry(pitch) Rx(roll) about the origin."""
 
+    surface: Literal["wood", "carpet", "turf"] = "wood"
+    """Friction and softness under the soles (assumed: `emulator.world.surfaces`)."""
     friction: Friction | None = None
-    """Coulomb coefficient against soles; none: the emulator's own, 0.8."""
+    """Coulomb coefficient against soles; none: the surface's, 0.8 on wood."""
     roll: Slope = 0.0
     """Degrees; positive raises the left."""
     pitch: Slope = 0.0

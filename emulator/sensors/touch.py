@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Final
 
 from bridge.errors import ConfigurationError
-from bridge.types import Side, Vec3
+from bridge.types import Side, Vec2, Vec3
 from emulator.engine.values import FootLoad
 
 TOUCH: Final = (
@@ -26,10 +27,13 @@ TOUCH: Final = (
     "right_hand_right",
 )
 """In the order of `SensorFrame.touch`."""
-TOE: Final = 0.06
-"""Bumpers cover the foot in front of this x, m (assumed; they sit at 0.0876)."""
-BUMPER_MIDDLE: Final[dict[Side, float]] = {"L": 0.0025, "R": -0.0025}
-"""y between the left and the right bumper of a foot, AnkleRoll frame, m (data sheet: 0.019 and -0.014)."""
+BUMPERS: Final[dict[Side, dict[str, Vec2]]] = {
+    "L": {"left": (0.0876, 0.019), "right": (0.0876, -0.014)},
+    "R": {"left": (0.0876, 0.014), "right": (0.0876, -0.019)},
+}
+"""Places of the switches, AnkleRoll frame, x and y, m (vendor's hardware pages and URDFs)."""
+REACH: Final = 0.035
+"""How far from its place a push on the rim presses a bumper, m (assumed: the two shells cover the toes)."""
 
 
 class Touch:
@@ -67,5 +71,9 @@ class Touch:
 def _bumped(side: Side, rim: Iterable[Vec3]) -> set[str]:
     """Bumpers of a foot that something pushes at these points, AnkleRoll frame."""
     foot = "left" if side == "L" else "right"
-    sides = {"left" if point[1] > BUMPER_MIDDLE[side] else "right" for point in rim if point[0] > TOE}
-    return {f"{foot}_bumper_{bumper}" for bumper in sides}
+    pressed = set()
+    for point in rim:
+        distance, bumper = min((math.dist(point[:2], place), name) for name, place in BUMPERS[side].items())
+        if distance < REACH:
+            pressed.add(f"{foot}_bumper_{bumper}")
+    return pressed

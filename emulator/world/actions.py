@@ -40,12 +40,15 @@ class FloorTilt:
         self._steps, self._done = max(1, steps), 0
 
     def step(self) -> bool:
-        """Turn on by one step."""
+        """Turn on by one step: the floor is put where it is now, and the engine moves it on by its velocity."""
+        angle = math.pi * self._done / self._steps
+        progress = 0.5 - 0.5 * math.cos(angle)
+        speed = 0.5 * math.sin(angle) * math.pi / (self._steps * self._world.engine.settings.step)
+        turns = [b - a for a, b in zip(self._from, self._to, strict=True)]
+        roll, pitch = (a + progress * turn for a, turn in zip(self._from, turns, strict=True))
+        self._world.set_tilt(roll, pitch, self._pivot, (speed * turns[0], speed * turns[1]))
         self._done += 1
-        progress = 0.5 - 0.5 * math.cos(math.pi * self._done / self._steps)
-        roll, pitch = (a + progress * (b - a) for a, b in zip(self._from, self._to, strict=True))
-        self._world.set_tilt(roll, pitch, self._pivot)
-        return self._done < self._steps
+        return self._done <= self._steps
 
 
 class LinkPush:

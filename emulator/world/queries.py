@@ -168,7 +168,7 @@ class WorldQueries:
             time=robot.time,
             paused=self._paused,
             floor=robot.world.tilt,
-            friction=robot.world.friction,
+            friction=robot.world.surface.friction,
             objects=robot.stage.objects(),
             faults=robot.faults.names,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Final
 
 from bridge.body import TORSO, Body
@@ -101,7 +102,7 @@ class Stage:
         elif isinstance(command, TiltFloor):
             text = self._tilt(command)
         else:
-            self._world.set_friction(command.friction)
+            self._world.set_surface(replace(self._world.surface, friction=command.friction))
             text = f"The floor's friction is {command.friction:g}."
         self._say("world", text)
         return text

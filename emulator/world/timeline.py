@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +11,9 @@ from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendul
 from emulator.engine.base import Engine
 from emulator.scenarios.model import Scenario
 from emulator.world.stage import Happening
+from emulator.world.surfaces import SURFACES
 from emulator.world.terrain import lay_terrain, terrain_of
-from emulator.world.world import FRICTION, World
+from emulator.world.world import World
 
 
 def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator) -> World:
@@ -23,8 +25,10 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
         random: For tiles and heightfields without a seed of their own.
     """
     floor = scenario.floor
-    friction = FRICTION if floor.friction is None else floor.friction
-    world = World(engine, friction, math.radians(floor.roll), math.radians(floor.pitch))
+    surface = SURFACES[floor.surface]
+    if floor.friction is not None:
+        surface = replace(surface, friction=floor.friction)
+    world = World(engine, surface, math.radians(floor.roll), math.radians(floor.pitch))
     lay_terrain(world, terrain_of(scenario, random))
     for box in scenario.boxes:
         world.add_box(

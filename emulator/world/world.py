@@ -14,10 +14,11 @@ from typing import Final, NamedTuple
 from bridge.messages.world_state import Terrain
 from bridge.types import Vec2, Vec3
 from emulator.engine.base import Engine
+from emulator.engine.values import Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
+from emulator.vectors import cross, scaled
+from emulator.world.surfaces import WOOD
 
-FRICTION: Final = 0.8
-"""Coulomb coefficient between soles and floor, hard rubber on a carpeted or wooden floor (assumed)."""
 _HIGH: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
 
@@ -49,14 +50,12 @@ class World:
 
     Args:
         engine: With an empty world.
-        friction: Of the floor.
+        surface: Of the floor.
         roll: Of the floor, rad: orientation Ry(pitch) Rx(roll), turned about the origin.
         pitch: Of the floor, rad.
     """
 
-    def __init__(
-        self, engine: Engine, friction: float = FRICTION, roll: float = 0.0, pitch: float = 0.0
-    ) -> None:
+    def __init__(self, engine: Engine, surface: Surface = WOOD, roll: float = 0.0, pitch: float = 0.0) -> None:
         self.engine = engine
         self.boxes: dict[str, WorldBox] = {}
         """By name."""
@@ -68,7 +67,7 @@ class World:
         """Of the floor, world frame."""
         self.pose = self._world_pose = ORIGIN
         """Floor frame in the world."""
-        self.set_friction(friction)
+        self.set_surface(surface)
         if roll or pitch:
             self.set_tilt(roll, pitch, ORIGIN.position)
 
@@ -77,18 +76,19 @@ class World:
         """Something is fixed on the floor."""
         return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
 
-    def set_friction(self, friction: float) -> None:
-        """Change the coefficient of the floor and of the boxes without their own."""
-        self.friction = friction
-        self.engine.scene.set_friction(friction)
+    def set_surface(self, surface: Surface) -> None:
+        """Change the surface of the floor and of what is fixed on it; boxes keep a friction of their own."""
+        self.surface = surface
+        self.engine.scene.set_surface(surface)
 
-    def set_tilt(self, roll: float, pitch: float, pivot: Vec3) -> None:
+    def set_tilt(self, roll: float, pitch: float, pivot: Vec3, rate: Vec2 = (0.0, 0.0)) -> None:
         """Turn the floor and all that is fixed on it.
 
         Args:
             roll: New one, rad.
             pitch: New one, rad.
             pivot: Point of the floor that stays where it is, world frame, m.
+            rate: Of roll and pitch, with which the floor turns on, rad/s.
         """
         turn = quaternion(roll, pitch)
         arm = point_of(Pose(orientation=turn), self.to_floor(pivot))
@@ -97,7 +97,10 @@ class World:
         self._world_pose = inverse(self.pose)
         rotation = matrix(turn)
         self.normal = (rotation[2], rotation[5], rotation[8])
-        self.engine.scene.place_floor(self.pose)
+        # of Ry(pitch) Rx(roll): the roll's axis turns with the pitch
+        c, s = math.cos(pitch), math.sin(pitch)
+        spin = (c * rate[0], rate[1], -s * rate[0])
+        self.engine.scene.place_floor(self.pose, cross(spin, scaled(arm, -1.0)), spin)
 
     def to_world(self, position: Vec3) -> Vec3:
         """A point of the floor frame in the world."""

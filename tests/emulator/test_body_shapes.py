@@ -16,6 +16,7 @@ from emulator.engine.catalogue import open_engine
 from emulator.engine.shapes import FOOT_LINKS, CapsuleShape, SphereShape, link_shapes
 from emulator.engine.values import PhysicsSettings
 from emulator.poses import ORIGIN, Pose, matrix
+from emulator.world.surfaces import WOOD
 
 DROP = 0.6
 """m; the Torso frame's height: about 0.2 m of free fall, more for a curled robot."""
@@ -47,7 +48,7 @@ def test_energy_of_a_limp_robot_only_falls(engine: Engine, body: str, seed: int)
     # no drive, no source of energy: kinetic and potential energy together can only get less
     random = np.random.default_rng(seed)
     joints = len(joint_tree(load_body(body)))
-    engine.scene.set_friction(0.8)
+    engine.scene.set_surface(WOOD)
     engine.add_robot(load_body(body), np.full(joints, 0.003))
     _random_angles(engine, body, random)
     x, y, z, w = Rotation.random(random_state=random).as_quat()
@@ -60,8 +61,8 @@ def test_energy_of_a_limp_robot_only_falls(engine: Engine, body: str, seed: int)
         if step % 50 == 0:
             deepest = max(deepest, engine.robot.overlap())
     rises = np.array(energy) - np.minimum.accumulate(energy)
-    # What the solver gives while it pushes overlapping shapes apart: below 0.1 % of the energy of the fall.
-    assert rises.max() < 1e-3 * energy[0]
+    # What the springs under the soles give back, and the solver while it pushes overlapping shapes apart.
+    assert rises.max() < 2e-2 * energy[0]
     assert energy[-1] < 0.2 * energy[0]
     assert deepest < 0.003
 

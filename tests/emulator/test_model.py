@@ -57,7 +57,7 @@ def frame(body: Body, joint: str, angles: dict[str, float]) -> Matrix:
 
 def random_pose(body: Body, model: RobotModel, rng: np.random.Generator) -> dict[str, float]:
     angles = {n: float(rng.uniform(body.joints[n].lower, body.joints[n].upper)) for n in model.joints}
-    for i, name in enumerate(model.joints):
+    for i, name in zip(model.numbers, model.joints, strict=True):
         bullet.resetJointState(model.robot, i, angles[name], physicsClientId=model.client)
     return angles
 
@@ -97,7 +97,7 @@ def test_link_frames_and_centres_of_mass(name: str, client: int) -> None:
     for _ in range(5):
         angles = random_pose(body, model, rng)
         links = bullet.getLinkStates(
-            model.robot, range(len(model.joints)), computeForwardKinematics=True, physicsClientId=client
+            model.robot, model.numbers, computeForwardKinematics=True, physicsClientId=client
         )
         for joint, link in zip(model.joints, links, strict=True):
             expected = frame(body, joint, angles)
@@ -136,10 +136,10 @@ def test_rotor_inertia_acts_about_the_joint_axes(client: int) -> None:
     bullet.setTimeStep(dt, physicsClientId=client)
     for mode, forces in ((bullet.VELOCITY_CONTROL, np.zeros(n)), (bullet.TORQUE_CONTROL, torque)):
         bullet.setJointMotorControlArray(
-            model.robot, range(n), mode, forces=forces.tolist(), physicsClientId=client
+            model.robot, model.numbers, mode, forces=forces.tolist(), physicsClientId=client
         )
     bullet.stepSimulation(physicsClientId=client)
-    states = bullet.getJointStates(model.robot, range(n), physicsClientId=client)
+    states = bullet.getJointStates(model.robot, model.numbers, physicsClientId=client)
     acceleration = np.array([state[1] for state in states]) / dt
     expected = np.linalg.solve(mass_matrix(body, model.joints, angles, rotor), torque)
     np.testing.assert_allclose(acceleration, expected, atol=1e-4 * np.abs(expected).max())

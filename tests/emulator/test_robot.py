@@ -241,8 +241,7 @@ def test_a_robot_on_its_back_has_fallen() -> None:
         assert robot.truth().fell
         model = robot.engine.robot.model
         low = min(
-            bullet.getAABB(model.robot, i, physicsClientId=model.client)[0][2]
-            for i in range(-1, len(model.joints))
+            bullet.getAABB(model.robot, i, physicsClientId=model.client)[0][2] for i in (-1, *model.numbers)
         )
         assert low > -0.03
 

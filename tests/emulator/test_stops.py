@@ -68,7 +68,7 @@ def kinetic_energy(robot: EmulatedRobot) -> float:
     client, body = model.client, model.robot
     turn = bullet.getBasePositionAndOrientation(body, physicsClientId=client)[1]
     moving = [(-1, turn, *bullet.getBaseVelocity(body, physicsClientId=client))]
-    links = list(range(len(model.joints)))
+    links = model.numbers
     for link, state in zip(links, bullet.getLinkStates(body, links, 1, 1, physicsClientId=client), strict=True):
         moving.append((link, state[1], state[6], state[7]))
     energy = 0.0
@@ -89,10 +89,13 @@ def test_a_limp_robot_flung_in_weightlessness_gains_no_energy(wear: str) -> None
         limp = ActuatorFrame(reply_to=0, position=(0.0,) * 25, stiffness=(-1.0,) * 25)
         for _ in range(5):
             robot.advance(limp)
+        numbers = robot.engine.robot.model.numbers
         for i, joint in enumerate(joint_tree(body)):
             speed = joint_no_load_speed(body, joint) * float(random.uniform(-1.0, 1.0))
             angle = float(robot.engine.robot.position[i])
-            bullet.resetJointState(robot.engine.robot.model.robot, i, angle, speed, physicsClientId=client)
+            bullet.resetJointState(
+                robot.engine.robot.model.robot, numbers[i], angle, speed, physicsClientId=client
+            )
         energies = []
         for _ in range(200):
             energies.append(kinetic_energy(robot))

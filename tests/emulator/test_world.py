@@ -279,3 +279,30 @@ def test_a_fallen_robot_is_put_back_on_its_feet_where_it_lies() -> None:
         assert again.torso_position[2] == pytest.approx(standing.torso_position[2], abs=1e-3)
         np.testing.assert_allclose(again.torso_position[:2], fallen.torso_position[:2], atol=0.01)
         np.testing.assert_allclose(robot.frame.angle, (0.0, 0.1), atol=0.15)
+
+
+def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
+    """A box far from the pivot is lifted by the velocity of its place, without being thrown or left behind."""
+    with EmulatedRobot(BODY, seed=0) as robot:
+        robot.stage.execute(PlaceBox(name="box", size=(0.1, 0.1, 0.02), at=(0.5, 0.0), mass=0.3))
+        run(robot, 0.2)
+        robot.stage.execute(TiltFloor(pitch=math.radians(-4.0), duration=1.0))
+        gaps = []
+        for _ in range(100):
+            robot.advance(None)
+            (box,) = robot.stage.objects()
+            gaps.append(robot.world.clearance(box.position) - 0.01)
+        assert max(map(abs, gaps)) < 2e-4
+
+
+def test_a_tilting_floor_moves_with_the_velocity_that_its_places_tell(engine: BulletEngine) -> None:
+    world = World(engine)
+    world.add_box("far", (0.1, 0.1, 0.02), (0.6, 0.2))
+    world.set_tilt(0.05, -0.1, (0.1, 0.0, 0.0), (0.3, -0.5))
+    velocity, spin = engine.scene.velocity("far")
+    places = []
+    for time in (-0.01, 0.01):
+        world.set_tilt(0.05 + 0.3 * time, -0.1 - 0.5 * time, (0.1, 0.0, 0.0))
+        places.append(np.array(engine.scene.pose("far").position))
+    np.testing.assert_allclose(velocity, (places[1] - places[0]) / 0.02, atol=1e-4)
+    assert np.linalg.norm(spin) == pytest.approx(math.hypot(0.3, 0.5), rel=1e-6)

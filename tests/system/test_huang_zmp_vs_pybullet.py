@@ -58,7 +58,7 @@ def test_against_the_ground_reaction(client) -> None:
     bullet.setTimeStep(STEP, physicsClientId=client)
     model = build_model(client, body, rotor_inertia=[0.0] * 22)
     start = bodies.joint_angles(hip(0.0), left, right)
-    for i, name in enumerate(model.joints):
+    for i, name in zip(model.numbers, model.joints, strict=True):
         bullet.resetJointState(model.robot, i, start[INDEX_WITH_MIRROR[name]], physicsClientId=client)
     place, turn = bullet.multiplyTransforms(
         (hip(0.0)[0], 0.0, hip(0.0)[2] + body.lengths.HipOffsetZ),
@@ -74,7 +74,7 @@ def test_against_the_ground_reaction(client) -> None:
         targets = [angles[INDEX_WITH_MIRROR[name]] for name in model.joints]
         bullet.setJointMotorControlArray(
             model.robot,
-            range(len(targets)),
+            model.numbers,
             bullet.POSITION_CONTROL,
             targetPositions=targets,
             positionGains=[0.3] * len(targets),
@@ -111,7 +111,7 @@ def _frames(model, order, count) -> np.ndarray:
     place, turn = bullet.multiplyTransforms(where, turn, *inertial)
     placed[0] = homogeneous(Rotation.from_quat(turn).as_matrix(), place)
     states = bullet.getLinkStates(
-        model.robot, range(len(order)), computeForwardKinematics=1, physicsClientId=model.client
+        model.robot, model.numbers, computeForwardKinematics=1, physicsClientId=model.client
     )
     for row, state in zip(order, states, strict=True):
         placed[row] = homogeneous(Rotation.from_quat(state[5]).as_matrix(), state[4])

@@ -38,7 +38,7 @@ def random_state(body, rng):
 
 def place_robot(model, position, torso_place, torso_turn):
     """Set all joints and the torso's inertial frame, which is what PyBullet moves."""
-    for i, joint in enumerate(model.joints):
+    for i, joint in zip(model.numbers, model.joints, strict=True):
         slot = INDEX_WITH_MIRROR[joint]
         bullet.resetJointState(model.robot, i, position[slot], physicsClientId=model.client)
     bullet.resetBasePositionAndOrientation(
@@ -49,13 +49,13 @@ def place_robot(model, position, torso_place, torso_turn):
 def frames_and_com(model):
     """Link frames in the Torso frame by name, and the centre of mass there, from PyBullet's own answers."""
     robot, client = model.robot, model.client
-    masses = [bullet.getDynamicsInfo(robot, i, physicsClientId=client)[0] for i in range(-1, len(model.joints))]
+    masses = [bullet.getDynamicsInfo(robot, i, physicsClientId=client)[0] for i in (BASE, *model.numbers)]
     base = bullet.getBasePositionAndOrientation(robot, physicsClientId=client)
     inertial_in_torso = pose(*bullet.getDynamicsInfo(robot, BASE, physicsClientId=client)[3:5])
     torso_in_world = pose(*base) @ inverse(inertial_in_torso)
     world_in_torso = inverse(torso_in_world)
     frames, coms = {TORSO: np.eye(4)}, [np.array(base[0])]
-    for i, joint in enumerate(model.joints):
+    for i, joint in zip(model.numbers, model.joints, strict=True):
         state = bullet.getLinkState(robot, i, computeForwardKinematics=1, physicsClientId=client)
         coms.append(np.array(state[0]))
         frames[joint] = world_in_torso @ pose(*state[4:6])

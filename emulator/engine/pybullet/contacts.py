@@ -8,7 +8,7 @@ from bridge.body import TORSO
 from bridge.types import Vec3
 from emulator.engine.contacts import FootReaction, ground_contacts
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.model import RobotModel
+from emulator.engine.pybullet.model import BASE, RobotModel
 from emulator.engine.values import GroundContacts
 
 
@@ -21,19 +21,24 @@ class ContactPoints:
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
-        self._feet = {link: FootReaction(side) for side, link in model.feet.items()}
+        self._reactions = {side: FootReaction(side) for side in model.feet}
+        self._feet = {
+            link: self._reactions[side] for links in (model.feet, model.pads) for side, link in links.items()
+        }
+        """By PyBullet's number of the link."""
+        self._names = {BASE: TORSO} | dict(zip(model.numbers, model.joints, strict=True))
         self._others: set[tuple[int, int]] = set()
         """PyBullet's numbers of a body and of the robot's link that touched it."""
         self._steps = 0
 
     def _place_feet(self) -> None:
-        for link, foot in self._feet.items():
-            foot.place(self._model.link_frame(link))
+        for side, foot in self._reactions.items():
+            foot.place(self._model.link_frame(self._model.feet[side]))
 
     def begin(self) -> None:
         """Forget the last cycle; the soles' normals are those of now until `mean`."""
         self._place_feet()
-        for foot in self._feet.values():
+        for foot in self._reactions.values():
             foot.clear()
         self._others.clear()
         self._steps = 0
@@ -67,6 +72,5 @@ class ContactPoints:
             normal: Of the floor, world frame.
         """
         self._place_feet()
-        names = self._model.joints
-        touching = {TORSO if link < 0 else names[link] for body, link in self._others if body in ground}
-        return ground_contacts(self._feet.values(), max(self._steps, 1), normal, frozenset(touching))
+        touching = {self._names[link] for body, link in self._others if body in ground}
+        return ground_contacts(self._reactions.values(), max(self._steps, 1), normal, frozenset(touching))

@@ -69,6 +69,7 @@ class BulletEngine(Engine):
         """See `Engine`."""
         model = build_model(self.client, body, rotor_inertia=rotor_inertia.tolist(), fixed=held)
         self._robot_number = model.robot
+        self.scene.add_soles(model)
         self.robot = BulletRobot(model, self.scene, self.settings.gravity)
         self._stops = Stops(body, model.joints, rotor_inertia, self.settings.step)
         self._contacts = ContactPoints(model)

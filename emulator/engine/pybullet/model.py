@@ -6,7 +6,7 @@ Link frames are the zero-pose aligned joint frames of the data sheet. The free b
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -27,6 +27,8 @@ from emulator.engine.shapes import (
     SphereShape,
     collision_pairs,
     link_shapes,
+    sole_area,
+    sole_pad,
 )
 from emulator.poses import Pose
 
@@ -40,6 +42,12 @@ HULL_MARGIN: Final = 0.001
 """What PyBullet adds below a convex hull that meets a plane, m (measured; on links it cannot be changed)."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
 _HERE: Final = (0.0, 0.0, 0.0)
+_PAD: Final = " pad"
+"""Suffix of the plate in the middle of a sole. PyBullet numbers links depth first: it follows its foot."""
+_NO_SHAPE: Final = -1
+_NO_MASS: Final = 1e-9
+"""kg; PyBullet takes a link of mass 0 for a fixed one."""
+_NO_INERTIA: Final = PrincipalInertia((1e-12, 1e-12, 1e-12), _UPRIGHT)
 
 
 @dataclass(frozen=True)
@@ -50,9 +58,15 @@ class RobotModel:
     robot: int
     """PyBullet's number of the multibody."""
     joints: tuple[str, ...]
-    """Mechanical joints; the place in this tuple is PyBullet's joint and link number."""
+    """Mechanical joints."""
+    numbers: tuple[int, ...]
+    """PyBullet's number of each joint, and of the link that it moves."""
     feet: dict[Side, int]
     """Link numbers of the feet."""
+    pads: dict[Side, int]
+    """Link numbers of the plates in the middle of the soles, without mass."""
+    sole_area: float
+    """Length x width of a sole, m^2."""
     pairs: tuple[tuple[int, int], ...]
     """Numbers of the links that meet each other."""
     masses: tuple[float, ...]
@@ -131,15 +145,20 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
     """
     tree = joint_tree(body)
     names = tuple(tree)
-    number = {TORSO: 0} | {name: i + 1 for i, name in enumerate(names)}
+    links = [
+        link for name in names for link in ((name, name + _PAD) if name in FOOT_LINKS.values() else (name,))
+    ]
+    number = {TORSO: BASE} | {link: i for i, link in enumerate(links)}
     shapes = {name: _create_shape(client, shape) for name, shape in link_shapes(body).items()}
-    none = (-1, -1)
+    for side, foot in FOOT_LINKS.items():
+        shapes[foot + _PAD] = _create_shape(client, sole_pad(body, side))[0], _NO_SHAPE
+    none = (_NO_SHAPE, _NO_SHAPE)
     torso = body.links[TORSO]
     torso_inertia = principal(tensor_matrix(torso.inertia))
-    inertias = [
-        combined_inertia(body.links[name], tree[name], rotor)
+    inertias = {
+        name: combined_inertia(body.links[name], tree[name], rotor)
         for name, rotor in zip(names, rotor_inertia, strict=True)
-    ]
+    }
     robot = int(
         bullet.createMultiBody(
             baseMass=0.0 if fixed else torso.mass,
@@ -147,35 +166,42 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
             baseVisualShapeIndex=shapes[TORSO][1],
             baseInertialFramePosition=torso.com,
             baseInertialFrameOrientation=torso_inertia.orientation,
-            linkMasses=[body.links[name].mass for name in names],
-            linkCollisionShapeIndices=[shapes.get(name, none)[0] for name in names],
-            linkVisualShapeIndices=[shapes.get(name, none)[1] for name in names],
-            linkPositions=[tree[name].offset for name in names],
-            linkOrientations=[_UPRIGHT] * len(names),
-            linkInertialFramePositions=[body.links[name].com for name in names],
-            linkInertialFrameOrientations=[inertia.orientation for inertia in inertias],
-            linkParentIndices=[number[tree[name].parent] for name in names],
-            linkJointTypes=[bullet.JOINT_REVOLUTE] * len(names),
-            linkJointAxis=[tree[name].axis for name in names],
+            linkMasses=[body.links[link].mass if link in tree else _NO_MASS for link in links],
+            linkCollisionShapeIndices=[shapes.get(link, none)[0] for link in links],
+            linkVisualShapeIndices=[shapes.get(link, none)[1] for link in links],
+            linkPositions=[tree[link].offset if link in tree else _HERE for link in links],
+            linkOrientations=[_UPRIGHT] * len(links),
+            linkInertialFramePositions=[body.links[link].com if link in tree else _HERE for link in links],
+            linkInertialFrameOrientations=[inertias.get(link, _NO_INERTIA).orientation for link in links],
+            # PyBullet counts parents from the torso
+            linkParentIndices=[
+                number[tree[link].parent if link in tree else link.removesuffix(_PAD)] + 1 for link in links
+            ],
+            linkJointTypes=[bullet.JOINT_REVOLUTE if link in tree else bullet.JOINT_FIXED for link in links],
+            linkJointAxis=[tree[link].axis if link in tree else _HERE for link in links],
             flags=bullet.URDF_USE_SELF_COLLISION,
             physicsClientId=client,
         )
     )
     _set_dynamics(client, robot, BASE, torso_inertia)
-    for i, (name, inertia) in enumerate(zip(names, inertias, strict=True)):
-        _set_dynamics(client, robot, i, inertia)
-        sheet = body.joints[name]
-        bullet.changeDynamics(
-            robot, i, jointLowerLimit=sheet.lower, jointUpperLimit=sheet.upper, physicsClientId=client
-        )
-    _set_friction(client, robot, names, body.shapes.shell_friction)
-    pairs = _set_collisions(client, robot, names, body)
-    _couple_hips(client, robot, names)
+    for i, link in enumerate(links):
+        _set_dynamics(client, robot, i, inertias.get(link, _NO_INERTIA))
+        if link in tree:
+            sheet = body.joints[link]
+            bullet.changeDynamics(
+                robot, i, jointLowerLimit=sheet.lower, jointUpperLimit=sheet.upper, physicsClientId=client
+            )
+    _set_friction(client, robot, number, body.shapes.shell_friction)
+    pairs = _set_collisions(client, robot, number, body)
+    _couple_hips(client, robot, number["LHipYawPitch"], number["RHipYawPitch"])
     return RobotModel(
         client=client,
         robot=robot,
         joints=names,
-        feet={side: names.index(link) for side, link in FOOT_LINKS.items()},
+        numbers=tuple(number[name] for name in names),
+        feet={side: number[link] for side, link in FOOT_LINKS.items()},
+        pads={side: number[link + _PAD] for side, link in FOOT_LINKS.items()},
+        sole_area=sole_area(body),
         pairs=pairs,
         masses=(torso.mass, *(body.links[name].mass for name in names)),
         torso_com=torso.com,
@@ -201,32 +227,34 @@ def _set_dynamics(client: int, robot: int, link: int, inertia: PrincipalInertia)
     )
 
 
-def _set_friction(client: int, robot: int, names: tuple[str, ...], shell: float) -> None:
+def _set_friction(client: int, robot: int, number: Mapping[str, int], shell: float) -> None:
     """Coefficients of soles (1) and shell.
 
     PyBullet multiplies those of both partners: with a sole, the floor's alone is the pair's.
     """
-    for link in range(BASE, len(names)):
-        sole = link >= 0 and names[link] in FOOT_LINKS.values()
+    for name, link in number.items():
+        sole = name.removesuffix(_PAD) in FOOT_LINKS.values()
         bullet.changeDynamics(robot, link, lateralFriction=1.0 if sole else shell, physicsClientId=client)
 
 
-def _set_collisions(client: int, robot: int, names: tuple[str, ...], body: Body) -> tuple[tuple[int, int], ...]:
+def _set_collisions(
+    client: int, robot: int, number: Mapping[str, int], body: Body
+) -> tuple[tuple[int, int], ...]:
     """Let the limbs meet that can (`collision_pairs`), and no others; the pairs by PyBullet's numbers."""
     shapes, meeting = link_shapes(body), collision_pairs(body)
-    shaped = [(i - 1, name) for i, name in enumerate((TORSO, *names)) if name in shapes]
+    shaped = [name for name in number if name in shapes or name.endswith(_PAD)]
     pairs = []
-    for (i, first), (j, second) in itertools.combinations(shaped, 2):
+    for first, second in itertools.combinations(shaped, 2):
         meet = (first, second) in meeting or (second, first) in meeting
+        i, j = number[first], number[second]
         bullet.setCollisionFilterPair(robot, robot, i, j, int(meet), physicsClientId=client)
         if meet:
             pairs.append((i, j))
     return tuple(pairs)
 
 
-def _couple_hips(client: int, robot: int, names: tuple[str, ...]) -> None:
+def _couple_hips(client: int, robot: int, left: int, right: int) -> None:
     """Gear the two HipYawPitch joints together: one motor turns both by the same angle."""
-    left, right = names.index("LHipYawPitch"), names.index("RHipYawPitch")
     gear = bullet.createConstraint(
         robot, left, robot, right, bullet.JOINT_GEAR, (1.0, 0.0, 0.0), _HERE, _HERE, physicsClientId=client
     )

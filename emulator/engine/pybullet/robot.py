@@ -34,8 +34,8 @@ class BulletRobot(Multibody):
         """PyBullet's numbers; for tests that ask PyBullet itself."""
         self.joints = model.joints
         self._scene, self._gravity = scene, gravity
-        self._numbers = list(range(len(model.joints)))
-        self._link = {TORSO: BASE} | {name: i for i, name in enumerate(model.joints)}
+        self._numbers = list(model.numbers)
+        self._link = {TORSO: BASE} | dict(zip(model.joints, model.numbers, strict=True))
         self._locked: frozenset[str] = frozenset()
         self._pushes: list[tuple[int, Vec3]] = []
         self._hook: int | None = None
@@ -71,7 +71,7 @@ class BulletRobot(Multibody):
 
     def set_joints(self, position: Sequence[float]) -> None:
         """See `Multibody`."""
-        for i, angle in enumerate(position):
+        for i, angle in zip(self._numbers, position, strict=True):
             bullet.resetJointState(self.model.robot, i, angle, 0.0, physicsClientId=self.model.client)
         self.read()
 

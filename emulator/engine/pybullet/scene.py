@@ -9,8 +9,12 @@ from numpy.typing import NDArray
 
 from bridge.types import Quaternion, Vec3
 from emulator.engine.pybullet.client import bullet
+from emulator.engine.pybullet.model import RobotModel
+from emulator.engine.pybullet.soles import soften_soles
 from emulator.engine.scene import Scene
+from emulator.engine.values import Surface
 from emulator.poses import ORIGIN, Pose, compose, matrix
+from emulator.vectors import add, cross, scaled
 
 _FLOOR: Final = ""
 """Name of the floor among the bodies."""
@@ -36,6 +40,8 @@ class BulletScene(Scene):
         self._own_friction: set[str] = set()
         self._pushes: list[tuple[int, Vec3]] = []
         self._floor, self._friction = ORIGIN, 1.0
+        self._surface: Surface | None = None
+        self._soles: RobotModel | None = None
         self.ground: set[int] = set()
         """PyBullet's numbers of the floor and of what is fixed on it."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
@@ -58,19 +64,36 @@ class BulletScene(Scene):
     def _put(self, body: int, pose: Pose) -> None:
         bullet.resetBasePositionAndOrientation(body, *pose, physicsClientId=self._client)
 
-    def place_floor(self, pose: Pose) -> None:
+    def place_floor(self, pose: Pose, velocity: Vec3 = (0.0, 0.0, 0.0), spin: Vec3 = (0.0, 0.0, 0.0)) -> None:
         """See `Scene`."""
         self._floor = pose
         turn = matrix(pose.orientation)
         self.normal = (turn[2], turn[5], turn[8])
         for name, place in self._fixed.items():
-            self._put(self.bodies[name], compose(pose, place))
+            here = compose(pose, place)
+            self._put(self.bodies[name], here)
+            # PyBullet moves a fixed body on by its velocity, and contacts see it
+            arm = add(here.position, scaled(pose.position, -1.0))
+            bullet.resetBaseVelocity(
+                self.bodies[name], add(velocity, cross(spin, arm)), spin, physicsClientId=self._client
+            )
 
-    def set_friction(self, friction: float) -> None:
+    def set_surface(self, surface: Surface) -> None:
         """See `Scene`."""
-        self._friction = friction
+        self._surface, self._friction = surface, surface.friction
         for name in self._fixed.keys() - self._own_friction:
-            self._set_body_friction(self.bodies[name], friction)
+            self._set_body_friction(self.bodies[name], surface.friction)
+        self._soften()
+
+    def add_soles(self, robot: RobotModel) -> None:
+        """Let a robot's soles meet the surface."""
+        self._soles = robot
+        self._soften()
+
+    def _soften(self) -> None:
+        """Hand the bed's stiffness and damping over to PyBullet, which keeps them with the soles."""
+        if self._soles is not None and self._surface is not None:
+            soften_soles(self._soles, self._surface)
 
     def add_box(
         self, name: str, size: Vec3, pose: Pose, *, mass: float = 0.0, friction: float | None = None

@@ -1,0 +1,149 @@
+"""Soles on a surface against the closed forms of an evenly pressed rectangle on a bed of springs.
+
+One foot of a robot without weight is pressed on the floor by a force of its own; the rest hangs on it.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from bridge.body import BODIES, Body, joint_tree, load_body
+from bridge.types import Vec3
+from emulator.engine.pybullet.client import bullet
+from emulator.engine.pybullet.engine import BulletEngine
+from emulator.engine.shapes import FOOT_LINKS, sole_outline
+from emulator.engine.values import PhysicsSettings
+from emulator.poses import Pose, compose, matrix, quaternion
+from emulator.world import World
+from emulator.world.surfaces import SURFACES
+
+LOAD = 47.0
+"""N, about the weight of a NAO."""
+
+
+def mean_distance(length: float, width: float) -> float:
+    """Of the points of a rectangle from its middle, closed form, m."""
+    a, b = length, width
+    d = math.hypot(a, b)
+    return (d + a * a / (2 * b) * math.log((b + d) / a) + b * b / (2 * a) * math.log((a + d) / b)) / 6.0
+
+
+def sides(body: Body) -> tuple[float, float]:
+    """Length and width of a sole, m."""
+    length, width = np.ptp(sole_outline(body, "L"), axis=0)
+    return float(length), float(width)
+
+
+class PressedFoot:
+    """A left foot that is pressed on the floor.
+
+    Args:
+        body: Data sheet.
+        surface: Of the floor, by name.
+        pitch: Of the foot at first, rad.
+    """
+
+    def __init__(self, body: Body, surface: str, pitch: float = 0.0) -> None:
+        self.engine = BulletEngine(PhysicsSettings())
+        World(self.engine, SURFACES[surface])
+        self.engine.set_gravity((0.0, 0.0, 0.0))
+        joints = len(joint_tree(body))
+        self.engine.add_robot(body, np.full(joints, 1e-3))
+        self.none = np.zeros(joints)
+        robot = self.engine.robot
+        self._link = robot.model.feet["L"]
+        outline = sole_outline(body, "L")
+        middle = 0.5 * (outline.max(axis=0) + outline.min(axis=0))
+        self._middle: Vec3 = (float(middle[0]), float(middle[1]), -body.lengths.FootHeight)
+        # the right leg out of the way, the left sole just over the floor
+        raised = {"RHipPitch": -0.8, "RKneePitch": 1.6}
+        robot.set_joints([raised.get(name, 0.0) for name in robot.joints])
+        robot.set_torso(Pose(orientation=quaternion(pitch=pitch)))
+        lowest = min(self.world((x, y, -body.lengths.FootHeight))[2] for x, y in outline.tolist())
+        robot.set_torso(Pose((0.0, 0.0, -lowest), quaternion(pitch=pitch)))
+
+    def world(self, point: Vec3) -> Vec3:
+        """A point of the AnkleRoll frame in the world."""
+        return compose(self.engine.robot.link_pose(FOOT_LINKS["L"]), Pose(point)).position
+
+    def height(self) -> float:
+        """Of the sole's middle over the floor, m."""
+        return self.world(self._middle)[2]
+
+    def step(self, torque: Vec3, along: float = 0.0) -> None:
+        """One step under a torque (world frame, N m), the load `along` metres in front of the sole's middle."""
+        model = self.engine.robot.model
+        x, y, _ = self._middle
+        place = self.world((x + along, y, 0.0))
+        bullet.applyExternalForce(
+            model.robot, self._link, (0.0, 0.0, -LOAD), place, bullet.WORLD_FRAME, physicsClientId=model.client
+        )
+        bullet.applyExternalTorque(
+            model.robot, self._link, torque, bullet.WORLD_FRAME, physicsClientId=model.client
+        )
+        self.engine.step(self.none.copy())
+
+    def angles(self) -> tuple[float, float]:
+        """Pitch and yaw of the foot, rad."""
+        turn = matrix(self.engine.robot.link_pose(FOOT_LINKS["L"]).orientation)
+        return math.asin(-turn[6]), math.atan2(turn[3], turn[0])
+
+
+def breakaway(foot: PressedFoot) -> float:
+    """Torque about the vertical at which the foot begins to turn, N m; at most 6."""
+    for _ in range(500):
+        foot.step((0.0, 0.0, 0.0))
+    start = foot.angles()[1]
+    for torque in np.arange(0.0, 6.0, 2e-3):
+        foot.step((0.0, 0.0, float(torque)))
+        if abs(foot.angles()[1] - start) > math.radians(0.3):
+            return float(torque)
+    raise AssertionError("it does not turn")
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_a_flat_sole_resists_a_turn_as_a_patch_does(surface: str) -> None:
+    """Coulomb under even pressure: friction x load x mean distance from the middle."""
+    body = load_body("nao-v3")
+    foot = PressedFoot(body, surface)
+    expected = SURFACES[surface].friction * LOAD * mean_distance(*sides(body))
+    assert breakaway(foot) == pytest.approx(expected, rel=0.10)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_the_feet_of_all_bodies_resist_a_turn_alike(name: str) -> None:
+    body = load_body(name)
+    expected = SURFACES["wood"].friction * LOAD * mean_distance(*sides(body))
+    assert breakaway(PressedFoot(body, "wood")) == pytest.approx(expected, rel=0.10)
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_a_sole_sinks_as_a_bed_of_springs_says(surface: str) -> None:
+    """Depth = load / (bedding x area), and 25 um of PyBullet's own."""
+    body = load_body("nao-v3")
+    length, width = sides(body)
+    foot = PressedFoot(body, surface)
+    for _ in range(1000):
+        foot.step((0.0, 0.0, 0.0))
+    expected = LOAD / (SURFACES[surface].bedding * length * width)
+    assert -foot.height() == pytest.approx(expected, rel=0.03, abs=2.5e-5)
+
+
+@pytest.mark.parametrize("surface", ["carpet", "turf"])
+def test_a_sole_tilts_under_a_load_off_its_middle_as_a_bed_of_springs_does(surface: str) -> None:
+    """Angle = load x arm / (bedding x second moment of the rectangle), inside the kern.
+
+    PyBullet chooses the points of the outline that carry, which costs up to 40 %.
+    """
+    body = load_body("nao-v3")
+    length, width = sides(body)
+    arm = length / 7.0
+    foot = PressedFoot(body, surface)
+    pitch = []
+    for along in (-arm, arm):
+        for _ in range(1500):
+            foot.step((0.0, 0.0, 0.0), along)
+        pitch.append(foot.angles()[0])
+    expected = LOAD * 2.0 * arm / (SURFACES[surface].bedding * width * length**3 / 12.0)
+    assert pitch[1] - pitch[0] == pytest.approx(expected, rel=0.45)
