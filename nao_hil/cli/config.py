@@ -19,42 +19,18 @@ from emulator.scenarios import load_scenario
 from emulator.scenarios.model import Scenario
 from emulator.wear import WearProfile, load_wear
 from nao_hil.cli import options
+from nao_hil.cli.run_options import takes_run
 from nao_hil.runs.config import RunConfig, run_config
 
 
-def show(
-    robot: options.Body = None,
-    wear: options.Wear = None,
-    scenario: options.Scenario = None,
-    gait: options.Gait = None,
-    torso: options.Torso = None,
-    admittance: options.Admittance = None,
-    mode: options.Mode = None,
-    steps: options.Steps = None,
-    duration: options.Duration = None,
-    seed: options.Seed = None,
-    config: options.Config = None,
-    as_json: options.Json = False,
-) -> int:
+@takes_run()
+def show(settings: RunConfig, as_json: options.Json = False) -> int:
     """Print every number that a run with these options would have, as TOML that --config takes back.
 
     Example: nao-hil config show --gait dynamic --torso thesis > my.toml
 
     Example: nao-hil config show --config my.toml --json
     """
-    settings = run_config(
-        config,
-        robot=robot,
-        wear=wear,
-        scenario=scenario,
-        gait=gait,
-        torso=torso,
-        admittance=admittance,
-        mode=mode,
-        steps=steps,
-        duration=duration,
-        seed=seed,
-    )
     whole = _whole(settings)
     if as_json:
         print(msgspec.json.encode(whole).decode(), flush=True)

@@ -23,19 +23,16 @@ from bridge.recording.recorder import Recorder
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
+from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import on_signals
-from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.summary import RunStatistics
 
 
+@takes_run("robot", "wear", "scenario", "start", "mode", "seed")
 def emulate(
-    robot: options.Body = None,
-    wear: options.Wear = None,
-    scenario: options.Scenario = None,
-    start: options.Start = None,
-    mode: options.Mode = None,
-    seed: options.Seed = None,
+    settings: RunConfig,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
@@ -45,7 +42,6 @@ def emulate(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
     ] = False,
-    config: options.Config = None,
     out: options.Out = None,
     as_json: options.Json = False,
 ) -> int:
@@ -53,7 +49,6 @@ def emulate(
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
-    settings = run_config(config, robot=robot, wear=wear, scenario=scenario, start=start, mode=mode, seed=seed)
     if settings.mode == "in-process":
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()

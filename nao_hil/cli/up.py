@@ -13,8 +13,9 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.outcome import conclude
 from nao_hil.cli.progress import WalkProgress
+from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import on_signals
-from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 from nao_hil.runs.supervisor import Child, ChildResult
@@ -25,24 +26,14 @@ GRACE = 5.0
 """s a side has to end by itself after it was asked to."""
 
 
+@takes_run()
 def up(
-    robot: options.Body = None,
-    wear: options.Wear = None,
-    scenario: options.Scenario = None,
-    start: options.Start = None,
-    gait: options.Gait = None,
-    torso: options.Torso = None,
-    admittance: options.Admittance = None,
-    mode: options.Mode = None,
-    steps: options.Steps = None,
-    duration: options.Duration = None,
-    seed: options.Seed = None,
+    settings: RunConfig,
     serve: options.Serve = False,
     view: options.View = False,
     port: options.Port = DEFAULT_PORT,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
-    config: options.Config = None,
     out: options.Out = None,
     as_json: options.Json = False,
 ) -> int:
@@ -55,20 +46,6 @@ def up(
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import controller_maker
 
-    settings = run_config(
-        config,
-        robot=robot,
-        wear=wear,
-        scenario=scenario,
-        start=start,
-        gait=gait,
-        torso=torso,
-        admittance=admittance,
-        mode=mode,
-        steps=steps,
-        duration=duration,
-        seed=seed,
-    )
     controller_maker(settings)  # refuses what the walker would, before anything has begun
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
