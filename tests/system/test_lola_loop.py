@@ -55,9 +55,9 @@ def _begin(mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_pa
 
 
 def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable[..., Any], far: str) -> None:
-    walker = start("walk", "--gait", "static", "--steps", "2", "--connect", far, "--json")
+    walker = start("walk", "--gait", "dynamic", "--steps", "4", "--connect", far, "--json")
     assert walker.wait() == 0
-    assert walker.result["done"] and walker.result["steps"] == 2
+    assert walker.result["done"] and walker.result["steps"] == 4
     loop["bridge"].interrupt()
     bridged = loop["bridge"].result
     assert bridged["packets"] == bridged["commands"] > walker.result["ticks"]  # it crouched in the end

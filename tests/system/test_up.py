@@ -78,20 +78,20 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     start: Start, endpoint: str, tmp_path: Path
 ) -> None:
     runs = []
+    walk = ["--gait", "dynamic", "--seed", "3", "--steps", "4", "--json"]
     for name in ("a", "b"):
         folder = tmp_path / name
-        up = ["up", "--mode", "lockstep", "--seed", "3", "--steps", "2", "--json"]
-        command = start(*up, "--listen", endpoint, "--out", str(folder))
+        command = start("up", "--mode", "lockstep", *walk, "--listen", endpoint, "--out", str(folder))
         assert command.wait() == 0, command.said
         runs.append((command.result, (folder / "frames.mcap").read_bytes()))
         assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
     (first, recording), (second, again) = runs
     assert first["frames_sha256"] == second["frames_sha256"]
     assert recording == again
-    assert (first["fell"], first["steps"], first["cycles_missed"]) == (False, 2, 0)
+    assert (first["fell"], first["steps"], first["cycles_missed"]) == (False, 4, 0)
 
     folder = tmp_path / "in-process"
-    command = start("up", "--mode", "in-process", "--seed", "3", "--steps", "2", "--json", "--out", str(folder))
+    command = start("up", "--mode", "in-process", *walk, "--out", str(folder))
     assert command.wait() == 0, command.said
     assert command.result["frames_sha256"] == first["frames_sha256"]
     assert frames_sha256(folder / "frames.mcap") == first["frames_sha256"]
@@ -100,7 +100,8 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
 
 
 def test_the_walker_starts_first_and_needs_no_pybullet(start: Start, endpoint: str, tmp_path: Path) -> None:
-    walker = start("walk", "--connect", endpoint, "--steps", "2", "--json", script=WITHOUT_PYBULLET)
+    walk = ("walk", "--connect", endpoint, "--gait", "dynamic", "--steps", "2", "--json")
+    walker = start(*walk, script=WITHOUT_PYBULLET)
     robot = start(
         "emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"), "--json"
     )
