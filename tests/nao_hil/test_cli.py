@@ -183,7 +183,7 @@ def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, sa
 @pytest.mark.parametrize(
     ("typed", "offers"),
     [
-        ("nao-hil re", {"record", "replay"}),
+        ("nao-hil re", {"record", "replay", "results"}),
         ("nao-hil up --gait st", {"static"}),
         ("nao-hil up --scenario slope-", {"slope-5", "slope-down-5", "slope-side-5"}),
         ("nao-hil plot x.mcap --what torso,ce", {"torso,cells"}),
