@@ -17,6 +17,7 @@ that waits for its controller (lockstep) calls `publish`, `admit` and `decide` i
 from __future__ import annotations
 
 import logging
+import secrets
 import threading
 import time
 from collections.abc import Sequence
@@ -24,11 +25,17 @@ from typing import Final
 
 import msgspec
 
+from bridge.body import Body
+from bridge.body.joints import JOINTS
+from bridge.body.postures import POSTURES
+from bridge.body.quantities import absent_joints, limits
+from bridge.dcm.actuators import actuators
 from bridge.errors import FrameError, LinkError
 from bridge.guard import ArmRequest, Guard, StopRequest
+from bridge.guard.ranges import Ranges
 from bridge.link import RobotLink, keys
 from bridge.link.lease import Holder
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, decode, encode
+from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, decode, encode
 from bridge.recording.observer import Observer
 
 CONFIRM_TIMEOUT: Final = 0.5
@@ -37,6 +44,33 @@ DESCENT_TIMEOUT: Final = 15.0
 """s for the descent of a robot that still stands when its bridge ends."""
 
 logger = logging.getLogger(__name__)
+
+
+def robot_info(body: Body, *, robot: str, side: str, mode: str, software: str) -> Info:
+    """What a robot of a body answers to `info`; each call is a boot of its own.
+
+    Args:
+        body: data sheet.
+        robot: id on the link.
+        side: what is behind it: `emulator`, `lola` or `naoqi`.
+        mode: `real-time` or `lockstep`.
+        software: of the robot's side.
+    """
+    ranges, absent = Ranges(body), absent_joints(body)
+    return Info(
+        robot=robot,
+        body=body.name,
+        side=side,
+        mode=mode,
+        cycle=body.cycle,
+        absent=absent,
+        boot=secrets.randbits(47),
+        software=software,
+        limits=tuple((0.0, 0.0) if joint in absent else limits(body, joint) for joint in JOINTS),
+        actuators=tuple(actuator.name for actuator in actuators(body)),
+        stand=ranges.clip(POSTURES["StandInit"]),
+        crouch=ranges.clip(POSTURES["Crouch"]),
+    )
 
 
 class RobotHost:
@@ -86,13 +120,13 @@ class RobotHost:
         """
         if wait > 0.0:
             self._publish_counted(frame)
-            command = self._answer(frame.seq, wait)
+            command = self.admit(self._answers(frame.seq, wait), frame.seq)
             self._count(command, frame.seq)
         else:
-            command = self.link.newest_command()
+            command = self.admit(self.link.commands(), frame.seq)
             self._count(command, frame.seq - 1)
             self._publish_counted(frame)
-        return self.decide(frame, self.admit(command, frame.seq), supervised=self.supervised)
+        return self.decide(frame, command, supervised=self.supervised)
 
     def should_end(self, stop: threading.Event) -> bool:
         """Whether a bridge's loop ends now: it was asked to, and the robot is down or had its time.
@@ -113,15 +147,16 @@ class RobotHost:
     def _publish_counted(self, frame: SensorFrame) -> None:
         self.publish(msgspec.structs.replace(frame, command=self.in_force, missed=self.missed))
 
-    def _answer(self, seq: int, wait: float) -> ActuatorFrame | None:
-        """The newest command by the time that one answers frame `seq`, or that the wait is over."""
-        command, deadline = self.link.newest_command(), time.monotonic() + wait
-        while command is None or command.reply_to < seq:
+    def _answers(self, seq: int, wait: float) -> list[ActuatorFrame]:
+        """The commands by the time that one answers frame `seq`, or that the wait is over."""
+        commands, deadline = self.link.commands(), time.monotonic() + wait
+        while not commands or commands[-1].reply_to < seq:
             left = deadline - time.monotonic()
             if left <= 0.0:
                 break
-            command = self.link.wait_command(left) or command
-        return command
+            command = self.link.wait_command(left)
+            commands += [command] if command is not None else []
+        return commands
 
     def _count(self, command: ActuatorFrame | None, seq: int) -> None:
         if self.expected and (command is None or command.reply_to < seq):
@@ -152,23 +187,25 @@ class RobotHost:
             for observer in self._observers:
                 observer.sensors(frame, truth)
 
-    def admit(self, command: ActuatorFrame | None, seq: int) -> ActuatorFrame | None:
-        """The command inside the joints' ranges; None, and a notice, when it is refused.
+    def admit(self, commands: Sequence[ActuatorFrame], seq: int) -> ActuatorFrame | None:
+        """The newest command that the guard does not refuse, inside the joints' ranges; None: there is none.
+
+        A notice tells of a refusal, and of an angle that is clipped, in any of them.
 
         Args:
-            command: newest one; None: none has come.
+            commands: those of a cycle, in order.
             seq: of the newest sensor frame.
         """
-        if command is None:
-            return None
-        try:
-            command = self.guard.check(command, seq)
-        except FrameError as error:
-            self.link.refuse("frame-refused", str(error))
-            return None
-        if self.guard.clipped:
-            self.link.notice("clipped", self.guard.clipped)
-        return command
+        newest = None
+        for command in commands:
+            try:
+                newest = self.guard.check(command, seq)
+            except FrameError as error:
+                self.link.refuse("frame-refused", str(error))
+                continue
+            if self.guard.clipped:
+                self.link.notice("clipped", self.guard.clipped)
+        return newest
 
     def decide(
         self, frame: SensorFrame, command: ActuatorFrame | None, *, supervised: bool
@@ -186,19 +223,31 @@ class RobotHost:
         holder = self.link.holder
         direct = self._emulated and holder is not None and holder.direct
         given = self.guard.cycle(frame, command, supervised=supervised, direct=direct)
+        if command is None and holder is None and not self.link.leases.abandoned:
+            self.guard.released(frame.seq)
         if given is not None:
             for observer in self._observers:
                 observer.command(given)
-        for notice in self.guard.take_notices():
-            self.link.publish_notice(notice)
-            for observer in self._observers:
-                observer.notice(notice)
+        self._tell()
         if self.guard.take_revocation():
             self.link.leases.revoke()
         if self._dry_run:
             return None
         self.in_force = given.reply_to if given is not None else self.in_force
         return given
+
+    def rest_released(self, seq: int) -> None:
+        """A robot that waits for answers (lockstep) waits in vain: it may have been released since `seq`."""
+        if self.link.holder is None and not self.link.leases.abandoned:
+            self.guard.released(seq)
+            self._tell()
+
+    def _tell(self) -> None:
+        """Pass on the guard's notices."""
+        for notice in self.guard.take_notices():
+            self.link.publish_notice(notice)
+            for observer in self._observers:
+                observer.notice(notice)
 
     def _on_stop(self, payload: bytes) -> bytes:
         request = decode(payload, StopRequest) if payload else StopRequest()

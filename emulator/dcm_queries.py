@@ -73,11 +73,12 @@ class DcmQueries:
         return self._commanded(message, wire.SET_ALIAS, lambda dcm: dcm.set_alias(request))
 
     def _get_time(self, payload: bytes) -> bytes:
-        offset = decode(payload, wire.DcmTime).offset
+        offset = decode(payload, wire.DcmTime).offset if payload else 0
         return self._done(lambda: self._robot.dcm.clock.shown(offset))
 
     def _get_prefix(self, payload: bytes) -> bytes:
-        decode(payload, wire.DcmCall)
+        if payload:
+            decode(payload, wire.DcmCall)
         return self._done(lambda: self._robot.dcm.prefixes())
 
     def _read(self, payload: bytes) -> bytes:
@@ -97,7 +98,8 @@ class DcmQueries:
 
 def _refusal(method: str, reason: str) -> Handler:
     def refuse(payload: bytes) -> bytes:
-        decode(payload, wire.DcmCall)
+        if payload:
+            decode(payload, wire.DcmCall)
         raise DcmRefused(f"{method} is not emulated: {reason}.")
 
     return refuse

@@ -65,6 +65,7 @@ class RobotProcess:
         link.serve(COMMAND, self._world.answer)
         for suffix, answer in DcmQueries(robot, self._commands, self._require).handlers().items():
             link.serve(suffix, answer)
+        link.announce()
 
     @property
     def wall_seconds(self) -> float:
@@ -86,7 +87,7 @@ class RobotProcess:
             timer.wait()
             self._commands.run()
             if runs and not self._robot.run_stalled():
-                self._cycle(self._link.newest_command(), supervised=self._host.supervised)
+                self._cycle(self._link.commands(), supervised=self._host.supervised)
         self._world.close()
 
     def lockstep(self) -> None:
@@ -98,13 +99,13 @@ class RobotProcess:
             if self._world.stands_still:
                 self._stop.wait(IDLE)
             elif self._host.needs_cycle or (self._world.steps and self._link.holder is None):
-                self._cycle(self._link.newest_command(), supervised=self._link.leases.abandoned)
+                self._cycle(self._link.commands(), supervised=self._link.leases.abandoned)
             else:
                 self._serve(self._link.wait_command(RESEND))
         # So that a run that its controller ended has the same frames, however fast the stop follows.
-        last = self._link.newest_command()
-        if last is not None:
-            self._serve(last)
+        last = self._link.commands()
+        if last:
+            self._serve(last[-1])
         self._world.close()
 
     def _run_events(self) -> None:
@@ -119,20 +120,23 @@ class RobotProcess:
     def _serve(self, command: ActuatorFrame | None) -> None:
         """One cycle, if this answers the present frame; the frame is sent again if nothing came at all."""
         if command is None:
+            self._host.rest_released(self._robot.frame.seq)
             self._link.publish_sensors(self._robot.frame)
         elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
-            accepted = self._host.admit(command, self._robot.frame.seq)
+            accepted = self._host.admit([command], self._robot.frame.seq)
             if accepted is not None:
                 self._run(accepted, supervised=False)
 
-    def _cycle(self, command: ActuatorFrame | None, *, supervised: bool) -> None:
+    def _cycle(self, commands: Sequence[ActuatorFrame], *, supervised: bool) -> None:
         """One cycle whether or not a command came."""
-        self._run(self._host.admit(command, self._robot.frame.seq), supervised=supervised)
+        self._run(self._host.admit(commands, self._robot.frame.seq), supervised=supervised)
 
     def _run(self, command: ActuatorFrame | None, *, supervised: bool) -> None:
         if self._began is None:
             self._began = time.monotonic()
         expected = self._host.expected
+        if self._robot.dcm.busy:
+            self._host.guard.timed_waiting()
         given = self._host.decide(self._robot.frame, command, supervised=supervised)
         self._robot.advance(given, expected=expected)
         self._publish()

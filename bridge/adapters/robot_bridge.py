@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import secrets
 import threading
 from collections.abc import Iterator
 from typing import Final
@@ -16,12 +15,10 @@ from typing import Final
 import msgspec
 
 from bridge.body import Body
-from bridge.body.quantities import absent_joints
 from bridge.errors import LinkError
 from bridge.guard import Guard, GuardSettings
-from bridge.host import RobotHost
+from bridge.host import RobotHost, robot_info
 from bridge.link import RobotLink
-from bridge.messages import Info
 from bridge.realtime import quiet_process
 from bridge.recording.observer import NoticeLog
 
@@ -96,20 +93,12 @@ def hosted(settings: BridgeSettings, body: Body, counts: BridgeCounts, side: str
         counts: of the bridge.
         side: protocol of the robot, `lola` or `naoqi`.
     """
-    info = Info(
-        robot=settings.robot,
-        body=body.name,
-        side=side,
-        mode=settings.mode,
-        cycle=body.cycle,
-        absent=absent_joints(body),
-        boot=secrets.randbits(47),
-        software=settings.software,
-    )
+    info = robot_info(body, robot=settings.robot, side=side, mode=settings.mode, software=settings.software)
     counts.connections += 1
-    with RobotLink(info, settings.listen) as link:
+    with RobotLink(info, settings.listen, announced=False) as link:
         guard = Guard(body, settings.guard, armed=False, dry_run=settings.dry_run)
         host = RobotHost(link, guard, [NoticeLog()], dry_run=settings.dry_run)
+        link.announce()
         logger.info("robot `%s` (%s) at %s: %s", info.robot, body.name, settings.listen, guard.status.text)
         if settings.mode == "real-time":
             quiet_process(settings.priority)

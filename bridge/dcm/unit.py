@@ -166,6 +166,11 @@ class Dcm:
                 last[index] = self._computed(index)[0]
         return Targets(*self._table.frame_values(last))
 
+    @property
+    def busy(self) -> bool:
+        """Timed commands wait."""
+        return bool(self._buffers)
+
     def skip_cycle(self) -> None:
         """One cycle passes without the DCM (it is paused): nothing is sent, its clock goes on."""
         self.modes_sent = {}

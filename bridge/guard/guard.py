@@ -222,7 +222,7 @@ class Guard:
         return self._advance_descent(frame)
 
     def accept_timed(self, seq: int) -> None:
-        """A command with a time of its own (a DCM's) came beside the frames; the watchdog does not count it.
+        """A command with a time of its own (a DCM's) came beside the frames: a sign of life of its sender.
 
         Args:
             seq: of the newest sensor frame.
@@ -232,10 +232,23 @@ class Guard:
         """
         if not self._takes_commands:
             raise FrameError(f"A timed command was refused: {self.status.text}")
-        self._watchdog.reset()
+        self._watchdog.heard()
         self._descent, self._output.stiffness = None, None
         if self.state != "active":
             self._log.enter(seq, "active", "")
+
+    def timed_waiting(self) -> None:
+        """Timed commands are still to come in this cycle: the watchdog counts from their end."""
+        self._watchdog.heard()
+
+    def released(self, seq: int) -> None:
+        """The holder gave the robot back: the joints hold.
+
+        Args:
+            seq: of the newest sensor frame.
+        """
+        if self.state in ("approach", "active"):
+            self._log.enter(seq, "hold", "", "The controller gave the robot back.")
 
     @property
     def _takes_commands(self) -> bool:

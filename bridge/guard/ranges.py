@@ -72,9 +72,8 @@ class Ranges:
             position[slot] = min(max(asked, lower), upper)
             if not sentence and abs(position[slot] - asked) > TOLERANCE:
                 sentence = (
-                    f"{joint} was asked to {math.degrees(asked):.1f} deg and clipped to "
-                    f"{math.degrees(position[slot]):.1f} deg; its range here is {math.degrees(lower):.1f} to "
-                    f"{math.degrees(upper):.1f} deg."
+                    f"{joint} was asked to {asked:.3f} rad and clipped to {position[slot]:.3f} rad; its range "
+                    f"here is {lower:.3f} to {upper:.3f} rad."
                 )
         return tuple(position), sentence
 

@@ -22,6 +22,11 @@ class Watchdog:
         """Wait for the next command before counting again."""
         self._silent = None
 
+    def heard(self) -> None:
+        """The controller gave another sign of life; one that sent no command yet is not watched."""
+        if self._silent is not None:
+            self._silent = 0
+
     def update(self, *, received: bool, supervised: bool) -> Literal["", "hold", "descend"]:
         """One cycle.
 

@@ -51,13 +51,14 @@ class RobotLink:
     Args:
         info: what the robot is; its `robot` is the id in every key.
         listen: Zenoh endpoint to listen on.
+        announced: the robot is there at once; False: from `announce` on, after all its queries are served.
 
     Raises:
         ConfigurationError: bad id or endpoint.
         LinkError: the endpoint cannot be listened on.
     """
 
-    def __init__(self, info: Info, listen: str = keys.DEFAULT_ENDPOINT) -> None:
+    def __init__(self, info: Info, listen: str = keys.DEFAULT_ENDPOINT, *, announced: bool = True) -> None:
         keys.check_name("Robot id", info.robot)
         self.info = info
         self.leases = LeaseBook(first=secrets.randbits(47))
@@ -67,9 +68,12 @@ class RobotLink:
         self._noticed: dict[str, float] = {}
         self._complaints: dict[str, str] = {}
         self._lock = threading.Lock()
+        self._alive: zenoh.LivelinessToken | None = None
         self._session = open_robot(listen)
         try:
             self._declare()
+            if announced:
+                self.announce()
         except BaseException:
             self._session.close()
             raise
@@ -91,7 +95,11 @@ class RobotLink:
         self._queryables: list[Any] = []
         self.serve(keys.INFO, lambda _: encode(self.info))
         self.serve(keys.LEASE, self._on_lease)
-        self._alive = session.liveliness().declare_token(key(keys.ALIVE_ROBOT))
+
+    def announce(self) -> None:
+        """Declare the robot's liveliness token, once: all that it serves is served from now on."""
+        if self._alive is None:
+            self._alive = self._session.liveliness().declare_token(self._key(keys.ALIVE_ROBOT))
 
     def _key(self, suffix: str) -> str:
         return keys.key(self.info.robot, suffix)
@@ -115,11 +123,10 @@ class RobotLink:
         """Actuator payloads that were not put in force: garbage, wrong lease, or refused by the guard."""
         return self._refused
 
-    def newest_command(self) -> ActuatorFrame | None:
-        """The holder's newest actuator frame since the last call, or None; never waits."""
+    def commands(self) -> list[ActuatorFrame]:
+        """The holder's actuator frames since the last call, in order; never waits."""
         self._tell()
-        frames = self._actuators.drain()
-        return frames[-1] if frames else None
+        return self._actuators.drain()
 
     def wait_command(self, timeout: float) -> ActuatorFrame | None:
         """The holder's next actuator frame; None after `timeout` s, at a granted lease, or at `wake`."""

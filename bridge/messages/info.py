@@ -27,3 +27,11 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     boot: Count
     """Number of this start of the robot process; a new number means that everything began anew."""
     software: str
+    limits: tuple[tuple[Finite, Finite], ...] = ()
+    """Range of each slot of the frame, rad (hands: 0 to 1); 0, 0 for a joint that the body lacks."""
+    actuators: tuple[str, ...] = ()
+    """Names that `dcm/createAlias` and `dcm/set` know."""
+    stand: tuple[Finite, ...] = ()
+    """The published posture StandInit inside these ranges, 25 positions, rad."""
+    crouch: tuple[Finite, ...] = ()
+    """The published posture Crouch inside these ranges, 25 positions, rad."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import secrets
 import threading
 from typing import Annotated, Any
 
@@ -12,11 +11,10 @@ import typer
 from rich.console import Console
 
 from bridge.body import Body, load_body
-from bridge.body.quantities import absent_joints
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
+from bridge.host import robot_info
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, RobotLink
-from bridge.messages import Info
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from bridge.recording.observer import Observer
 from bridge.recording.recorder import Recorder
@@ -82,20 +80,12 @@ def _run(
     from emulator.timing import CycleTimer
     from nao_hil.runs.build import build_robot
 
-    info = Info(
-        robot=name,
-        body=body.name,
-        side="emulator",
-        mode=settings.mode,
-        cycle=body.cycle,
-        absent=absent_joints(body),
-        boot=secrets.randbits(47),
-        software=f"nao-hil {__version__}",
-    )
+    software = f"nao-hil {__version__}"
+    info = robot_info(body, robot=name, side="emulator", mode=settings.mode, software=software)
     statistics = RunStatistics(settings.seed)
     scenario = load_scenario(settings.scenario)
     robot = build_robot(settings, scenario)
-    with RobotLink(info, listen) as link, Recorder(directory.recording, settings) as recorder:
+    with RobotLink(info, listen, announced=False) as link, Recorder(directory.recording, settings) as recorder:
         directory.write_config(settings)
         directory.write_scenario(scenario)
         observers: list[Observer] = [statistics, recorder]

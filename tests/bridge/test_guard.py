@@ -53,7 +53,7 @@ def test_an_angle_outside_the_range_is_clipped_with_one_sentence(
     checked = guard.check(command(**{joint: wanted}), 0)
     assert checked.position[INDEX[joint]] == pytest.approx(limit, abs=1e-4)
     assert joint in guard.clipped
-    assert f"{math.degrees(wanted):.1f}" in guard.clipped
+    assert f"{wanted:.3f} rad" in guard.clipped
     assert guard.clipped.count(". ") == 0
     guard.check(command(), 0)
     assert guard.clipped == ""

@@ -138,8 +138,26 @@ def test_nobody_is_owed_a_command_by_a_robot_that_was_given_back_or_never_held()
     assert set(robot.silence(500)) == {"idle"}
     robot.command()
     assert set(robot.silence(500, supervised=False)) == {"active"}
+    robot.guard.released(robot.seq)
+    assert robot.guard.state == "hold"
+    assert set(robot.silence(500, supervised=False)) == {"hold"}
     # a new holder that takes its time before its first command
-    assert set(robot.silence(500)) == {"active"}
+    assert set(robot.silence(500)) == {"hold"}
+
+
+def test_a_timed_command_does_not_end_the_watch_over_its_sender() -> None:
+    """It is a sign of life, and so are the timed commands that still wait; then the silence counts."""
+    robot = Robot(Guard(BODY))
+    robot.command()
+    dog = SETTINGS.watchdog
+    robot.silence(dog.silence_cycles - 1)
+    robot.guard.accept_timed(robot.seq)
+    for _ in range(200):
+        robot.guard.timed_waiting()
+        robot.cycle(None)
+    assert robot.guard.state == "active"
+    states = robot.silence(dog.silence_cycles + dog.hold_cycles)
+    assert states[-1] != "active" and robot.guard.take_revocation()
 
 
 def test_a_new_controller_takes_over_from_the_crouch_slowly() -> None:

@@ -177,13 +177,22 @@ def test_an_alias_needs_an_entry_for_each_actuator(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("key", KEYS)
-@pytest.mark.parametrize(
-    "payload", [b"", b"\xc1", b"\x90", b"\x80" * 9, msgspec.msgpack.encode({"version": 1})]
-)
+@pytest.mark.parametrize("payload", [b"\xc1", b"\x90", b"\x80" * 9, msgspec.msgpack.encode({"version": 1})])
 def test_payloads_that_are_no_request_are_refused(bench: Bench, key: str, payload: bytes) -> None:
     with pytest.raises(FrameError) as caught:
         bench.handlers[key](payload)
     assert sentence(caught.value)
+
+
+def test_a_query_without_fields_needs_no_payload(bench: Bench) -> None:
+    for key in (wire.GET_TIME, wire.GET_PREFIX):
+        assert bench.handlers[key](b"") == bench.handlers[key](msgspec.msgpack.encode({}))
+
+
+@pytest.mark.parametrize("key", [*COMMANDS, wire.READ])
+def test_a_command_needs_a_payload(bench: Bench, key: str) -> None:
+    with pytest.raises(FrameError):
+        bench.handlers[key](b"")
 
 
 scalars = (

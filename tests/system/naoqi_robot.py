@@ -47,7 +47,7 @@ class ObedientRobot:
                 link.publish_sensors(self.frame)
                 deadline = max(deadline + CYCLE, time.monotonic() - CYCLE)
                 time.sleep(max(0.0, deadline - time.monotonic()))
-                command = link.newest_command()
+                command = next(reversed(link.commands()), None)
                 changes = {"position": command.position, "stiffness": command.stiffness} if command else {}
                 seq = self.frame.seq + 1
                 self.frame = msgspec.structs.replace(

@@ -6,17 +6,19 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import msgspec
 import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
+from bridge.errors import LinkError
 from bridge.guard import Guard, GuardSettings
-from bridge.host import RobotHost
+from bridge.host import RobotHost, robot_info
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from tests.frames import standing_frame
-from tests.loops import repeat_while
+from tests.loops import repeat_while, until
 
 BODY = load_body("nao-v6")
 STAND = POSTURES["StandInit"]
@@ -115,3 +117,35 @@ def test_a_stop_of_no_words_is_a_stop(payload: bytes, endpoint: str) -> None:
             host.exchange(sensors(seq))
         asked.join()
         assert host.guard.status.reason == "stop"
+
+
+def test_a_refused_frame_leaves_the_valid_one_before_it_in_force(endpoint: str) -> None:
+    """And what is refused or clipped is told, also of a frame that another one overtook in the same cycle."""
+    with hosted(endpoint) as host, ControllerLink("nao", endpoint, "hasty") as link:
+        link.wait_robot(timeout=PATIENT)
+        link.acquire()
+        good = ActuatorFrame(reply_to=0, position=STAND, stiffness=(1.0,) * N_JOINTS)
+        link.send(msgspec.structs.replace(good, position=(9.0, *STAND[1:])))
+        link.send(good)
+        link.send(msgspec.structs.replace(good, stiffness=(7.0,) * N_JOINTS))
+        commands: list[ActuatorFrame] = []
+        until(lambda: commands.extend(host.link.commands()) or len(commands) == 3)
+        accepted = host.admit(commands, 0)
+        assert accepted is not None and accepted.position == host.guard.check(good, 0).position
+        host.link.commands()  # tells
+        told: set[str] = set()
+        until(lambda: told.update(notice.code for notice in link.notices()) or len(told) == 2)
+        assert told == {"clipped", "frame-refused"} and host.link.refused == 1
+
+
+def test_the_guard_answers_as_soon_as_the_robot_is_there(endpoint: str) -> None:
+    """Its token comes last; what it serves is served then."""
+    info = robot_info(BODY, robot="nao", side="lola", mode="real-time", software="")
+    with RobotLink(info, endpoint, announced=False) as link, ControllerLink("nao", endpoint, "early") as early:
+        assert early.wait_robot(stop=lambda: True) is None
+        with pytest.raises(LinkError):
+            early.wait_robot(timeout=0.3)
+        RobotHost(link, Guard(BODY))
+        link.announce()
+        early.wait_robot(timeout=PATIENT)
+        assert early.query("guard")

@@ -196,13 +196,13 @@ def test_a_command_arrives_with_the_lease_and_the_time(robot: RobotLink, control
     assert frame.wall > 0
 
 
-def test_real_time_takes_the_newest_command(robot: RobotLink, controller: ControllerLink) -> None:
+def test_real_time_takes_the_commands_in_order(robot: RobotLink, controller: ControllerLink) -> None:
     taken = []
     for seq in range(20):
         controller.send(command(seq))
-    until(lambda: (f := robot.newest_command()) is not None and (taken.append(f.reply_to) or f.reply_to == 19))
-    assert taken == sorted(set(taken))
-    assert robot.newest_command() is None
+    until(lambda: taken.extend(f.reply_to for f in robot.commands()) or taken[-1:] == [19])
+    assert taken == list(range(20))
+    assert not robot.commands()
 
 
 def test_a_granted_lease_ends_the_robots_wait(robot: RobotLink, endpoint: str) -> None:
@@ -303,7 +303,7 @@ def test_what_is_no_command_is_refused_with_a_notice_and_the_robot_goes_on(
             put(stranger, keys.ACTUATORS, payload)
         put(stranger, keys.ACTUATORS, good)  # valid, but without the lease
         until(lambda: robot.refused == 6)
-    assert robot.newest_command() is None
+    assert not robot.commands()
     notices = gather(controller, {"frame-refused", "no-lease"})
     assert "ActuatorFrame" in notices["frame-refused"].text
     assert "`walker` holds" in notices["no-lease"].text
@@ -330,7 +330,7 @@ def test_a_flood_of_refusals_is_answered_by_a_notice_not_by_a_flood(
     with contextlib.closing(open_client(endpoint)) as stranger:
         for _ in range(200):
             put(stranger, keys.ACTUATORS, b"garbage")
-        until(lambda: robot.newest_command() is None and robot.refused == 200)
+        until(lambda: not robot.commands() and robot.refused == 200)
     robot.notice("last", "The flood is over.")
     heard: list[str] = []
     until(lambda: heard.extend(n.code for n in controller.notices()) or "last" in heard)

@@ -54,8 +54,7 @@ def test_the_last_frame_before_a_release_is_still_the_holders(
         controller.acquire()
         controller.send(msgspec.structs.replace(COMMAND, reply_to=seq))
         controller.release()
-        command = robot.newest_command()
-        assert command is not None and command.reply_to == seq
+        assert [command.reply_to for command in robot.commands()] == [seq]
     assert robot.refused == 0
 
 
@@ -93,7 +92,7 @@ def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
     until(lambda: robot.refused, "the small one after it")
     assert robot.refused == 1
     controller.send(COMMAND)
-    until(robot.newest_command, "the good frame")
+    until(robot.commands, "the good frame")
 
 
 def test_the_status_tells_a_listener_who_holds_the_robot(

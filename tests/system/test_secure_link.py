@@ -78,7 +78,7 @@ def test_a_controller_commands(robot: RobotLink, place: str) -> None:
         assert link.wait_robot(timeout=20.0) == INFO
         link.acquire()
         link.send(COMMAND)
-        until(lambda: robot.newest_command() is not None, "the command")
+        until(lambda: robot.commands(), "the command")
         robot.publish_sensors(SENSORS)
         frame = link.next(20.0)
         assert frame is not None and frame.seq == 0
@@ -102,7 +102,7 @@ def test_a_listener_hears_all_and_commands_nothing(
         listener.put("nao/nao/actuators", encode(COMMAND))
         listener.put("nao/nao/sensors", encode(SENSORS))
     assert ask(listener, keys.INFO) is not None  # on the same link, behind what was sent
-    assert robot.holder is None and robot.newest_command() is None and robot.refused == 0
+    assert robot.holder is None and not robot.commands() and robot.refused == 0
     token.undeclare()
     subscriber.undeclare()
 

@@ -158,7 +158,7 @@ class LolaBridge:
         if command is None:
             host.link.publish_sensors(frame)
         elif command.reply_to >= frame.seq:  # an older one answers a frame that was sent again
-            accepted = host.admit(command, frame.seq)
+            accepted = host.admit([command], frame.seq)
             if accepted is not None:
                 return host.decide(frame, accepted, supervised=False)
         return None
