@@ -5,9 +5,6 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
-# PyBullet has ready-made wheels for these; elsewhere it is compiled, which takes a compiler and some minutes.
-HAS_WHEEL := import sys, platform as p; \
-	sys.exit((p.system(), p.machine()) != ("Linux", "x86_64") or sys.version_info[:2] > (3, 11))
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test realtime-test browser-test wheel-test check docs bench images compose-test lock clean
@@ -36,10 +33,6 @@ $(STAMP): requirements.lock pyproject.toml
 		{ echo "$(PYTHON) is $$($(PYTHON) -V 2>&1); Python 3.10 or newer is needed, say PYTHON=path."; exit 2; } >&2
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
 		{ echo "$(PYTHON) cannot make virtual environments; install python3-venv (Debian, Ubuntu)."; exit 2; } >&2
-	@$(PYTHON) -c '$(HAS_WHEEL)' || command -v g++ >/dev/null || \
-		{ echo "PyBullet has no wheel for this Python and is compiled; install g++, or say PYTHON=python3.11."; \
-		exit 2; } >&2
-	@$(PYTHON) -c '$(HAS_WHEEL)' || echo "PyBullet has no wheel for this Python: compiling it takes some minutes."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .

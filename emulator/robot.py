@@ -17,7 +17,7 @@ from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
 from bridge.types import Quaternion
-from emulator.engine.catalogue import ENGINES, open_engine
+from emulator.engine.catalogue import AUTO, open_engine
 from emulator.engine.values import PhysicsSettings
 from emulator.faults import Faults
 from emulator.hands import Hands
@@ -45,7 +45,7 @@ class EmulatedRobot:
         seed: Of the one random generator that everything random here draws from.
         posture: Start posture by name, or 25 angles in frame order, rad; None: the scenario's.
         settings: Of the physics.
-        engine: Name of the physics engine.
+        engine: Name of the physics engine; `auto`: PyBullet where it is installed, else MuJoCo.
         scenario: Ground, and the events.
         wear: State of the drives and sensors.
         settle: Time in which the robot may settle into its posture before `seq` 0, s.
@@ -66,7 +66,7 @@ class EmulatedRobot:
         seed: int,
         posture: str | Sequence[float] | None = None,
         settings: PhysicsSettings = SETTINGS,
-        engine: str = ENGINES[0],
+        engine: str = AUTO,
         scenario: Scenario = FLAT,
         wear: WearProfile = IDEAL,
         settle: float = 0.5,

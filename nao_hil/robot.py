@@ -8,7 +8,7 @@ import msgspec
 
 from bridge.messages import SensorFrame, TruthFrame
 from nao_hil.commands import JointValues, actuator_frame
-from nao_hil.runs.build import build_robot
+from nao_hil.runs.build import build_robot, with_engine
 from nao_hil.runs.config import run_config
 
 
@@ -29,21 +29,34 @@ class Robot:
         seed: Of everything random.
         wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
+        engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
 
     Raises:
-        ConfigurationError: no such body, wear profile or scenario.
+        ConfigurationError: no such body, wear profile, scenario or engine, or one that is not installed.
     """
 
     def __init__(
-        self, body: str = "nao-v3", *, seed: int = 0, wear: str = "nominal", scenario: str = "flat"
+        self,
+        body: str = "nao-v3",
+        *,
+        seed: int = 0,
+        wear: str = "nominal",
+        scenario: str = "flat",
+        engine: str = "auto",
     ) -> None:
-        self._config = run_config(None, robot=body, seed=seed, wear=wear, scenario=scenario)
+        settings = run_config(None, robot=body, seed=seed, wear=wear, scenario=scenario, engine=engine)
+        self._config = with_engine(settings)
         self._robot = build_robot(self._config)
 
     @property
     def body(self) -> str:
         """Name of the body."""
         return self._robot.body.name
+
+    @property
+    def engine(self) -> str:
+        """Name of the physics engine."""
+        return self._config.engine
 
     @property
     def cycle(self) -> float:

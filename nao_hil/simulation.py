@@ -7,6 +7,7 @@ from typing import Any
 
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import Recorder
+from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import run_config
 from nao_hil.runs.in_process import walk_in_process
 from nao_hil.runs.summary import Summary
@@ -19,6 +20,7 @@ def walk(
     seed: int = 0,
     wear: str = "nominal",
     scenario: str = "flat",
+    engine: str = "auto",
     steps: int | None = None,
     duration: float | None = None,
     torso: str | None = None,
@@ -37,6 +39,7 @@ def walk(
         seed: Of everything random.
         wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
+        engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
         steps: Steps to walk, the closing one included; None: 10, or no bound with a duration.
         duration: Time to walk, s; None: no bound.
         torso: Torso control: `none`, `thesis` or `robust`; None: the gait's own.
@@ -47,7 +50,8 @@ def walk(
         ConfigurationError: a wrong option, a walk without a bound, or parameters that cannot be walked.
     """
     options: dict[str, Any] = {"steps": steps, "duration": duration, "torso": torso, "parameters": parameters}
-    settings = run_config(None, robot=body, gait=gait, seed=seed, wear=wear, scenario=scenario, **options)
+    options |= {"wear": wear, "scenario": scenario, "engine": engine}
+    settings = with_engine(run_config(None, robot=body, gait=gait, seed=seed, **options))
     if not settings.steps and not settings.duration:
         raise ConfigurationError("A walk in this process needs an end; give steps or duration.")
     if record is None:

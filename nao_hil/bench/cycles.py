@@ -1,4 +1,4 @@
-"""In-process emulator cycles per second, beside the engine's bare step of the same model in the same state.
+"""In-process emulator cycles per second on each engine, and the part of the engine's own step in them.
 
 And where the time of a cycle goes: each part's time is taken on its own, so that a profiler's own cost per call
 does not count against the parts with many small calls.
@@ -9,28 +9,34 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any, Final
 
 from bridge.body import load_body
+from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 
 PROFILES: Final = ("ideal", "nominal", "worn")
 _BLOCK = 50
-"""Cycles per timed block; blocks of both kinds alternate, so that a drifting machine slows both."""
+"""Cycles per timed block."""
 
 
 def measure() -> dict[str, Any]:
-    """`measure_one` of the V3 for each wear profile, and `where_the_time_goes` in the nominal one."""
-    results: dict[str, Any] = {wear: measure_one(wear=wear) for wear in PROFILES}
-    return results | {"fractions of a nominal cycle": where_the_time_goes()}
+    """`measure_one` of the V6 for each engine and wear, and `where_the_time_goes` in the nominal one."""
+    results: dict[str, Any] = {}
+    for engine in ENGINES:
+        if find_spec(engine) is not None:
+            results[engine] = {wear: measure_one(engine, wear=wear) for wear in PROFILES}
+            results[engine]["fractions of a nominal cycle"] = where_the_time_goes(engine)
+    return results
 
 
 def where_the_time_goes(
-    body_name: str = "nao-v3", wear: str = "nominal", cycles: int = 500
+    engine: str, body_name: str = "nao-v6", wear: str = "nominal", cycles: int = 500
 ) -> dict[str, float]:
     """Fractions of a cycle's time, the robot standing; `rest` is commands, hands and loops."""
-    with EmulatedRobot(load_body(body_name), seed=0, wear=load_wear(wear)) as robot:
+    with EmulatedRobot(load_body(body_name), seed=0, wear=load_wear(wear), engine=engine) as robot:
         watches = {
             "bare engine step": _Watch(robot.engine, "bare_step"),
             "whole engine step": _Watch(robot.engine, "step"),
@@ -80,32 +86,31 @@ class _Watch:
         setattr(self._owner, self._name, self._original)
 
 
-def measure_one(body_name: str = "nao-v3", wear: str = "ideal", blocks: int = 20) -> dict[str, Any]:
-    """Time blocks of full cycles and of bare physics steps in turn, the robot standing.
+def measure_one(
+    engine: str, body_name: str = "nao-v6", wear: str = "ideal", blocks: int = 20
+) -> dict[str, Any]:
+    """Time blocks of cycles, the robot standing, and the engine's own step within the same cycles.
 
     Returns:
-        Medians: cycles per second of both, the ratio of the bare step to the whole cycle, real-time factor.
+        Medians over the blocks: cycles per second, the ratio of the engine's step to the whole cycle, the
+        real-time factor, and that of the engine's step alone.
     """
     body = load_body(body_name)
     full, bare = [], []
-    with EmulatedRobot(body, seed=0, wear=load_wear(wear)) as robot:
-        steps = round(body.cycle / robot.engine.settings.step)
+    with EmulatedRobot(body, seed=0, wear=load_wear(wear), engine=engine) as robot:
+        watch = _Watch(robot.engine, "bare_step")
         for _ in range(blocks):
-            began = time.perf_counter()
+            watch.spent, began = 0.0, time.perf_counter()
             for _ in range(_BLOCK):
                 robot.advance(None)
             full.append((time.perf_counter() - began) / _BLOCK)
-            # The drives' last torques are gone after one step: the bare floor is a robot that sinks a little.
-            began = time.perf_counter()
-            for _ in range(steps * 4):
-                robot.engine.bare_step()
-            bare.append((time.perf_counter() - began) / 4)
-    cycle, floor = statistics.median(full), statistics.median(bare)
+            bare.append(watch.spent / _BLOCK)
+        watch.remove()
+    cycle = statistics.median(full)
     return {
         "body": body_name,
-        "wear": wear,
         "cycles_per_second": 1.0 / cycle,
-        "bare_cycles_per_second": 1.0 / floor,
-        "ratio": floor / cycle,
+        "ratio": statistics.median(b / f for b, f in zip(bare, full, strict=True)),
         "real_time_factor": body.cycle / cycle,
+        "bare_real_time_factor": body.cycle / statistics.median(bare),
     }

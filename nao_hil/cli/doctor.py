@@ -34,7 +34,7 @@ CYCLES: Final = 100
 CALM: Final = 0.001
 """s; 99 of 100 wake-ups of a quiet machine come sooner after the deadline."""
 EXTRAS: Final = {
-    "emulator": ("numba", "pybullet"),
+    "emulator": ("numba", "mujoco", "pybullet"),
     "analysis": ("matplotlib", "psutil"),
     "campaign": ("distributed", "duckdb", "optuna", "pyarrow"),
     "design": ("control", "optuna"),

@@ -21,6 +21,7 @@ from bridge.recording.recorder import Recorder
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import RunConfig
@@ -28,7 +29,7 @@ from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.summary import RunStatistics
 
 
-@takes_run("robot", "wear", "scenario", "start", "mode", "seed")
+@takes_run("robot", "wear", "engine", "scenario", "start", "mode", "seed")
 def emulate(
     settings: RunConfig,
     name: options.Name = DEFAULT_ROBOT,
@@ -50,6 +51,7 @@ def emulate(
     if settings.mode == "in-process":
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()
+    settings = chosen_engine(settings, console)
     stop = threading.Event()
     on_signals(stop.set)
     body = load_body(settings.robot)
@@ -82,7 +84,7 @@ def _run(
 
     software = f"nao-hil {__version__}"
     info = robot_info(body, robot=name, side="emulator", mode=settings.mode, software=software)
-    statistics = RunStatistics(settings.seed)
+    statistics = RunStatistics(settings.seed, settings.engine)
     scenario = load_scenario(settings.scenario)
     robot = build_robot(settings, scenario)
     with RobotLink(info, listen, announced=False) as link, Recorder(directory.recording, settings) as recorder:

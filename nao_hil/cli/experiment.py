@@ -15,6 +15,7 @@ from bridge.validation import unknown_name
 from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.signals import on_signals
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.runs.config import RunConfig, run_config
@@ -48,7 +49,7 @@ Config = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="TOML file; its `robot`, `wear`, `gait` and that gait's tables `parameters`, `controller` count.",
+        help="TOML file; its `robot`, `wear`, `engine`, `gait` and that gait's tables count.",
         metavar="FILE",
     ),
 ]
@@ -60,6 +61,7 @@ def experiment(
     first_seed: FirstSeed = 0,
     robot: options.Body = None,
     wear: Wear = None,
+    engine: options.Engine = None,
     config: Config = None,
     cluster: options.Cluster = "local",
     duration: Duration = None,
@@ -78,7 +80,7 @@ def experiment(
         raise ConfigurationError(unknown_name("experiment", name, (*EXPERIMENTS, ALL)))
     if duration is not None and not math.isfinite(duration):
         raise ConfigurationError("--duration must be a finite number of seconds.")
-    changes = _changes(config, robot, wear)
+    changes = chosen_engine(_changes(config, robot, wear, engine), open_console())
     directory = RunDirectory(out)
     directory.write_config(changes)
     stop = threading.Event()
@@ -109,9 +111,9 @@ def experiment(
     return 0 if runner.passed else 1
 
 
-def _changes(file: Path | None, robot: str | None, wear: str | None) -> RunConfig:
-    """Robot, wear and changed parameters; the robot is a nominal one unless someone says otherwise."""
-    settings = run_config(file, robot=robot, wear=wear)
+def _changes(file: Path | None, robot: str | None, wear: str | None, engine: str | None) -> RunConfig:
+    """Robot, wear, engine and changed parameters; the robot is a nominal one unless someone says otherwise."""
+    settings = run_config(file, robot=robot, wear=wear, engine=engine)
     if wear is None and (file is None or "wear" not in msgspec.toml.decode(file.read_bytes())):
         settings = msgspec.structs.replace(settings, wear="nominal")
     return settings

@@ -68,6 +68,15 @@ Wear = Annotated[
         autocompletion=_among(_wear),
     ),
 ]
+Engine = Annotated[
+    str | None,
+    typer.Option(
+        "--engine",
+        help="Physics; default: PyBullet where it is installed, else MuJoCo.",
+        metavar="pybullet|mujoco",
+        autocompletion=_among(lambda: ("pybullet", "mujoco")),
+    ),
+]
 Scenario = Annotated[
     str | None,
     typer.Option(

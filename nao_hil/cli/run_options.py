@@ -12,6 +12,7 @@ from nao_hil.runs.config import run_config
 OPTIONS: Final[dict[str, Any]] = {
     "robot": options.Body,
     "wear": options.Wear,
+    "engine": options.Engine,
     "scenario": options.Scenario,
     "start": options.Start,
     "gait": options.Gait,

@@ -11,6 +11,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.outcome import conclude
 from nao_hil.cli.progress import WalkProgress
 from nao_hil.cli.run_options import takes_run
@@ -46,6 +47,7 @@ def up(
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import controller_maker
 
+    settings = chosen_engine(settings, open_console())
     controller_maker(settings)  # refuses what the walker would, before anything has begun
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")

@@ -19,7 +19,7 @@ from nao_hil.experiments.abuse_run import LARGEST_EXCESS, LARGEST_RISE, AbuseRes
 from nao_hil.experiments.context import Context
 
 
-def run(seconds: float, *, seed: int, body: Body, wear: WearProfile) -> AbuseResult:
+def run(seconds: float, *, seed: int, body: Body, wear: WearProfile, engine: str = "auto") -> AbuseResult:
     """Abuse a robot.
 
     Args:
@@ -27,9 +27,10 @@ def run(seconds: float, *, seed: int, body: Body, wear: WearProfile) -> AbuseRes
         seed: Of the abuse and of the robot.
         body: Data sheet.
         wear: State of its drives.
+        engine: Name of the physics engine.
     """
     random = np.random.default_rng(seed)
-    with EmulatedRobot(body, seed=seed, wear=wear) as robot:
+    with EmulatedRobot(body, seed=seed, wear=wear, engine=engine) as robot:
         return AbuseRun(robot, random).run(seconds)
 
 
@@ -37,7 +38,11 @@ def experiment(context: Context) -> Outcome:
     """A minute of it per seed, in a row, as a page of the report."""
     minutes = float(len(context.seeds))
     result = run(
-        60.0 * minutes, seed=context.seeds[0], body=load_body(context.robot), wear=load_wear(context.wear)
+        60.0 * minutes,
+        seed=context.seeds[0],
+        body=load_body(context.robot),
+        wear=load_wear(context.wear),
+        engine=context.engine,
     )
     claims = (
         Claim("Every number of every frame is finite", "yes" if result.finite else "no", result.finite),

@@ -12,7 +12,7 @@ import msgspec
 from bridge.messages.world import PlateUnderFoot
 from emulator.scenarios import Scenario
 from nao_hil.runs.campaign import Campaign, Interrupted
-from nao_hil.runs.config import RunConfig
+from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
 
 ENOUGH: Final = 20
@@ -28,7 +28,7 @@ class Context:
     """Folder for JSON and figures."""
     seeds: tuple[int, ...]
     changes: RunConfig
-    """Robot, wear, and the changed parameters of one gait and its controllers; nothing else of it is read."""
+    """Robot, wear, engine, and the changed parameters of one gait and controllers; no more of it is read."""
     duration: float | None = None
     """s of one run, where an experiment takes one; None: its own."""
 
@@ -41,6 +41,11 @@ class Context:
     def wear(self) -> str:
         """Name or path of the wear profile."""
         return self.changes.wear
+
+    @property
+    def engine(self) -> Engine:
+        """Name of the physics engine."""
+        return self.changes.engine
 
     def first(self, n: int) -> Context:
         """The same with the first few seeds only."""
@@ -63,6 +68,7 @@ class Context:
         return RunConfig(
             robot=self.robot,
             wear=self.wear,
+            engine=self.engine,
             gait=gait,
             seed=seed,
             steps=0,

@@ -95,6 +95,7 @@ class Runner:
         self.results[name] = msgspec.json.decode(msgspec.json.encode(outcome.result)) | {
             "robot": self._changes.robot,
             "wear": self._changes.wear,
+            "engine": self._changes.engine,
             "seeds": len(seeds),
             "first_seed": seeds[0],
             "interrupted": self.interrupted,
@@ -123,7 +124,7 @@ class Runner:
         changes = self._changes
         names = [page.name for page in self._pages]
         facts = [
-            ("robot", f"{changes.robot}, {changes.wear} drives and sensors"),
+            ("robot", f"{changes.robot}, {changes.wear} drives and sensors, on {changes.engine}"),
             ("seeds", ", ".join(f"{n}: {seed_words(self.seeds(n))}" for n in names) or "none"),
             ("sources", f"sha256 {source_hash()[:16]} of robot, walker and contract"),
         ]

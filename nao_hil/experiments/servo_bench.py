@@ -42,6 +42,7 @@ class Bench:
     Args:
         body: Data sheet.
         wear: State of the drives.
+        engine: Name of the physics engine.
         posture: 25 angles, rad.
         gravity: m/s^2.
         orientation: Of the torso, as Euler angles about x, y and z, rad.
@@ -51,6 +52,7 @@ class Bench:
         self,
         body: Body,
         wear: WearProfile,
+        engine: str,
         posture: tuple[float, ...] = ZERO,
         gravity: float = 0.0,
         orientation: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -61,6 +63,7 @@ class Bench:
             seed=0,
             posture=posture,
             wear=wear,
+            engine=engine,
             settle=0.0,
             lift=1.0,
             held=True,
@@ -143,7 +146,7 @@ def part(track: Vector, column: int) -> Vector:
     return np.asarray(track[:, 1 + column * size : 1 + (column + 1) * size])
 
 
-def run_through(body: Body, wear: WearProfile, joint: str) -> Vector:
+def run_through(body: Body, wear: WearProfile, engine: str, joint: str) -> Vector:
     """One joint from stop to stop, the others clamped, without gravity; the track of `Bench.play`.
 
     Both legs are spread: a hip that rolls inward would bring its leg against the other.
@@ -152,19 +155,19 @@ def run_through(body: Body, wear: WearProfile, joint: str) -> Vector:
     posture = list(ZERO)
     posture[INDEX["LHipRoll"]], posture[INDEX["RHipRoll"]] = SPREAD, -SPREAD
     posture[INDEX[joint]] = sheet.lower
-    with Bench(body, wear, tuple(posture)) as bench:
+    with Bench(body, wear, engine, tuple(posture)) as bench:
         bench.clamp(joint)
         return bench.play(lambda _: {joint: sheet.upper}, 1.0)
 
 
-def step_response(body: Body, wear: WearProfile, joint: str, step: float) -> Vector:
+def step_response(body: Body, wear: WearProfile, engine: str, joint: str, step: float) -> Vector:
     """One joint of a free leg is asked to turn by a step, with gravity; the track of `Bench.play`."""
     posture = POSTURES["StandInit"]
-    with Bench(body, wear, posture, 9.81) as bench:
+    with Bench(body, wear, engine, posture, 9.81) as bench:
         return bench.play(lambda _: {joint: posture[INDEX[joint]] + step}, 0.5)
 
 
-def slow_reversal(body: Body, wear: WearProfile, reach: float, speed: float) -> Vector:
+def slow_reversal(body: Body, wear: WearProfile, engine: str, reach: float, speed: float) -> Vector:
     """All leg joints slowly to and fro by a reach, once and a half; the last whole period, without gravity."""
     posture = POSTURES["StandInit"]
     period = 4.0 * reach / speed
@@ -174,14 +177,14 @@ def slow_reversal(body: Body, wear: WearProfile, reach: float, speed: float) -> 
         way = reach * (4.0 * abs(phase - 0.5) - 1.0)
         return {name: posture[INDEX[name]] - way for name in LEGS}
 
-    with Bench(body, wear, posture) as bench:
+    with Bench(body, wear, engine, posture) as bench:
         bench.play(triangle, 0.5 * period)
         return bench.play(triangle, period)
 
 
-def clamped(body: Body, wear: WearProfile, stiffness: float) -> tuple[Vector, Vector]:
+def clamped(body: Body, wear: WearProfile, engine: str, stiffness: float) -> tuple[Vector, Vector]:
     """Torque (N m) and current (A) of the leg motors with their joints clamped and a request far away."""
-    with Bench(body, wear) as bench:
+    with Bench(body, wear, engine) as bench:
         bench.clamp()
         track = bench.play(lambda _: {name: _far(body, name) for name in LEGS}, 0.2, stiffness)
         return bench.clamp_torque(), part(track, 3)[-1]
@@ -193,14 +196,14 @@ def _far(body: Body, joint: str) -> float:
     return FAR if sheet.upper > FAR else -FAR
 
 
-def overload(body: Body, wear: WearProfile, duration: float) -> Vector:
+def overload(body: Body, wear: WearProfile, engine: str, duration: float) -> Vector:
     """All leg motors stalled at full stiffness; the track of `Bench.play`."""
-    with Bench(body, wear) as bench:
+    with Bench(body, wear, engine) as bench:
         bench.clamp()
         return bench.play(lambda _: {name: _far(body, name) for name in LEGS}, duration)
 
 
-def fall_limp(body: Body, wear: WearProfile) -> Vector:
+def fall_limp(body: Body, wear: WearProfile, engine: str) -> Vector:
     """How far each leg joint moves by the leg's weight in 2 s without stiffness, rad, the larger of two poses.
 
     The torso lies on its back with raised legs, and on its side.
@@ -209,7 +212,7 @@ def fall_limp(body: Body, wear: WearProfile) -> Vector:
     raised[INDEX["LHipRoll"]], raised[INDEX["RHipRoll"]] = 0.3, -0.3
     moved = []
     for orientation in ((0.0, -0.5 * math.pi, 0.0), (0.5 * math.pi, 0.0, 0.0)):
-        with Bench(body, wear, tuple(raised), 9.81, orientation) as bench:
+        with Bench(body, wear, engine, tuple(raised), 9.81, orientation) as bench:
             angles = part(bench.play(lambda _: {}, 2.0, stiffness=0.0), 1)
             moved.append(np.abs(angles - angles[0]).max(axis=0))
     return np.asarray(np.max(moved, axis=0))

@@ -105,15 +105,17 @@ def _warm_after(body: Body, wear: WearProfile, joint: str) -> float:
     return -heating.time_constant * math.log(1.0 - share) if share < 1.0 else math.inf
 
 
-def measure(body: Body, wear: WearProfile, out: Path | None = None) -> tuple[ServoRow, ...]:
+def measure(body: Body, wear: WearProfile, engine: str, out: Path | None = None) -> tuple[ServoRow, ...]:
     """All leg motors on the bench, with figures in `out`."""
-    speeds = {joint: servo_bench.run_through(body, wear, joint) for joint in LEGS}
-    steps = {joint: servo_bench.step_response(body, wear, joint, _step_of(joint)) for joint in LEGS}
-    loop = servo_bench.slow_reversal(body, wear, LOOP_REACH, LOOP_SPEED)
+    speeds = {joint: servo_bench.run_through(body, wear, engine, joint) for joint in LEGS}
+    steps = {joint: servo_bench.step_response(body, wear, engine, joint, _step_of(joint)) for joint in LEGS}
+    loop = servo_bench.slow_reversal(body, wear, engine, LOOP_REACH, LOOP_SPEED)
     slack = part(loop, 2) - part(loop, 1)
-    (full, current), (half, _), (none, _) = (servo_bench.clamped(body, wear, s) for s in (1.0, 0.5, 0.0))
-    fall = servo_bench.fall_limp(body, wear)
-    heat = servo_bench.overload(body, wear, HEAT_TIME)
+    (full, current), (half, _), (none, _) = (
+        servo_bench.clamped(body, wear, engine, s) for s in (1.0, 0.5, 0.0)
+    )
+    fall = servo_bench.fall_limp(body, wear, engine)
+    heat = servo_bench.overload(body, wear, engine, HEAT_TIME)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         plot_speeds(out / "servo-speed.png", body, speeds)

@@ -32,16 +32,19 @@ class ServoTable(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[ServoRow, ...]
 
 
-def run(body: str = "nao-v3", wear: str = "nominal", out: Path | None = None) -> ServoTable:
+def run(
+    body: str = "nao-v3", wear: str = "nominal", out: Path | None = None, engine: str = "auto"
+) -> ServoTable:
     """The table of a body in a state of wear.
 
     Args:
         body: Data sheet by name or path.
         wear: Wear profile by name or path.
         out: Folder for `servo-table.json` and the figures; None: nothing is written.
+        engine: Name of the physics engine.
     """
     sheet, profile = load_body(body), load_wear(wear)
-    rows = measure(sheet, profile, out)
+    rows = measure(sheet, profile, engine, out)
     table = ServoTable(
         passed=all(passes(row, profile, sheet.cycle) for row in rows), body=body, wear=wear, rows=rows
     )
@@ -74,7 +77,7 @@ def text(table: ServoTable) -> str:
 
 def experiment(context: Context) -> Outcome:
     """The table as a page of the report."""
-    table = run(context.robot, context.wear, context.out)
+    table = run(context.robot, context.wear, context.out, context.engine)
     profile, cycle = load_wear(context.wear), load_body(context.robot).cycle
     claims = tuple(
         Claim(

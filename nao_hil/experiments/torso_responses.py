@@ -45,7 +45,9 @@ class Responses(msgspec.Struct, frozen=True, kw_only=True):
     """The fused pitch of the same, rad."""
 
 
-def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Responses | None:
+def run_once(
+    body: Body, wear: WearProfile, seed: int, amplitude: float, engine: str = "auto"
+) -> Responses | None:
     """One robot, one square wave; the first half period, which starts from rest, is left out. None: it fell."""
     random = np.random.default_rng(seed)
     stance = np.array(one_leg_stance(body))
@@ -53,7 +55,7 @@ def run_once(body: Body, wear: WearProfile, seed: int, amplitude: float) -> Resp
     stance[legs] += random.normal(0.0, SPREAD, len(legs))
     half = round(0.5 * PERIOD / body.cycle)
     fused, true, leans = [], [], []
-    with EmulatedRobot(body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0) as robot:
+    with EmulatedRobot(body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0, engine=engine) as robot:
         for k in range(2 * PERIODS * half):
             request = stance.copy()
             lean = amplitude if (k // half) % 2 == 0 else -amplitude
@@ -82,11 +84,12 @@ class TorsoStepTask(msgspec.Struct, frozen=True):
     wear: WearProfile
     seed: int
     amplitude: float
+    engine: str
 
 
 def run_task(task: TorsoStepTask) -> Responses | None:
     """One run of a task, for a worker."""
-    return run_once(task.body, task.wear, task.seed, task.amplitude)
+    return run_once(task.body, task.wear, task.seed, task.amplitude, task.engine)
 
 
 def part_between(track: Sequence[float], half: int, amplitude: float) -> Vector:

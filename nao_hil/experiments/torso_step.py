@@ -81,6 +81,7 @@ def run(
     out: Path | None = None,
     amplitude: float = AMPLITUDE,
     spread: Spread | None = None,
+    engine: str = "auto",
 ) -> TorsoStepResult:
     """The experiment over some seeds.
 
@@ -91,12 +92,13 @@ def run(
         out: Folder for `torso-step.json` and `torso-step.png`; None: nothing is written.
         amplitude: Of the square wave, rad.
         spread: Calls a function with each of some arguments, over processes; None: here, one after the other.
+        engine: Name of the physics engine.
 
     Raises:
         ConfigurationError: no stance survived, or the body cannot stand on one leg.
     """
     sheet, profile = load_body(body), load_wear(wear)
-    tasks = [TorsoStepTask(sheet, profile, seed, amplitude) for seed in seeds]
+    tasks = [TorsoStepTask(sheet, profile, seed, amplitude, engine) for seed in seeds]
     runs = spread(run_task, tasks) if spread is not None else [run_task(task) for task in tasks]
     standing = [responses for responses in runs if responses is not None]
     if not standing:
@@ -145,6 +147,7 @@ def experiment(context: Context) -> Outcome:
         context.wear,
         context.out,
         spread=lambda function, tasks: context.campaign.map("torso-step", function, tasks),
+        engine=context.engine,
     )
     off = abs(result.natural_frequency_rad_s / FREQUENCY_TARGET - 1.0)
     claims = (

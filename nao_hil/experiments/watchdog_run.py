@@ -103,10 +103,10 @@ class Run:
 
 
 def run_once(
-    body: Body, wear: WearProfile, gait: str, seed: int, share: float, settings: GuardSettings
+    body: Body, wear: WearProfile, gait: str, seed: int, share: float, settings: GuardSettings, engine: str
 ) -> Outage:
     """One walk, cut at `share` of its length."""
-    with EmulatedRobot(body, seed=seed, wear=wear) as robot:
+    with EmulatedRobot(body, seed=seed, wear=wear, engine=engine) as robot:
         run, first = Run(robot, settings), _controller(body, gait, STEPS[gait])
         run.walk(first, 1, max(round(share * walk_cycles(body, gait)), 1))
         cut, before = robot.seq, robot.truth().fell

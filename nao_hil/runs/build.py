@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from bridge.body import Body, load_body
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
@@ -19,6 +21,13 @@ if TYPE_CHECKING:
     from emulator.wear import WearProfile
 
 
+def with_engine(settings: RunConfig) -> RunConfig:
+    """The configuration with the name of the engine that it means on this machine."""
+    from emulator.engine.catalogue import choose_engine
+
+    return msgspec.structs.replace(settings, engine=choose_engine(settings.engine))
+
+
 def build_robot(
     settings: RunConfig,
     scenario: Scenario | None = None,
@@ -28,7 +37,7 @@ def build_robot(
     """The emulated robot of a run, at cycle 0; the caller closes it.
 
     Args:
-        settings: Configuration; `robot`, `wear`, `scenario` and `seed` are read.
+        settings: Configuration; `robot`, `wear`, `scenario`, `engine` and `seed` are read.
         scenario: Replaces the scenario that the configuration names.
         body: Replaces the body that it names.
         wear: Replaces the wear profile that it names.
@@ -44,6 +53,7 @@ def build_robot(
     return EmulatedRobot(
         load_body(settings.robot) if body is None else body,
         seed=settings.seed,
+        engine=settings.engine,
         wear=load_wear(settings.wear) if wear is None else wear,
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
         start=settings.start or None,

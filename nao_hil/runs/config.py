@@ -11,6 +11,7 @@ from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 
+Engine = Literal["auto", "pybullet", "mujoco"]
 Mode = Literal["real-time", "lockstep", "in-process"]
 
 
@@ -21,6 +22,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Body: a name of `nao-hil robots`, or the path of a data sheet."""
     wear: str = "nominal"
     """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
+    engine: Engine = "auto"
+    """Physics: `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo."""
     scenario: str = "flat"
     """World: a name of `nao-hil scenarios`, or the path of one."""
     start: str = ""

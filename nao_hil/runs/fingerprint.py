@@ -6,7 +6,7 @@ import hashlib
 import platform
 from collections.abc import Sequence
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +15,7 @@ IN_PROCESS: Final = ("bridge", "emulator", "walker", "nao_hil/__init__.py", "nao
 """Sources and data of a walk in process. Nothing in them imports another part of nao_hil (import-linter)."""
 PROCESSES: Final = ("bridge", "emulator", "walker", "nao_hil")
 """Sources and data of walks that are started as `nao-hil` commands."""
-LIBRARIES: Final = ("numpy", "scipy", "numba", "pybullet", "msgspec")
+LIBRARIES: Final = ("numpy", "scipy", "numba", "pybullet", "mujoco", "msgspec")
 """Packages whose version may change a number."""
 
 
@@ -52,4 +52,12 @@ def source_hash(parts: tuple[str, ...] = IN_PROCESS, root: Path = ROOT) -> str:
 def library_versions() -> tuple[tuple[str, str], ...]:
     """Name and version of Python, of the machine's architecture, and of the libraries that compute."""
     own = (("python", platform.python_version()), ("machine", platform.machine()))
-    return (*own, *((name, version(name)) for name in LIBRARIES))
+    return (*own, *((name, _version(name)) for name in LIBRARIES))
+
+
+def _version(package: str) -> str:
+    """An engine may be missing where the other is."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

@@ -18,7 +18,7 @@ from bridge.recording.recorder import later_file
 
 _RESULT: Final = re.compile(r"summary\.json|frames(-\d+)?\.mcap")
 """Files of a run that do not exist before it."""
-PACKAGES: Final = ("nao-hil", "pybullet", "numpy", "scipy", "eclipse-zenoh", "msgspec")
+PACKAGES: Final = ("nao-hil", "pybullet", "mujoco", "numba", "numpy", "scipy", "eclipse-zenoh", "msgspec")
 
 
 class RunDirectory:

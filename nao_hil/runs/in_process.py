@@ -10,7 +10,7 @@ from bridge.guard import Guard
 from bridge.messages import Notice
 from bridge.recording.observer import Observer
 from emulator.robot import EmulatedRobot
-from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.build import build_robot, controller_maker, with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.summary import RunStatistics, Summary
 from walker.controller import Controller
@@ -29,7 +29,8 @@ def walk_in_process(
     Raises:
         ConfigurationError: no such body, wear profile or scenario, or parameters that cannot be walked.
     """
-    make, statistics = controller_maker(settings), RunStatistics(settings.seed)
+    settings = with_engine(settings)
+    make, statistics = controller_maker(settings), RunStatistics(settings.seed, settings.engine)
     with build_robot(settings) as robot:
         controller = make(robot.body, robot.body.cycle)
         began = time.monotonic()

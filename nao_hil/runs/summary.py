@@ -35,6 +35,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     frames_sha256: str
     """Over all sensor and actuator frames in order, wall-clock fields left out."""
     seed: int
+    engine: str
+    """Name of the physics engine."""
     resets: int = 0
     """How often the world was reset."""
 
@@ -55,10 +57,11 @@ class RunStatistics:
 
     Args:
         seed: of the run, repeated in the summary.
+        engine: of the run, likewise.
     """
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+    def __init__(self, seed: int, engine: str) -> None:
+        self._seed, self._engine = seed, engine
         self._resets = self._falls = 0
         self._before = _Sums()
         self._torso_max = 0.0
@@ -144,5 +147,6 @@ class RunStatistics:
             cycles_missed=sums.missed,
             frames_sha256=self._hash.hexdigest(),
             seed=self._seed,
+            engine=self._engine,
             resets=self._resets,
         )

@@ -105,10 +105,10 @@ def test_requests_wait_for_the_delay() -> None:
 
 
 @pytest.mark.parametrize("joint", ["LHipPitch", "LKneePitch", "LAnkleRoll", "LHipRoll", "HeadYaw"])
-def test_no_joint_is_faster_than_its_motor(joint: str) -> None:
+def test_no_joint_is_faster_than_its_motor(joint: str, physics: str) -> None:
     body = load_body("nao-v3")
     speed = {"LHipPitch": 6.402, "LKneePitch": 6.402, "HeadYaw": 8.268}.get(joint, 4.162)
-    with EmulatedRobot(body, seed=0, held=True, lift=0.3, settle=0.2) as robot:
+    with EmulatedRobot(body, engine=physics, seed=0, held=True, lift=0.3, settle=0.2) as robot:
         target = command(moved(joint, math.radians(60.0)))
         track = [robot.advance(target).position[INDEX[joint]] for _ in range(40)]
     fastest = np.abs(np.diff(track)).max() / body.cycle
@@ -117,17 +117,17 @@ def test_no_joint_is_faster_than_its_motor(joint: str) -> None:
 
 
 @pytest.mark.parametrize("joint", ["LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll", "LHipYawPitch"])
-def test_step_of_a_free_leg_settles(joint: str) -> None:
+def test_step_of_a_free_leg_settles(joint: str, physics: str) -> None:
     step = math.radians(-10.0 if joint == "LHipYawPitch" else 10.0)
-    with EmulatedRobot(load_body("nao-v3"), seed=0, held=True, lift=0.3, settle=0.2) as robot:
+    with EmulatedRobot(load_body("nao-v3"), engine=physics, seed=0, held=True, lift=0.3, settle=0.2) as robot:
         track = [robot.advance(command(moved(joint, step))).position[INDEX[joint]] for _ in range(60)]
     reached = (np.array(track) - START[INDEX[joint]]) / step
     assert reached.max() < 1.25
     np.testing.assert_allclose(reached[40:], 1.0, atol=0.03)
 
 
-def test_hips_turn_together() -> None:
-    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
+def test_hips_turn_together(physics: str) -> None:
+    with EmulatedRobot(load_body("nao-v3"), engine=physics, seed=0) as robot:
         joints = robot.engine.robot.joints
         left, right = joints.index("LHipYawPitch"), joints.index("RHipYawPitch")
         apart = 0.0
@@ -142,8 +142,8 @@ def test_hips_turn_together() -> None:
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_standing_sags_less_than_a_fifth_of_a_degree(name: str) -> None:
-    with EmulatedRobot(load_body(name), seed=0) as robot:
+def test_standing_sags_less_than_a_fifth_of_a_degree(name: str, physics: str) -> None:
+    with EmulatedRobot(load_body(name), engine=physics, seed=0) as robot:
         robot.advance(None)
         joints = robot.truth().joints
         present = [i for i in range(25) if robot.frame.stiffness[i] > 0.0]
@@ -152,8 +152,8 @@ def test_standing_sags_less_than_a_fifth_of_a_degree(name: str) -> None:
         assert np.abs(robot.engine.robot.velocity).max() < 0.05
 
 
-def test_without_stiffness_it_collapses() -> None:
-    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot:
+def test_without_stiffness_it_collapses(physics: str) -> None:
+    with EmulatedRobot(load_body("nao-v3"), engine=physics, seed=0) as robot:
         assert not robot.truth().fell
         height = robot.truth().torso_position[2]
         for _ in range(200):
@@ -163,10 +163,16 @@ def test_without_stiffness_it_collapses() -> None:
         assert max(robot.frame.current) == 0.0
 
 
-def test_stops_hold_a_limp_robot_hung_upside_down() -> None:
+def test_stops_hold_a_limp_robot_hung_upside_down(physics: str) -> None:
     body = load_body("nao-v3.3")
     with EmulatedRobot(
-        body, seed=0, held=True, lift=1.0, settle=0.0, orientation=(0.9238795325, 0.0, 0.3826834324, 0.0)
+        body,
+        engine=physics,
+        seed=0,
+        held=True,
+        lift=1.0,
+        settle=0.0,
+        orientation=(0.9238795325, 0.0, 0.3826834324, 0.0),
     ) as robot:
         beyond = 0.0
         for _ in range(200):
@@ -182,9 +188,9 @@ def test_stops_hold_a_limp_robot_hung_upside_down() -> None:
     assert at_stop
 
 
-def test_requests_are_clipped_to_the_limits() -> None:
+def test_requests_are_clipped_to_the_limits(physics: str) -> None:
     body = load_body("nao-v3")
-    with EmulatedRobot(body, seed=0, held=True, lift=0.3, settle=0.0) as robot:
+    with EmulatedRobot(body, engine=physics, seed=0, held=True, lift=0.3, settle=0.0) as robot:
         for _ in range(100):
             robot.advance(command(moved("LKneePitch", 5.0)))
         knee = robot.truth().joints[INDEX["LKneePitch"]]

@@ -9,7 +9,7 @@ from bridge.body import joint_tree, load_body
 from bridge.body.quantities import joint_no_load_speed
 from bridge.messages import ActuatorFrame
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.stops import Stops, own_inertia
+from emulator.engine.stops import Stops, own_inertia
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 
@@ -32,11 +32,11 @@ def test_a_lone_link_arrives_at_its_stop_in_one_step() -> None:
 
 @pytest.mark.parametrize(("name", "wear"), [("nao-v6", "ideal"), ("nao-v3", "nominal"), ("nao-v6", "worn")])
 def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_stops(
-    name: str, wear: str
+    name: str, wear: str, physics: str
 ) -> None:
     body = load_body(name)
     random = np.random.default_rng(1)
-    with EmulatedRobot(body, seed=0, wear=load_wear(wear)) as robot:
+    with EmulatedRobot(body, engine=physics, seed=0, wear=load_wear(wear)) as robot:
         joints = robot.engine.robot
         sheets = [body.joints[joint] for joint in joints.joints]
         lower, upper = (np.array([getattr(sheet, end) for sheet in sheets]) for end in ("lower", "upper"))

@@ -210,7 +210,18 @@ def test_the_shell_completes_names(typed: str, offers: set[str]) -> None:
 
 def test_help_and_completion_load_no_library_of_one_command() -> None:
     """Nor PyBullet, which the walker's machine does not have."""
-    heavy = ["pybullet", "matplotlib", "viser", "qi", "optuna", "control", "cryptography", "walker.planning"]
+    heavy = [
+        "pybullet",
+        "mujoco",
+        "numba",
+        "matplotlib",
+        "viser",
+        "qi",
+        "optuna",
+        "control",
+        "cryptography",
+        "walker.planning",
+    ]
     script = f"import sys, nao_hil.cli.main; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=True

@@ -21,6 +21,8 @@ sys.exit(run(["--version"]))
 """
 EXTRAS = (
     "pybullet",
+    "mujoco",
+    "numba",
     "control",
     "matplotlib",
     "psutil",

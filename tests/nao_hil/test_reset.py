@@ -30,7 +30,7 @@ def walk(robot: EmulatedRobot, recorder: Recorder, statistics: RunStatistics, mo
 
 def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: Path) -> None:
     with EmulatedRobot(BODY, seed=5) as robot:
-        statistics = RunStatistics(5)
+        statistics = RunStatistics(5, "pybullet")
         with Recorder(tmp_path / "frames.mcap", {}) as recorder:
             walk(robot, recorder, statistics, 320)
             before = statistics.summary(wall_seconds=1.0)
@@ -39,7 +39,7 @@ def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: 
         both = statistics.summary(wall_seconds=1.0)
         assert recorder.paths == [tmp_path / "frames.mcap", tmp_path / "frames-2.mcap"]
     with EmulatedRobot(BODY, seed=5) as robot:
-        alone = RunStatistics(5)
+        alone = RunStatistics(5, "pybullet")
         with Recorder(tmp_path / "alone.mcap", {}) as recorder:
             walk(robot, recorder, alone, 2000)
     fresh = alone.summary(wall_seconds=1.0)
@@ -57,7 +57,7 @@ def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: 
 
 def test_a_fall_before_a_reset_is_not_forgotten() -> None:
     with EmulatedRobot(BODY, seed=5) as robot:
-        statistics = RunStatistics(5)
+        statistics = RunStatistics(5, "pybullet")
 
         def stand(cycles: int) -> None:
             for _ in range(cycles):
@@ -81,5 +81,5 @@ def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) ->
         old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
         recorder.sensors(robot.frame, robot.truth())
         recorder.telemetry(old)  # on its way when the robot began anew
-        walk(robot, recorder, RunStatistics(5), 2000)
+        walk(robot, recorder, RunStatistics(5, "pybullet"), 2000)
     assert inspect(tmp_path / "frames.mcap").steps == 2

@@ -28,8 +28,8 @@ V3, NOMINAL = load_body("nao-v3"), load_wear("nominal")
         ("LAnklePitch", 367),
     ],
 )
-def test_no_load_speed(joint: str, speed: float) -> None:
-    track = servo_bench.run_through(V3, NOMINAL, joint)
+def test_no_load_speed(joint: str, speed: float, physics: str) -> None:
+    track = servo_bench.run_through(V3, NOMINAL, physics, joint)
     measured = cruise_speed(track[:, 0], part(track, 1)[:, LEGS.index(joint)])
     assert math.degrees(measured) == pytest.approx(speed, rel=0.05)
 
@@ -37,24 +37,28 @@ def test_no_load_speed(joint: str, speed: float) -> None:
 # published: 36 ms and 4 cycles of 10 ms; on the V6 3 cycles of 12 ms by one team, 4 by another
 @pytest.mark.parametrize(("name", "delays"), [("nao-v3", (0.040,)), ("nao-v6", (0.036, 0.048))])
 @pytest.mark.parametrize("joint", ["LHipRoll", "LHipPitch", "LKneePitch", "LAnkleRoll"])
-def test_motion_begins_after_the_published_delay(name: str, delays: tuple[float, ...], joint: str) -> None:
+def test_motion_begins_after_the_published_delay(
+    name: str, delays: tuple[float, ...], joint: str, physics: str
+) -> None:
     body = load_body(name)
     step = math.radians(10.0)
-    track = servo_bench.step_response(body, NOMINAL, joint, step)
+    track = servo_bench.step_response(body, NOMINAL, physics, joint, step)
     begin = motion_times(body, track, LEGS.index(joint), step)[0]
     assert any(begin == pytest.approx(delay) for delay in delays)
 
 
 @pytest.mark.parametrize("wear", ["nominal", "worn"])
-def test_the_loop_is_as_wide_as_the_play(wear: str) -> None:
+def test_the_loop_is_as_wide_as_the_play(wear: str, physics: str) -> None:
     profile = load_wear(wear)
-    track = servo_bench.slow_reversal(V3, profile, math.radians(5.0), math.radians(4.0))
+    track = servo_bench.slow_reversal(V3, profile, physics, math.radians(5.0), math.radians(4.0))
     width = np.ptp(part(track, 2) - part(track, 1), axis=0)
     np.testing.assert_allclose(width, [profile.servo.backlash.of(joint) for joint in LEGS], rtol=0.1)
 
 
-def test_half_the_stiffness_is_half_the_torque_and_none_is_none() -> None:
-    (full, ampere), (half, _), (none, idle) = (servo_bench.clamped(V3, NOMINAL, s) for s in (1.0, 0.5, 0.0))
+def test_half_the_stiffness_is_half_the_torque_and_none_is_none(physics: str) -> None:
+    (full, ampere), (half, _), (none, idle) = (
+        servo_bench.clamped(V3, NOMINAL, physics, s) for s in (1.0, 0.5, 0.0)
+    )
     printed = [11.97 if joint.endswith(("YawPitch", "Roll")) else 7.78 for joint in LEGS]
     np.testing.assert_allclose(full, printed, rtol=0.02)
     np.testing.assert_allclose(half, full / 2.0, rtol=0.01)
@@ -64,13 +68,13 @@ def test_half_the_stiffness_is_half_the_torque_and_none_is_none() -> None:
     np.testing.assert_allclose(idle, 0.0, atol=1e-6)
 
 
-def test_without_stiffness_hips_and_knees_fall_by_their_weight() -> None:
-    fallen = dict(zip(LEGS, np.degrees(servo_bench.fall_limp(V3, NOMINAL)), strict=True))
+def test_without_stiffness_hips_and_knees_fall_by_their_weight(physics: str) -> None:
+    fallen = dict(zip(LEGS, np.degrees(servo_bench.fall_limp(V3, NOMINAL, physics)), strict=True))
     assert min(fallen[side + joint] for side in "LR" for joint in ("HipRoll", "HipPitch", "KneePitch")) > 15.0
 
 
-def test_a_stalled_motor_warms_as_the_closed_form_says_and_is_derated() -> None:
-    track = servo_bench.overload(V3, NOMINAL, 16.0)
+def test_a_stalled_motor_warms_as_the_closed_form_says_and_is_derated(physics: str) -> None:
+    track = servo_bench.overload(V3, NOMINAL, physics, 16.0)
     hot = part(track, 4) > 85.0
     warm = [float(track[int(np.argmax(hot[:, i])), 0] - track[0, 0]) for i in range(len(LEGS))]
     rise = 60.0 * (59.5 / 12.3) ** 2

@@ -27,7 +27,7 @@ OUTAGE = Outage(
 
 def test_a_dynamic_walk_cut_in_mid_step_ends_at_rest_and_goes_on_with_another_controller() -> None:
     settings = GuardSettings()
-    outage = run_once(BODY, load_wear("ideal"), "dynamic", 0, 0.4, settings)
+    outage = run_once(BODY, load_wear("ideal"), "dynamic", 0, 0.4, settings, "auto")
     assert outage.phase in ("SSL", "SSR", "DSL", "DSR") and 2 < outage.step < 18
     assert not outage.fell and outage.taken_over
     silent = (settings.watchdog.silence_cycles + settings.watchdog.hold_cycles) * BODY.cycle

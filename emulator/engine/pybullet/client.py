@@ -1,4 +1,4 @@
-"""Import of PyBullet, and its clients: a missing installation is one clear sentence."""
+"""Import of PyBullet, and its clients."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import os
 from collections.abc import Iterator
 
-from bridge.errors import ConfigurationError, LinkError
+from bridge.errors import LinkError
 
 
 @contextlib.contextmanager
@@ -25,13 +25,8 @@ def _silent() -> Iterator[None]:
             os.close(descriptor)
 
 
-try:
-    with _silent():
-        import pybullet as bullet
-except ImportError as error:
-    raise ConfigurationError(
-        "PyBullet is not installed: pip install 'nao-hil[emulator]' puts the emulated robot on this machine."
-    ) from error
+with _silent():
+    import pybullet as bullet
 
 __all__ = ["bullet", "connect", "disconnect"]
 

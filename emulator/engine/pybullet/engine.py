@@ -18,7 +18,7 @@ from emulator.engine.pybullet.contacts import ContactPoints
 from emulator.engine.pybullet.model import build_model
 from emulator.engine.pybullet.robot import BulletRobot
 from emulator.engine.pybullet.scene import BulletScene
-from emulator.engine.pybullet.stops import Stops
+from emulator.engine.stops import Stops
 from emulator.engine.values import Camera, GroundContacts, PhysicsSettings, RayHit
 
 SOLVER_ITERATIONS: Final = 50

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from bridge.body.model import Tensor
 from bridge.types import Quaternion, Vec3
 
 Matrix = NDArray[np.float64]
@@ -25,12 +24,6 @@ class PrincipalInertia(NamedTuple):
     """kg m^2"""
     orientation: Quaternion
     """Of the principal axes in the link frame, (x, y, z, w)."""
-
-
-def tensor_matrix(tensor: Tensor) -> Matrix:
-    """Symmetric 3 x 3 matrix of the elements (ixx, iyy, izz, ixy, ixz, iyz), kg m^2."""
-    ixx, iyy, izz, ixy, ixz, iyz = tensor
-    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
 def with_rotor(tensor: Matrix, axis: Vec3, rotor: float) -> Matrix:

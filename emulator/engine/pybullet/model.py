@@ -17,7 +17,7 @@ from bridge.body import TORSO, Body, JointTree, joint_tree
 from bridge.body.model import Link
 from bridge.types import Side, Vec3
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.inertia import PrincipalInertia, principal, tensor_matrix, with_rotor
+from emulator.engine.pybullet.inertia import PrincipalInertia, principal, with_rotor
 from emulator.engine.shapes import (
     FOOT_LINKS,
     BoxShape,
@@ -30,6 +30,7 @@ from emulator.engine.shapes import (
     sole_area,
     sole_pad,
 )
+from emulator.engine.tensor import tensor_matrix
 from emulator.poses import Pose
 
 BASE: Final = -1

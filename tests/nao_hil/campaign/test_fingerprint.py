@@ -41,7 +41,7 @@ def test_an_edit_of_any_source_changes_the_hash(tmp_path: Path, parts: tuple[str
     assert source_hash.__wrapped__(parts, tmp_path) != source_hash.__wrapped__(parts, ROOT)
 
 
-@pytest.mark.parametrize("name", ["numpy", "scipy", "pybullet"])
+@pytest.mark.parametrize("name", ["numpy", "scipy", "pybullet", "mujoco"])
 def test_another_version_of_a_library_changes_the_key(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     before = key(WALK)
     versions = tuple((each, "0" if each == name else v) for each, v in fingerprint.library_versions())
@@ -51,7 +51,14 @@ def test_another_version_of_a_library_changes_the_key(name: str, monkeypatch: py
 
 def test_the_key_has_the_whole_configuration_and_not_the_name(tmp_path: Path) -> None:
     assert key(msgspec.structs.replace(WALK, name="b")) == key(WALK)
-    other = {"robot": "nao-v4", "wear": "ideal", "gait": "static", "seed": 1, "parameters": {"a": 1.0}}
+    other = {
+        "robot": "nao-v4",
+        "wear": "ideal",
+        "engine": "mujoco",
+        "gait": "static",
+        "seed": 1,
+        "parameters": {"a": 1.0},
+    }
     for field, value in (other | {"controller": {"torso": "none"}}).items():
         config = msgspec.structs.replace(WALK.config, **{field: value})
         assert key(msgspec.structs.replace(WALK, config=config)) != key(WALK), field

@@ -1,9 +1,9 @@
-"""Mechanical stops at high speed, where PyBullet's joint limits act too late.
+"""Mechanical stops at high speed, where the engines' own joint limits act too late.
 
-A limit of PyBullet acts from the step after it was passed: a joint at 20 rad/s is then 1.1 degrees beyond it.
+Such a limit acts from the step after it was passed: a joint at 20 rad/s is then 1.1 degrees beyond it.
 So a joint that would pass its stop within the coming step is braked to arrive at it. The braking uses the
 inertia of the joint's own link and rotor, the least that can be moving: it takes away speed, never turns it
-round, and leaves the rest to PyBullet.
+round, and leaves the rest to the engine.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.body import Body, joint_tree
 from emulator.compiled import compiled
-from emulator.engine.pybullet.inertia import tensor_matrix
+from emulator.engine.tensor import tensor_matrix
 
 Vector = NDArray[np.float64]
 

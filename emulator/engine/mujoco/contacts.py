@@ -1,0 +1,156 @@
+"""Contact forces on the robot from MuJoCo's contacts."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import TORSO
+from bridge.types import Side
+from emulator.compiled import compiled
+from emulator.engine.contacts import STEEP, FootReaction, ground_contacts
+from emulator.engine.mujoco.robot import MujocoRobot
+from emulator.engine.mujoco.scene import MujocoScene
+from emulator.engine.mujoco.simulation import Simulation
+from emulator.engine.shapes import FOOT_LINKS
+from emulator.engine.values import GroundContacts
+from emulator.poses import matrix
+
+Vector = NDArray[np.float64]
+Numbers = NDArray[np.int32]
+_SIDES: Final[tuple[Side, Side]] = ("L", "R")
+_LINK, _GROUND, _OTHER = 2, 3, 4
+"""What a geom belongs to; 0 and 1 are the feet."""
+_RIM: Final = 64
+"""Contacts on the rims of the feet that one cycle keeps."""
+
+
+class ContactPoints:
+    """Collects the contacts of a robot step by step.
+
+    Args:
+        simulation: With the robot.
+        robot: The robot.
+        scene: What it stands on.
+    """
+
+    def __init__(self, simulation: Simulation, robot: MujocoRobot, scene: MujocoScene) -> None:
+        self._simulation, self._robot, self._scene = simulation, robot, scene
+        self._feet = [FootReaction(side) for side in _SIDES]
+        # per foot: force x, y, z; force along the sole's normal; place times that, x, y, z
+        self._sums, self._normals = np.zeros((2, 7)), np.zeros((2, 3))
+        self._rim = np.zeros((_RIM, 7))
+        self._counts = np.zeros(1, dtype=np.int64)
+        self._steps, self._version = 0, -1
+
+    def _find(self) -> None:
+        if self._version == self._simulation.version:
+            return
+        model = self._simulation.model
+        self._version = self._simulation.version
+        robot = {int(model.body(name).id): name for name in (TORSO, *self._robot.joints)}
+        feet = [int(model.body(FOOT_LINKS[side]).id) for side in _SIDES]
+        kind = dict.fromkeys(robot, _LINK) | {feet[0]: 0, feet[1]: 1, self._scene.ground: _GROUND}
+        self._links = [robot.get(body, "") for body in model.geom_bodyid.tolist()]
+        self._kind = np.array([kind.get(body, _OTHER) for body in model.geom_bodyid.tolist()])
+        self._touching = np.zeros(model.ngeom, dtype=np.bool_)
+
+    def _place_feet(self) -> None:
+        for i, foot in enumerate(self._feet):
+            pose = self._robot.link_pose(FOOT_LINKS[foot.side])
+            foot.place(pose)
+            turn = matrix(pose.orientation)
+            self._normals[i] = turn[2], turn[5], turn[8]
+
+    def begin(self) -> None:
+        """Forget the last cycle; the soles' normals are those of now until `mean`."""
+        self._find()
+        self._place_feet()
+        for foot in self._feet:
+            foot.clear()
+        self._sums[:] = 0.0
+        self._counts[0] = 0
+        self._touching[:] = False
+        self._steps = 0
+
+    def take_step(self) -> None:
+        """Take in the contacts of the physics step just done."""
+        self._find()
+        contact, data = self._simulation.data.contact, self._simulation.data
+        _add_contacts(
+            contact.geom,
+            contact.pos,
+            contact.frame,
+            contact.efc_address,
+            data.efc_force,
+            self._kind,
+            self._normals,
+            self._sums,
+            self._rim,
+            self._counts,
+            self._touching,
+        )
+        self._steps += 1
+
+    def mean(self) -> GroundContacts:
+        """Means since `begin`."""
+        self._find()
+        for i, foot in enumerate(self._feet):
+            fx, fy, fz, weight, px, py, pz = self._sums[i].tolist()
+            normal = tuple(self._normals[i].tolist())
+            if weight != 0.0:
+                foot.take(fx, fy, fz, (px / weight, py / weight, pz / weight), normal, 0.0)
+        for which, *numbers in self._rim[: self._counts[0]].tolist():
+            place, normal = numbers[:3], numbers[3:]
+            self._feet[int(which)].take(0.0, 0.0, 0.0, tuple(place), tuple(normal), 1.0)
+        self._place_feet()
+        touching = frozenset(self._links[geom] for geom in np.flatnonzero(self._touching))
+        return ground_contacts(self._feet, max(self._steps, 1), self._scene.normal, touching)
+
+
+@compiled
+def _add_contacts(
+    geoms: Numbers,
+    places: Vector,
+    frames: Vector,
+    addresses: Numbers,
+    forces: Vector,
+    kind: NDArray[np.int64],
+    normals: Vector,
+    sums: Vector,
+    rim: Vector,
+    counts: NDArray[np.int64],
+    touching: NDArray[np.bool_],
+) -> None:
+    for i in range(len(addresses)):
+        address = addresses[i]
+        if address < 0:
+            continue
+        # The frame's rows are the normal from the first geom to the second, and two tangents. The force in it,
+        # normal and tangents, acts on the second geom, its opposite on the first.
+        for which in range(2):
+            geom, sign = geoms[i, which], 2.0 * which - 1.0
+            own, other = kind[geom], kind[geoms[i, 1 - which]]
+            if own == _LINK and other == _GROUND:
+                touching[geom] = True
+            if own != 0 and own != 1:
+                continue
+            frame, normal_force, weight, slope = frames[i], forces[address], 0.0, 0.0
+            for axis in range(3):
+                part = normal_force * frame[axis]
+                part += forces[address + 1] * frame[3 + axis] + forces[address + 2] * frame[6 + axis]
+                sums[own, axis] += sign * part
+                weight += sign * part * normals[own, axis]
+                slope += frame[axis] * normals[own, axis]
+            sums[own, 3] += weight
+            for axis in range(3):
+                sums[own, 4 + axis] += weight * places[i, axis]
+            # A contact across the sole's normal pushes on the rim of the foot.
+            if normal_force > 0.0 and abs(slope) < STEEP and counts[0] < len(rim):
+                entry = rim[counts[0]]
+                entry[0] = own
+                for axis in range(3):
+                    entry[1 + axis], entry[4 + axis] = places[i, axis], frame[axis]
+                counts[0] += 1

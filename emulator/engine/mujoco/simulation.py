@@ -1,0 +1,97 @@
+"""MuJoCo's model and state, compiled anew when something is added to the world or taken away."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bridge.types import Vec3
+from emulator.engine.mujoco.client import mujoco
+from emulator.engine.values import PhysicsSettings
+
+
+class Simulation:
+    """A description of the world, and what MuJoCo makes of it when it is needed.
+
+    Args:
+        settings: Of the physics.
+    """
+
+    def __init__(self, settings: PhysicsSettings) -> None:
+        self.settings = settings
+        self.spec = mujoco.MjSpec()
+        """The description; call `changed` after a change."""
+        self.spec.compiler.degree = False
+        option = self.spec.option
+        option.timestep = settings.step
+        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        # friction as hard as the normal direction, so that a sole does not creep
+        option.impratio = 10.0
+        self._starts: dict[str, float] = {}
+        self._stale, self._moved = True, True
+        self._model: Any = None
+        self._data: Any = None
+        self.set_gravity((0.0, 0.0, -settings.gravity))
+        self.version = 0
+        """Counts the compilations: addresses in model and data hold for one of them."""
+
+    def changed(self) -> None:
+        """The description is another one; the state of what is left stays."""
+        self._stale = True
+
+    def start_at(self, joint: str, position: float) -> None:
+        """Give a new joint an angle, rad, other than 0."""
+        self._starts[joint] = position
+        self.changed()
+
+    def _compile(self) -> None:
+        if self._model is None:
+            self._model = self.spec.compile()
+            self._data = mujoco.MjData(self._model)
+        else:
+            self._model, self._data = self.spec.recompile(self._model, self._data)
+        for joint, position in self._starts.items():
+            self._data.joint(joint).qpos = position
+        self._starts.clear()
+        self.version += 1
+        self._stale, self._moved = False, True
+
+    @property
+    def model(self) -> Any:
+        """MuJoCo's model."""
+        if self._stale:
+            self._compile()
+        return self._model
+
+    @property
+    def data(self) -> Any:
+        """MuJoCo's state; poses and velocities of bodies may be those of a step ago."""
+        if self._stale:
+            self._compile()
+        return self._data
+
+    @property
+    def now(self) -> Any:
+        """MuJoCo's state with the poses of all bodies and geoms as they are now."""
+        data = self.data
+        if self._moved:
+            mujoco.mj_kinematics(self._model, data)
+            mujoco.mj_comPos(self._model, data)
+            self._moved = False
+        return data
+
+    def moved(self) -> None:
+        """Something was put elsewhere: poses of bodies must be computed again."""
+        self._moved = True
+
+    def step(self) -> None:
+        """One time step."""
+        mujoco.mj_step(self.model, self.data)
+        self._moved = True
+
+    def set_gravity(self, gravity: Vec3) -> None:
+        """World frame, m/s^2."""
+        self.spec.option.gravity = gravity
+        if self._model is not None:
+            self._model.opt.gravity[:] = gravity
