@@ -27,8 +27,15 @@ T = TypeVar("T")
 Verdict = Literal["good", "warning", "bad"]
 
 OLDEST_PYTHON: Final = (3, 10)
-PORT: Final = 7447
-"""Of the default endpoint."""
+PORTS: Final = {
+    7447: (
+        "of the link",
+        "A robot may be running already; end it, or choose another port: --listen tcp/127.0.0.1:7448, and "
+        "--connect with the same for the walker.",
+    ),
+    8080: ("of the page", "Another page or server has it; give `nao-hil view` and `up --view` another --port."),
+}
+"""Default ports: whose they are, and what to do when one is taken."""
 CYCLE: Final = 0.01
 CYCLES: Final = 100
 CALM: Final = 0.001
@@ -38,6 +45,7 @@ EXTRAS: Final = {
     "analysis": ("matplotlib", "psutil"),
     "campaign": ("distributed", "duckdb", "optuna", "pyarrow"),
     "design": ("control", "optuna"),
+    "view": ("viser",),
 }
 """Optional packages by the extra of nao-hil that brings them."""
 
@@ -82,7 +90,7 @@ def diagnose() -> list[Finding]:
         cores_finding(usable_cores()),
         timer_finding(in_child(measure_timer)),
         real_time_finding(in_child(partial(request_real_time, CONTROLLER_PRIORITY))),
-        port_finding(PORT),
+        *(port_finding(port, whose, advice) for port, (whose, advice) in PORTS.items()),
         *(package_finding(extra, name) for extra, names in EXTRAS.items() for name in names),
     ]
 
@@ -159,24 +167,17 @@ def real_time_finding(permitted: bool | None) -> Finding:
     )
 
 
-def port_finding(port: int) -> Finding:
-    """Whether the default port can be listened on."""
+def port_finding(port: int, whose: str, advice: str) -> Finding:
+    """Whether a default port can be listened on."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         # As the link itself does: a port of connections that have just ended counts as free.
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("127.0.0.1", port))
         except OSError as error:
-            return Finding(
-                name=f"port {port}",
-                verdict="warning",
-                value=f"cannot be used ({error.strerror})",
-                advice=f"A robot may be running already; end it, or choose another port: "
-                f"--listen tcp/127.0.0.1:{port + 1}, and --connect with the same for the walker.",
-            )
-    return Finding(
-        name=f"port {port}", verdict="good", value="free", advice="The default endpoint can be used."
-    )
+            value = f"{whose}, cannot be used ({error.strerror})"
+            return Finding(name=f"port {port}", verdict="warning", value=value, advice=advice)
+    return Finding(name=f"port {port}", verdict="good", value=f"{whose}, free", advice="It can be used.")
 
 
 def package_finding(extra: str, name: str) -> Finding:

@@ -46,10 +46,10 @@ def test_a_port_in_use_is_seen_and_a_free_one_too() -> None:
         holder.bind(("127.0.0.1", 0))
         holder.listen()
         port = holder.getsockname()[1]
-        taken = doctor.port_finding(port)
+        taken = doctor.port_finding(port, "of the link", "another --port")
         assert (taken.verdict, f"port {port}" == taken.name) == ("warning", True)
-        assert f"tcp/127.0.0.1:{port + 1}" in taken.advice
-    assert doctor.port_finding(port).verdict == "good"
+        assert taken.advice == "another --port"
+    assert doctor.port_finding(port, "of the link", "another --port").verdict == "good"
 
 
 def test_json_is_one_object_on_the_last_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,7 +57,8 @@ def test_json_is_one_object_on_the_last_line(capsys: pytest.CaptureFixture[str])
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert result["healthy"] is (code == 0)
     names = [f["name"] for f in result["findings"]]
-    assert names[:5] == ["python", "cores", "timer", "real-time scheduling", "port 7447"]
+    assert names[:6] == ["python", "cores", "timer", "real-time scheduling", "port 7447", "port 8080"]
+    assert "viser" in names
     timer = result["findings"][2]
     assert "of 1" in timer["value"] and "us (p50)" in timer["value"]
     assert all(f["verdict"] in ("good", "warning", "bad") and f["advice"] for f in result["findings"])
