@@ -36,7 +36,9 @@ def info(file: options.Recording, as_json: options.Json = False) -> int:
 
 
 def _rows(c: Any) -> list[tuple[str, str]]:
-    config = c.config if isinstance(c.config, dict) else {}
+    config = dict(c.config) if isinstance(c.config, dict) else {}
+    if not c.messages["walk/telemetry"]:
+        config.pop("gait", None)  # the run's setting, but somebody else's controller moved the robot
     rows = [(key, str(config[key])) for key in _NAMED if config.get(key) not in (None, "", {})]
     ending = "whole" if c.complete else "cut off: reads up to its last whole chunk"
     rows += [

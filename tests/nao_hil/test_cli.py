@@ -18,6 +18,8 @@ from emulator.robot import EmulatedRobot
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import repeat_while
+from walker.controller import Controller, WalkOrder
+from walker.planning import gait_parameters, make_gait
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -148,6 +150,23 @@ def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp
     diagnosis = json.loads(shown(capsys, "info", str(file), "--json"))["diagnosis"]
     assert re.match(r"The robot fell at \d\.\d+ s; first, at \d\.\d+ s, ", diagnosis)
     assert "what went wrong" in shown(capsys, "info", str(file))
+
+
+def test_info_names_no_gait_of_a_controller_that_is_none_of_ours(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    body = load_body("nao-v3")
+    gait = make_gait("static", gait_parameters("static"), body)
+    telemetry = Controller(body, gait, WalkOrder(steps=2), body.cycle).telemetry
+    for name, ours in (("ours", True), ("theirs", False)):
+        with (
+            EmulatedRobot(body, seed=0) as robot,
+            Recorder(tmp_path / name, RunConfig(gait="static")) as recorder,
+        ):
+            recorder.sensors(robot.frame, robot.truth())
+            if ours:
+                recorder.telemetry(telemetry)
+        assert ("static" in shown(capsys, "info", str(tmp_path / name))) is ours
 
 
 @pytest.mark.parametrize("command", ["robots", "gaits", "scenarios", "experiments"])
