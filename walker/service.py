@@ -146,7 +146,10 @@ class WalkService:
 
     def _carry_out(self, command: WalkCommand) -> WalkStatus:
         if self._robot is None or self._seen is None:
-            raise WalkRefused("The walker does not hold a robot yet; start one, or ask again in a moment.")
+            raise WalkRefused(
+                "The walker does not hold a robot yet; start one, arm it after an emergency stop (Arm on the "
+                "page, or `nao-hil arm`), or ask again in a moment."
+            )
         if command.op == "status":
             return self._reply("")
         if command.op == "stop" or command.velocity == (0.0, 0.0, 0.0):

@@ -13,6 +13,7 @@ from bridge.body.joints import JOINTS
 from bridge.errors import NaoHilError
 from bridge.messages.elements import ELEMENTS
 from bridge.messages.faults import Fault
+from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import TorsoName, WalkCommand
 from bridge.messages.world import (
     EndFault,
@@ -33,6 +34,8 @@ from nao_hil.view.driving import Driving
 from nao_hil.view.live import Commands
 from walker.planning import GAITS
 
+TOP: Final = -1.0
+"""Order of the first row of the panel."""
 AS_IS: Final = "as it is"
 FAULTS: Final[dict[str, tuple[str, str]]] = {
     "joint-weak": ("joint", "fraction"),
@@ -57,7 +60,7 @@ Act = Callable[[], str]
 
 
 class Controls:
-    """The emergency stop over the tabs, and the tabs of commands.
+    """The buttons that never move, at the top of the panel, and the tabs of commands.
 
     Args:
         gui: `viser.ViserServer.gui`.
@@ -73,13 +76,13 @@ class Controls:
         """Add the tabs to a tab group; `world`: there is one that can be changed."""
         self._button(
             "Emergency stop",
-            self._other(lambda: self._commands.stop().text),
+            self._other(lambda: self._of_guard(self._commands.stop())),
             "The robot crouches, lets go, and takes no command until it is armed again.",
             color="red",
-            order=tabs.order - 0.5,
+            order=TOP,
         )
         with tabs.add_tab("Walk"):
-            self._walk()
+            walk = self._walk()
             self._drive()
             self._motors()
         if world:
@@ -90,15 +93,33 @@ class Controls:
                 self._plates()
             with tabs.add_tab("Faults"):
                 self._faults()
+        acts: dict[str, Act] = {"Walk": walk, "Stop": partial(self._driving.press, "Stop")}
+        self._go = self._buttons("walk", acts, "Walk: as set in the tab below.", order=TOP + 0.1)
+        arm = self._other(lambda: self._of_guard(self._commands.arm()))
+        self._arm = self._button(
+            "Arm", arm, "Take commands again after a stop.", color="green", order=TOP + 0.1, visible=False
+        )
 
-    def _button(self, label: str, act: Act, hint: str = "", **looks: Any) -> None:
+    def show_armed(self, armed: bool) -> None:
+        """Show Walk and Stop where the robot takes commands, and Arm in their place where it takes none."""
+        if self._arm.visible == armed:
+            self._go.visible, self._arm.visible = armed, not armed
+
+    def _of_guard(self, status: GuardStatus) -> str:
+        self.show_armed(status.armed)
+        return status.text
+
+    def _button(self, label: str, act: Act, hint: str = "", **looks: Any) -> Any:
         """A button; `act` does it and returns a sentence."""
-        self._gui.add_button(label, hint=hint or None, **looks).on_click(lambda _: self._tell(act))
+        handle = self._gui.add_button(label, hint=hint or None, **looks)
+        handle.on_click(lambda _: self._tell(act))
+        return handle
 
-    def _buttons(self, label: str, acts: Mapping[str, Act], hint: str = "") -> None:
+    def _buttons(self, label: str, acts: Mapping[str, Act], hint: str = "", **looks: Any) -> Any:
         """Small buttons side by side."""
-        handle = self._gui.add_button_group(label, tuple(acts), hint=hint or None)
+        handle = self._gui.add_button_group(label, tuple(acts), hint=hint or None, **looks)
         handle.on_click(lambda event: self._tell(acts[event.target.value]))
+        return handle
 
     def _tell(self, act: Act) -> None:
         try:
@@ -118,7 +139,8 @@ class Controls:
     def _do(self, command: WorldCommand) -> str:
         return self._commands.world(command).text
 
-    def _walk(self) -> None:
+    def _walk(self) -> Act:
+        """The settings of the next walk; what begins it."""
         gui = self._gui
 
         def command(op: Any) -> WalkCommand:
@@ -132,12 +154,6 @@ class Controls:
                 admittance={"on": True, "off": False}.get(admittance.value),
             )
 
-        self._button(
-            "Walk",
-            self._other(lambda: self._commands.walk(command("walk")).text),
-            "as set below",
-            color="green",
-        )
         speed = gui.add_slider(
             "speed, m/s",
             min=0.0,
@@ -159,6 +175,7 @@ class Controls:
             self._other(lambda: self._commands.walk(command("set")).text),
             "a walk that is under way goes on, changed as far as that can be had in stride",
         )
+        return self._other(lambda: self._commands.walk(command("walk")).text)
 
     def _drive(self) -> None:
         """Buttons of the wheel, which keys and a gamepad press too."""
@@ -168,7 +185,7 @@ class Controls:
             return {name: partial(self._driving.press, name) for name in names}
 
         with gui.add_folder("Drive"):
-            self._buttons("walk", acts("Slower", "Stop", "Faster"), "five notches to the gait's own speed")
+            self._buttons("speed", acts("Slower", "Faster"), "five notches to the gait's own speed")
             self._buttons("next", acts("Gait", "Torso control", "Admittance"))
             keys = gui.add_checkbox("keys, gamepad", initial_value=False, hint=BY_KEYS)
             words = gui.add_markdown(f'<span class="keys-drive">{BY_KEYS}</span>', visible=False)
@@ -180,14 +197,8 @@ class Controls:
 
     def _motors(self) -> None:
         with self._gui.add_folder("Motors"):
-            acts = {
-                "Let go": self._other(lambda: self._commands.limp().text),
-                "Arm": self._other(lambda: self._commands.arm().text),
-            }
-            hint = (
-                "Let go: stiffness off at once, a standing robot falls. Arm: take commands again after a stop."
-            )
-            self._buttons("stiffness", acts, hint)
+            limp = self._other(lambda: self._of_guard(self._commands.limp()))
+            self._button("Let go", limp, "Stiffness off at once: a standing robot falls.")
 
     def _again(self) -> None:
         acts = {"Stand up": lambda: self._do(StandUp()), "Reset": self._other(lambda: self._do(Reset()))}

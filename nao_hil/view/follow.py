@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from typing import Any, Final
@@ -91,13 +92,17 @@ class Follower:
         controls.build(self._page.tabs, world=emulated)
         self._page.add_view_tab()
         self._page.say("what came of a button is told here")
-        self._watcher = threading.Thread(target=self._watch, args=(emulated,), name="watch", daemon=True)
+        self._watcher = threading.Thread(
+            target=self._watch, args=(controls, emulated), name="watch", daemon=True
+        )
         self._watcher.start()
 
-    def _watch(self, emulated: bool) -> None:
+    def _watch(self, controls: Controls, emulated: bool) -> None:
         """What waits for answers of the robot, apart from the drawing."""
         while not self._stop.wait(WATCH_EVERY):
             self._driving.sign()
+            with contextlib.suppress(NaoHilError):
+                controls.show_armed(self._commands.guard().armed)
             if not emulated:
                 continue
             try:

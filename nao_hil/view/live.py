@@ -139,6 +139,10 @@ class Commands:
         """The client of the walker. Raises RobotSilent when nobody listens there."""
         return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, PATIENCE))
 
+    def guard(self) -> GuardStatus:
+        """What the guard does. Raises LinkError when nobody answers."""
+        return self._guard().status()
+
     def stop(self) -> GuardStatus:
         """Emergency stop: crouch, then let go. Raises LinkError when nobody answers."""
         return self._guard().stop("crouch", "page")

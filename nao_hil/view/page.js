@@ -97,3 +97,22 @@
     word.textContent = title.textContent;
   }, LOOK);
 })();
+
+// The first rows, Emergency stop and what is below it, stay in sight while the panel is scrolled.
+(() => {
+  const LOOK = 300; // ms
+
+  const pin = (row, top) => {
+    Object.assign(row.style, { position: "sticky", top: `${top}px`, zIndex: 50, background: "var(--mantine-color-body)" });
+  };
+  setInterval(() => {
+    const stop = [...document.querySelectorAll("button")].find((each) => each.textContent === "Emergency stop");
+    const row = stop?.parentElement;
+    if (!row?.nextElementSibling) return;
+    for (let at = row; at && !at.className.includes("ScrollArea-viewport"); at = at.parentElement) {
+      if (getComputedStyle(at).overflowY === "hidden") at.style.overflow = "clip"; // hidden would hold them
+    }
+    pin(row, 0);
+    pin(row.nextElementSibling, row.offsetHeight);
+  }, LOOK);
+})();

@@ -28,7 +28,7 @@ MOST: Final = 200
 CHAIN: Final = 6
 """Of the signs that led to a fall, so many are told: the first, and the last."""
 LEGEND: Final = (
-    "**robot**: as its own sensors say. **Green ghost**: where it truly is, if that is elsewhere.",
+    "**robot**: where it truly is; a real one as its sensors say. **Orange ghost**: as its sensors say.",
     "**bars on the feet**: force cells, 6 mm per N. **Area on the ground**: what it stands on; red: it tips.",
     "**outlines**: footsteps, planned (blue) and made (grey).",
     "**phase**: DSL, DSR both feet down; SSL, SSR on one foot while the other swings.",
@@ -78,7 +78,7 @@ class Page:
         """Add what changes the picture only."""
         with self.tabs.add_tab("View"):
             follow = self.gui.add_checkbox("follow the robot", initial_value=True)
-            ghost = self.gui.add_checkbox("ghost (truth)", initial_value=True)
+            ghost = self.gui.add_checkbox("ghost (as its sensors say)", initial_value=True)
             through = self.gui.add_checkbox("see through", initial_value=False)
             self.gui.add_markdown(legend())
 

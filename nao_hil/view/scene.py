@@ -19,7 +19,6 @@ from walker.model.floating_base import SIDES, FloatingBase, RobotPose
 from walker.model.support_polygon import SupportPolygon, convex_hull
 from walker.planning.plan import Foothold
 
-GHOST: Final[Colour] = (64, 192, 87)
 PLANNED: Final[Colour] = (51, 154, 240)
 MEASURED: Final[Colour] = (255, 146, 43)
 TRUE: Final[Colour] = (64, 192, 87)
@@ -104,8 +103,8 @@ class RobotScene:
         self._draw_floor()
         self._shells: list[Any] = []
         self._robot = self._links(f"{ROOT}/robot", link_parts(body), None)
-        self._ghost = self._links(f"{ROOT}/ghost", link_parts(body, GHOST_MARGIN), GHOST)
-        self._ghost_name = self._scene.add_label(f"{ROOT}/ghost-name", "ground truth", visible=False)
+        self._ghost = self._links(f"{ROOT}/ghost", link_parts(body, GHOST_MARGIN), MEASURED)
+        self._ghost_name = self._scene.add_label(f"{ROOT}/ghost-name", "as its sensors say", visible=False)
         self._points = {
             p.name: self._scene.add_icosphere(f"{ROOT}/points/{p.name}", p.radius, p.colour, subdivisions=2)
             for p in POINTS
@@ -189,16 +188,16 @@ class RobotScene:
             share = FOLLOW if np.linalg.norm(aim - self._middle) < LEAP else 1.0
             self._middle = self._middle + share * (aim - self._middle)
             self._root.position = -self._middle
-        _pose(self._robot, balance.sensed.robot)
+        _pose(self._robot, balance.best.robot)
         shown = self.ghost and balance.true is not None and _apart(balance.true, balance.sensed)
         for frame in self._ghost.values():
             if frame.visible != shown:
                 frame.visible = shown
         if self._ghost_name.visible != shown:
             self._ghost_name.visible = shown
-        if shown and balance.true is not None:
-            _pose(self._ghost, balance.true.robot)
-            self._ghost_name.position = balance.true.robot.frames[0, :3, 3] + np.array([0.0, 0.0, NAME_OVER])
+        if shown:
+            _pose(self._ghost, balance.sensed.robot)
+            self._ghost_name.position = balance.sensed.robot.frames[0, :3, 3] + np.array([0.0, 0.0, NAME_OVER])
         self._draw_points(balance)
         self._draw_loads(balance)
         self._draw_support(balance)
@@ -237,7 +236,7 @@ class RobotScene:
     def _draw_loads(self, balance: Balance) -> None:
         """A bar over each force cell, from green to red at its end of range."""
         fsr = balance.moment.sensors.fsr
-        robot = balance.sensed.robot
+        robot = balance.best.robot
         points, colours = [], []
         for side, forces in (("L", fsr[:4]), ("R", fsr[4:])):
             foot = robot.feet["L" if side == "L" else "R"]

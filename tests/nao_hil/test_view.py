@@ -96,11 +96,13 @@ class FakeGui:
         self.widgets[label] = Widget(value)
         return self.widgets[label]
 
-    def add_button(self, label: str, **_: Any) -> Widget:
-        return self._add(label)
+    def add_button(self, label: str, *, visible: bool = True, **_: Any) -> Widget:
+        widget = self._add(label)
+        widget.visible = visible
+        return widget
 
     def add_button_group(self, label: str, options: tuple[str, ...], **_: Any) -> Widget:
-        group = self._add(label)
+        group = self._add(f"{label} ({', '.join(options)})")
         for option in options:
             self._add(option).click = lambda _, o=option: group.click(SimpleNamespace(target=Widget(o)))  # type: ignore[misc]
         return group
@@ -143,6 +145,7 @@ class FakeCommands:
 
     def __init__(self) -> None:
         self.sent: list[Any] = []
+        self.there = True
 
     def world(self, command: Any) -> WorldReply:
         self.sent.append(msgspec.msgpack.decode(msgspec.msgpack.encode(command), type=type(command)))
@@ -158,7 +161,12 @@ class FakeCommands:
         return msgspec.structs.replace(STATUS, state="stand")
 
     def stop(self) -> GuardStatus:
-        raise LinkError("No robot `nao` at tcp/127.0.0.1:7447 answered `stop`.")
+        if not self.there:
+            raise LinkError("No robot `nao` at tcp/127.0.0.1:7447 answered `stop`.")
+        return GuardStatus(seq=1, state="crouch", reason="stop", armed=False, text="It goes down.")
+
+    def arm(self) -> GuardStatus:
+        return GuardStatus(seq=2, state="idle", armed=True, text="Armed.")
 
 
 @pytest.fixture
@@ -292,7 +300,18 @@ def test_keys_do_nothing_until_the_box_is_ticked(gui: FakeGui, said: list[str]) 
     assert gui.widgets[mark].visible
 
 
-def test_what_is_refused_is_told(gui: FakeGui, said: list[str]) -> None:
+def test_after_an_emergency_stop_arm_is_where_walk_and_stop_were(gui: FakeGui, said: list[str]) -> None:
+    go, arm = gui.widgets["walk (Walk, Stop)"], gui.widgets["Arm"]
+    assert (go.visible, arm.visible) == (True, False)
+    gui.press("Emergency stop")
+    assert (go.visible, arm.visible) == (False, True)
+    gui.press("Arm")
+    assert (go.visible, arm.visible) == (True, False)
+    assert said == ["It goes down.", "Armed."]
+
+
+def test_what_is_refused_is_told(gui: FakeGui, commands: FakeCommands, said: list[str]) -> None:
+    commands.there = False
     gui.press("Emergency stop")
     assert said == ["No robot `nao` at tcp/127.0.0.1:7447 answered `stop`."]
 

@@ -112,6 +112,10 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     wait_for_server(browser_page, port)
     open_page(browser_page, port)
 
+    press(browser_page, "World", "Push")
+    browser_page.wait_for_function("document.body.innerText.includes('is pushed with')")
+    browser_page.wait_for_timeout(2000)
+
     press(browser_page, "Walk", "Walk")
     browser_page.wait_for_function("document.body.innerText.includes('SSL')")
     before, curves, time = picture(browser_page), charts(browser_page), shown_time(browser_page)
@@ -120,9 +124,15 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     assert charts(browser_page) != curves
     assert shown_time(browser_page) > time
 
-    press(browser_page, "World", "Push")
-    browser_page.wait_for_function("document.body.innerText.includes('is pushed with')")
-    browser_page.wait_for_timeout(2000)
+    stops = browser_page.get_by_role("button", name="Emergency stop").bounding_box()
+    browser_page.get_by_role("button", name="Let go").scroll_into_view_if_needed()
+    browser_page.get_by_role("button", name="Stop", exact=True).click()  # of a walk that no key began
+    browser_page.wait_for_function("document.body.innerText.includes('Closes the feet')")
+    browser_page.get_by_role("button", name="Emergency stop").click()
+    browser_page.get_by_role("button", name="Arm").click()
+    browser_page.get_by_role("button", name="Walk", exact=True).wait_for()
+    assert browser_page.get_by_role("button", name="Arm").count() == 0
+    assert browser_page.get_by_role("button", name="Emergency stop").bounding_box() == stops  # it never moves
     assert errors == []
     command.interrupt()
     browser_page.wait_for_function("document.body.innerText.includes('The page has ended')")
