@@ -16,6 +16,7 @@ import msgspec
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import Recordable
 from bridge.recording.mcap_file import McapFile
+from bridge.recording.observer import Observer
 
 
 def later_file(first: Path, number: int) -> Path:
@@ -28,7 +29,7 @@ def later_file(first: Path, number: int) -> Path:
     return first.with_name(f"{first.stem}-{number}{first.suffix}") if number > 1 else first
 
 
-class Recorder:
+class Recorder(Observer):
     """Writes a recording; also a `bridge.recording.observer.Observer`.
 
     Frames without a time of their own get the time of the last sensor frame written before them. One file is

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import msgspec
 
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import FrameHash
+from bridge.recording.observer import Observer
 from bridge.rotations import tilt
 
 
@@ -52,7 +53,7 @@ class _Sums(NamedTuple):
     missed: int = 0
 
 
-class RunStatistics:
+class RunStatistics(Observer):
     """Observes a run and sums it up.
 
     Args:
@@ -128,9 +129,6 @@ class RunStatistics:
         elif self._walk is not None:
             self._walked += self._walk[1] - self._walk[0]
             self._walk = None
-
-    def notice(self, message: Notice) -> None:
-        """What happens in the world is not counted; what comes of it is."""
 
     def summary(self, wall_seconds: float) -> Summary:
         """The summary so far; `wall_seconds` is the wall-clock length of the run."""

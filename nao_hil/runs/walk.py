@@ -11,8 +11,9 @@ import msgspec
 from bridge import rotations
 from bridge.body import BODIES, Body, load_body
 from bridge.guard import Guard
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.messages.world import PlateUnderFoot
+from bridge.recording.observer import Observer
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile, load_wear
@@ -115,7 +116,7 @@ def walk(task: Walk) -> WalkOutcome:
     return WalkOutcome(task, witness.end(), witness.track())
 
 
-class _Witness:
+class _Witness(Observer):
     """Observer that keeps the time of the walk, lays the plates, and sees the fall."""
 
     def __init__(self, task: Walk, robot: EmulatedRobot) -> None:
@@ -159,9 +160,6 @@ class _Witness:
         """One row of the track per cycle of the walk."""
         if self._start is not None and self._task.keep_track:
             self._recorder.command(frame, self._time)
-
-    def notice(self, message: Notice) -> None:
-        """What happens in the world is not kept; what comes of it is."""
 
     def ended(self) -> bool:
         """Walked to the end, or fallen a little while ago."""

@@ -13,7 +13,15 @@ from rich.progress import track
 
 from bridge.errors import ConfigurationError
 from bridge.recording.playback import read_recording
-from nao_hil.analysis.diagnosis import Balance, Moment, Observer, Symptoms, explain, moments, recorded_body
+from nao_hil.analysis.diagnosis import (
+    Balance,
+    BalanceEstimator,
+    Moment,
+    Symptoms,
+    explain,
+    moments,
+    recorded_body,
+)
 from nao_hil.analysis.diagnosis.symptom import Symptom
 from nao_hil.view.follow import RATE
 from nao_hil.view.history import History
@@ -47,14 +55,14 @@ class Film:
         run = first_run(list(moments(read_recording(file))))
         if not run:
             raise ConfigurationError(f"{file}: there is no sensor frame in it; record a robot that runs.")
-        self._read(run, Observer(body))
+        self._read(run, BalanceEstimator(body))
         world = recorded_world(file)
         if world is not None:
             self._page.set_world(world)
         self._build()
         self._page.add_view_tab()
 
-    def _read(self, run: list[Moment], observer: Observer) -> None:
+    def _read(self, run: list[Moment], observer: BalanceEstimator) -> None:
         """Follow the robot through the whole recording once."""
         watch = Symptoms(observer)
         stride = 1 + len(run) // MOST

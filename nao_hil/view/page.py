@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from bridge.body import Body
 from bridge.messages.world_state import WorldReply
-from nao_hil.analysis.diagnosis import Balance, Diagnosis, Moment, Observer, Symptom, Symptoms, explain
+from nao_hil.analysis.diagnosis import Balance, BalanceEstimator, Diagnosis, Moment, Symptom, Symptoms, explain
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.charts import strip_charts
 from nao_hil.view.history import History
@@ -64,7 +64,7 @@ class Page:
         self.server.scene.reset()
         with self.server.atomic():
             self._scene = RobotScene(self.server, body)
-        self._observer = Observer(body)
+        self._observer = BalanceEstimator(body)
         self._watch = Symptoms(self._observer)
         self._history = History(KEPT)
         self._begin()

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from bridge.body import load_body
 from bridge.guard import Guard
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
+from bridge.recording.observer import Observer
 from emulator.engine.values import Camera
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
@@ -29,7 +30,7 @@ PICTURES = 7
 WIDTH, HEIGHT = 300, 520
 
 
-class Strip:
+class Strip(Observer):
     """Observer that takes a picture every so often and keeps what the plot needs."""
 
     def __init__(self, robot: EmulatedRobot) -> None:
@@ -43,17 +44,11 @@ class Strip:
         zmp = truth.zmp or (math.nan, math.nan)
         self.rows.append((frame.time, sum(frame.fsr[:4]), sum(frame.fsr[4:]), *frame.angle, *zmp))
 
-    def command(self, frame: ActuatorFrame) -> None:
-        """Nothing to keep."""
-
     def telemetry(self, message: WalkTelemetry) -> None:
         """Keep the planned ZMP; take a picture at even distances of time."""
         self.plan.append(message.zmp)
         if len(self.plan) % 100 == 60:
             self.frames.append(picture(self._robot, self._robot.truth()))
-
-    def notice(self, message: Notice) -> None:
-        """Nothing to keep."""
 
 
 def picture(robot: EmulatedRobot, truth: TruthFrame) -> NDArray[np.uint8]:

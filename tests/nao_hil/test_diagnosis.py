@@ -20,9 +20,9 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent, FrictionEvent, PushEvent
 from emulator.scenarios.model import Scenario
 from nao_hil.analysis.diagnosis import (
+    BalanceEstimator,
     Gatherer,
     Moment,
-    Observer,
     Symptom,
     Symptoms,
     diagnose,
@@ -104,7 +104,7 @@ def test_the_ground_truth_placed_by_forward_kinematics_has_the_emulators_centre_
 
 def test_the_sensors_alone_follow_a_static_walk_to_a_centimetre() -> None:
     moments = walk("static", Scenario(), 9.0)
-    observer = Observer(BODY)
+    observer = BalanceEstimator(BODY)
     balances = [observer.update(moment) for moment in moments]
     errors, places = [], []
     for balance in balances:
@@ -117,7 +117,7 @@ def test_the_sensors_alone_follow_a_static_walk_to_a_centimetre() -> None:
 
 
 def test_the_measured_and_the_true_zmp_of_a_standing_robot_agree(quiet: list[Moment]) -> None:
-    observer = Observer(BODY)
+    observer = BalanceEstimator(BODY)
     for moment in quiet[:100]:
         balance = observer.update(moment)
     assert balance.true is not None and balance.true.zmp is not None and balance.sensed.zmp is not None
@@ -197,7 +197,7 @@ def test_a_controller_that_is_only_coming_misses_nothing(quiet: list[Moment]) ->
 def test_a_robot_that_lies_there_gives_no_signs_and_torso_control_is_known_to_be_off(
     pushed: tuple[list[Moment], Path], off: bool
 ) -> None:
-    observer = Observer(BODY)
+    observer = BalanceEstimator(BODY)
     watch = Symptoms(observer)
     found: list[Symptom] = []
     for moment in pushed[0]:
@@ -232,7 +232,7 @@ def test_what_is_done_to_a_robot_that_is_falling_already_is_told_in_its_place_an
 
 
 def test_a_reset_begins_anew(quiet: list[Moment]) -> None:
-    observer = Observer(BODY)
+    observer = BalanceEstimator(BODY)
     watch = Symptoms(observer)
     for moment in [*quiet, *quiet]:
         assert watch.update(observer.update(moment)) == []

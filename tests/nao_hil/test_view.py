@@ -30,7 +30,7 @@ from emulator.scenarios import load_scenario
 from emulator.scenarios.ground import PlacedBox, ScenarioFloor
 from emulator.scenarios.model import Scenario
 from nao_hil import view
-from nao_hil.analysis.diagnosis import Diagnosis, Gatherer, Moment, Observer, Symptom
+from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Gatherer, Moment, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, NOTCHES
 from nao_hil.view.charts import strip_charts
@@ -341,7 +341,7 @@ def chart_of(history: History, end: float, symptoms: list[Symptom]) -> ElementTr
 
 
 def test_charts_draw_each_number_where_it_belongs_and_mark_what_went_wrong(standing: list[Moment]) -> None:
-    observer, history = Observer(BODY), History(1000)
+    observer, history = BalanceEstimator(BODY), History(1000)
     for moment in standing:
         history.add(observer.update(moment))
     end = standing[-1].sensors.time
@@ -361,7 +361,7 @@ def test_charts_draw_each_number_where_it_belongs_and_mark_what_went_wrong(stand
 
 
 def test_a_history_begins_anew_with_its_robot(standing: list[Moment]) -> None:
-    observer, history = Observer(BODY), History(150)
+    observer, history = BalanceEstimator(BODY), History(150)
     for moment in [*standing, *standing[:20]]:
         history.add(observer.update(moment))
     rows, phases = history.window(10.0, 20.0)
@@ -370,7 +370,7 @@ def test_a_history_begins_anew_with_its_robot(standing: list[Moment]) -> None:
 
 
 def test_a_frame_is_late_against_the_earliest_one(standing: list[Moment]) -> None:
-    observer, history = Observer(BODY), History(150)
+    observer, history = BalanceEstimator(BODY), History(150)
     for moment in standing[:10]:
         late = 0.003 if moment.sensors.seq == 5 else 0.0
         wall = round(1e9 * (1000.0 + moment.sensors.time + late))
@@ -453,7 +453,7 @@ def test_a_long_chain_keeps_its_beginning_and_its_end_and_says_that_something_is
 
 
 def test_charts_of_a_recording_show_what_comes_and_write_out_what_is(standing: list[Moment]) -> None:
-    observer, history = Observer(BODY), History(1000)
+    observer, history = BalanceEstimator(BODY), History(1000)
     for moment in standing:
         history.add(observer.update(moment))
     now = standing[99].sensors.time

@@ -1,6 +1,6 @@
 """What went wrong first, from frames alone: pure, the same live, on a recording and in a test."""
 
-from nao_hil.analysis.diagnosis.balance import Balance, Observer, PlannedStand, Stand
+from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, PlannedStand, Stand
 from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, recorded_body, symptoms_of
 from nao_hil.analysis.diagnosis.moment import Gatherer, Moment, moments
 from nao_hil.analysis.diagnosis.symptom import Symptom
@@ -8,10 +8,10 @@ from nao_hil.analysis.diagnosis.symptoms import Symptoms
 
 __all__ = [
     "Balance",
+    "BalanceEstimator",
     "Diagnosis",
     "Gatherer",
     "Moment",
-    "Observer",
     "PlannedStand",
     "Stand",
     "Symptom",

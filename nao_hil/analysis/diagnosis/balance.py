@@ -75,7 +75,7 @@ class Balance(NamedTuple):
         return self.true or self.sensed
 
 
-class Observer:
+class BalanceEstimator:
     """Follows a robot moment by moment; new from the start after a reset.
 
     Args:

@@ -10,7 +10,7 @@ import msgspec
 
 from bridge.body import Body, load_body
 from bridge.recording.playback import read_recording, recorded_config
-from nao_hil.analysis.diagnosis.balance import Observer
+from nao_hil.analysis.diagnosis.balance import BalanceEstimator
 from nao_hil.analysis.diagnosis.moment import Moment, moments
 from nao_hil.analysis.diagnosis.symptom import Symptom
 from nao_hil.analysis.diagnosis.symptoms import Symptoms, first_of
@@ -86,7 +86,7 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
 
 def symptoms_of(run: Iterable[Moment], body: Body) -> list[Symptom]:
     """All symptoms of a run in order of their discovery, to the first fall."""
-    observer = Observer(body)
+    observer = BalanceEstimator(body)
     watch = Symptoms(observer)
     found: list[Symptom] = []
     for moment in run:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from bridge.types import Side
-from nao_hil.analysis.diagnosis.balance import Balance, Observer
+from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator
 from nao_hil.analysis.diagnosis.symptom import Kind, LastingSign, Symptom, TippingSign, fallen, lean_angle
 from walker.model.floating_base import SIDES
 
@@ -88,7 +88,7 @@ class Symptoms:
         observer: The one that makes the balances: it knows the body.
     """
 
-    def __init__(self, observer: Observer) -> None:
+    def __init__(self, observer: BalanceEstimator) -> None:
         self._kinematics = observer.kinematics
         self._begin()
 
