@@ -14,6 +14,7 @@ import time
 from types import TracebackType
 from typing import Final, NamedTuple
 
+from bridge.adapters.notice_log import log_notice
 from bridge.errors import FrameError, LeaseRefused, LinkError
 from bridge.link import ControllerLink
 from bridge.messages import SensorFrame
@@ -97,7 +98,7 @@ class RobotListener:
 
     def _read_notices(self) -> None:
         for notice in self._link.notices():
-            logger.warning("the robot says: %s", notice.text)
+            log_notice(logger, notice)
             if notice.code == "no-lease":
                 self._link.lease = 0  # it was given to another, or withdrawn
 

@@ -14,7 +14,7 @@ from bridge.adapters.naoqi.arguments import flag, fraction, lists_each, number, 
 from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.interpolation import smooth
 from bridge.adapters.naoqi.joints import Joints
-from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks, RunningTask
 from bridge.adapters.naoqi.names import CHAINS
 from bridge.adapters.naoqi.sensors import TOUCH_KEYS
 from bridge.body.quantities import HANDS, total_mass
@@ -80,7 +80,7 @@ class JointMotion:
                 [self._joints.commanded(joint) + value for value in values]
                 for joint, values in zip(joints, targets, strict=True)
             ]
-        return self._tasks.begin(self.through(joints, targets, moments))
+        return self._tasks.begin(self.through(joints, targets, moments), "angleInterpolation", joints)
 
     def interpolation_with_speed(self, names: Any, angles: Any, speed: Any) -> Future[Any]:
         """To one angle each, all joints arriving together when the slowest does; waits for the end."""
@@ -89,7 +89,8 @@ class JointMotion:
         targets = one_each(angles, len(joints), f"{method}: targetAngles")
         seconds = self.time_to(joints, targets, fraction(speed, f"{method}: maxSpeedFraction"))
         every = [[seconds]] * len(joints)
-        return self._tasks.begin(self.through(joints, [[target] for target in targets], every))
+        task = self.through(joints, [[target] for target in targets], every)
+        return self._tasks.begin(task, "angleInterpolationWithSpeed", joints)
 
     def time_to(self, joints: Sequence[str], targets: Sequence[float], speed_fraction: float) -> float:
         """Seconds after which all joints can be at their targets, at a fraction of their largest speed."""
@@ -127,7 +128,7 @@ class JointMotion:
         targets = lists_each(stiffnesses, len(joints), f"{method}: stiffnessLists")
         moments = lists_each(times, len(joints), f"{method}: timeLists")
         require_times(moments, targets, method)
-        return self._tasks.begin(self.stiffen(joints, targets, moments))
+        return self._tasks.begin(self.stiffen(joints, targets, moments), "stiffnessInterpolation", joints)
 
     def stiffen(
         self, joints: Sequence[str], targets: Sequence[Sequence[float]], times: Sequence[Sequence[float]]
@@ -152,6 +153,30 @@ class JointMotion:
         """Stop every motion where it is; calls that wait for one return."""
         self._joints.stop(self._joints.names.all)
         self._tasks.end()
+
+    def task_list(self) -> list[list[Any]]:
+        """`[name, number, [joint, ...]]` of each motion that has not ended."""
+        return [[task.name, task.number, list(task.joints)] for task in self._tasks.motions]
+
+    def available(self, names: Any) -> bool:
+        """Whether no motion uses any of the joints."""
+        wanted = set(self._joints.names.resolve(names))
+        return not any(wanted & set(task.joints) for task in self._tasks.motions)
+
+    def end_using(self, names: Any) -> None:
+        """Stop the motions that use any of the joints, and whatever else moves these joints."""
+        wanted = set(self._joints.names.resolve(names))
+        self._end([task for task in self._tasks.motions if wanted & set(task.joints)], wanted)
+
+    def end_task(self, number: Any) -> bool:
+        """Stop one motion by its number; whether there was one."""
+        ended = [task for task in self._tasks.motions if task.number == number]
+        self._end(ended, set())
+        return bool(ended)
+
+    def _end(self, tasks: Sequence[RunningTask], joints: set[str]) -> None:
+        self._joints.stop(sorted(joints.union(*(task.joints for task in tasks))))
+        self._tasks.end_these(tasks)
 
     def get_limits(self, name: Any) -> list[list[float]]:
         """Smallest and largest angle, largest speed and torque of each joint."""
@@ -179,7 +204,11 @@ class JointMotion:
             return total_mass(body)
         if isinstance(name, str) and name in body.links:
             return body.links[name].mass
-        raise NaoqiRefused(f"ALMotion.getMass: {name!r:.40} is neither a joint of {body.name} nor `Body`.")
+        if isinstance(name, str) and name in CHAINS:
+            return sum(body.links[joint].mass for joint in CHAINS[name] if joint in body.links)
+        raise NaoqiRefused(
+            f"ALMotion.getMass: {name!r:.40} is no joint of {body.name}; a joint, {', '.join(CHAINS)} or Body."
+        )
 
     def reading(self) -> dict[str, Callable[..., Any]]:
         """Methods that move nothing."""
@@ -194,8 +223,8 @@ class JointMotion:
             "getSummary": self.get_summary,
             "getMass": self._mass,
             "getMotionCycleTime": lambda: CYCLE,
-            "getTaskList": lambda: [],
-            "areResourcesAvailable": lambda _names: True,
+            "getTaskList": self.task_list,
+            "areResourcesAvailable": self.available,
         }
 
     def moving(self) -> dict[str, Callable[..., Any]]:

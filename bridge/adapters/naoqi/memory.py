@@ -52,7 +52,8 @@ class Memory:
     ) -> None:
         self._dcm, self._publish = dcm, publish
         self._sensors = getters(body)
-        self._data: dict[str, Any] = dict(fixed)
+        buttons = [*_EVENTS.values(), *_BUMPERS.values()]
+        self._data: dict[str, Any] = {**fixed, **dict.fromkeys(buttons, 0.0), "robotHasFallen": 0.0}
         self._events: set[str] = {"TouchChanged", "robotHasFallen", *_EVENTS.values(), *_BUMPERS.values()}
         self._names = [
             *(PREFIX + name for name in self._sensors),

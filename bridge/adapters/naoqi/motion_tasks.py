@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bridge.errors import NaoqiRefused
@@ -17,44 +18,78 @@ def robot_gone() -> NaoqiRefused:
     return NaoqiRefused("The robot went away before the motion ended.")
 
 
+@dataclass(frozen=True)
+class RunningTask:
+    """A motion that has not ended."""
+
+    number: int
+    """Counts up from 1."""
+    name: str
+    """Of the method that began it."""
+    joints: tuple[str, ...]
+    moment: int
+    """To go on at, ms."""
+    steps: MotionTask
+    done: Future[Any]
+
+
 class MotionTasks:
     """Runs tasks along the robot's cycles; not thread-safe, the caller locks."""
 
     def __init__(self) -> None:
-        self._running: list[tuple[int, MotionTask, Future[Any]]] = []
+        self._running: list[RunningTask] = []
+        self._count = 0
 
-    def begin(self, task: MotionTask) -> Future[Any]:
-        """Run a task to its first wait; the future gets its result or its exception."""
+    def begin(self, task: MotionTask, name: str = "", joints: Sequence[str] = ()) -> Future[Any]:
+        """Run a task to its first wait; the future gets its result or its exception.
+
+        Args:
+            task: what it does.
+            name: of the method that begins it; nothing: not a motion of joints.
+            joints: that it moves or stiffens.
+        """
+        self._count += 1
         done: Future[Any] = Future()
-        self._advance(task, done)
+        self._advance(RunningTask(self._count, name, tuple(joints), 0, task, done))
         return done
+
+    @property
+    def motions(self) -> list[RunningTask]:
+        """Tasks that use joints, oldest first."""
+        return [task for task in self._running if task.joints]
 
     def run(self, now: int) -> None:
         """A cycle at `now`, ms: go on with whatever has waited for it."""
-        due = [entry for entry in self._running if entry[0] <= now]
-        self._running = [entry for entry in self._running if entry[0] > now]
-        for _, task, done in due:
-            self._advance(task, done)
+        due = [task for task in self._running if task.moment <= now]
+        self._running = [task for task in self._running if task.moment > now]
+        for task in due:
+            self._advance(task)
 
     def end(self, error: Exception | None = None) -> None:
         """End all of them here; their callers get the error, or None as of a motion that was stopped."""
-        running, self._running = self._running, []
-        for _, task, done in running:
-            task.close()
-            if error is None:
-                done.set_result(None)
-            else:
-                done.set_exception(error)
+        self.end_these(list(self._running), error)
 
-    def _advance(self, task: MotionTask, done: Future[Any]) -> None:
+    def end_these(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
+        """End some of them here, as `end` does all."""
+        numbers = {task.number for task in tasks}
+        self._running = [task for task in self._running if task.number not in numbers]
+        for task in tasks:
+            task.steps.close()
+            if error is None:
+                task.done.set_result(None)
+            else:
+                task.done.set_exception(error)
+
+    def _advance(self, task: RunningTask) -> None:
         try:
-            moment = next(task)
+            moment = next(task.steps)
         except StopIteration as end:
-            done.set_result(end.value)
+            task.done.set_result(end.value)
         except Exception as error:
-            done.set_exception(error)
+            task.done.set_exception(error)
         else:
-            self._running.append((moment, task, done))
+            self._running.append(replace(task, moment=moment))
+            self._running.sort(key=lambda running: running.number)
 
 
 def pass_on(result: Any, done: Future[Any]) -> None:

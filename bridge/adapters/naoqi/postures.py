@@ -32,6 +32,10 @@ _MAX_DEVIATION: Final = 0.25
 """rad that the legs may be off a posture to be said to be in it (assumed)."""
 _STIFFENING: Final = 0.5
 """s in which waking and resting change the stiffness."""
+_UPRIGHT: Final = 0.8
+"""rad of torso tilt up to which a robot stands or sits (assumed)."""
+_SETTLING: Final = 300
+"""ms after which the joints are where they were sent, by the sensors (assumed)."""
 REST_SPEED: Final = 0.6
 LEGS_AT_REST: Final = 0.1
 """Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, the
@@ -57,8 +61,8 @@ class Postures:
     def now(self) -> str:
         """The posture that the legs are in by the sensors, or `Unknown`."""
         best, off = "Unknown", _MAX_DEVIATION
-        for name, position in POSTURES.items():
-            furthest = max(abs(position[INDEX_WITH_MIRROR[j]] - self._joints.measured(j)) for j in _LEGS)
+        for name in POSTURES:
+            furthest = self._deviation(name)
             if furthest <= off:
                 best, off = name, furthest
         return best
@@ -81,12 +85,13 @@ class Postures:
                 f"ALRobotPosture.goToPosture: {posture} is {there}, the robot is {here}, and ways from one to "
                 "the other are not planned; applyPosture moves the joints there as they are."
             )
-        return self._tasks.begin(self._reach(posture, speed_fraction))
+        return self._tasks.begin(self._stiffen_and_reach(posture, speed_fraction), "goToPosture", self._all)
 
     def apply(self, name: Any, speed: Any) -> Future[Any]:
         """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
         speed_fraction = fraction(speed, "ALRobotPosture.applyPosture: maxSpeedFraction")
-        return self._tasks.begin(self._reach(_known(name), speed_fraction))
+        task = self._stiffen_and_reach(_known(name), speed_fraction)
+        return self._tasks.begin(task, "applyPosture", self._all)
 
     def wake_up(self) -> Future[Any]:
         """Switch the stiffness on, and stand up from a crouch."""
@@ -97,7 +102,7 @@ class Postures:
             if self.now() == "Crouch":
                 yield from self._reach("StandInit", REST_SPEED)
 
-        return self._tasks.begin(task())
+        return self._tasks.begin(task(), "wakeUp", self._all)
 
     def rest(self) -> Future[Any]:
         """Crouch, if the robot is upright, and switch the stiffness off."""
@@ -108,17 +113,33 @@ class Postures:
             yield from self._stiffen(0.0, legs=LEGS_AT_REST)
             self.awake = False
 
-        return self._tasks.begin(task())
+        return self._tasks.begin(task(), "rest", self._all)
 
     def _family_or_upright(self) -> str:
         """The family; a robot between postures with its torso upright stands."""
         family = self.family()
-        upright = max(abs(angle) for angle in self._joints.frame.angle) < 0.5
+        upright = max(abs(angle) for angle in self._joints.frame.angle) < _UPRIGHT
         return "Standing" if family == "Unknown" and upright else family
 
     def _stiffen(self, value: float, legs: float) -> MotionTask:
         values = [[legs if joint in _LEGS else value] for joint in self._all]
         yield from self._motion.stiffen(self._all, values, [[_STIFFENING]] * len(self._all))
+
+    def _stiffen_and_reach(self, posture: str, speed_fraction: float) -> MotionTask:
+        """Switch limp joints on and go; whether the robot is in the posture then, and the right way up."""
+        if min(self._joints.stiffness(joint) for joint in self._all) <= LEGS_AT_REST:
+            yield from self._stiffen(1.0, legs=1.0)
+            self.awake = True
+        yield from self._reach(posture, speed_fraction)
+        yield self._joints.now + _SETTLING
+        upright = max(abs(angle) for angle in self._joints.frame.angle) < _UPRIGHT
+        wanted = FAMILIES[posture]
+        return self._deviation(posture) <= _MAX_DEVIATION and upright is not wanted.startswith("Lying")
+
+    def _deviation(self, posture: str) -> float:
+        """Farthest leg joint from a posture by the sensors, rad."""
+        position = POSTURES[posture]
+        return max(abs(position[INDEX_WITH_MIRROR[j]] - self._joints.measured(j)) for j in _LEGS)
 
     def _reach(self, posture: str, speed_fraction: float) -> MotionTask:
         position = POSTURES[posture]

@@ -13,6 +13,7 @@ from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.adapters.notice_log import log_notice
 from bridge.body import Body, load_body
 from bridge.errors import FrameError, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
@@ -132,6 +133,8 @@ class NaoqiServer:
             elif frame.seq > services.joints.frame.seq:
                 with self._lock:
                     services.cycle(frame)
+                    if not self._commanding:
+                        services.joints.hold()  # the walker moves them: what was sent is where they are
                 self._send(services)
             elif frame.seq < services.joints.frame.seq:
                 logger.warning("the robot began anew")
@@ -186,7 +189,7 @@ class NaoqiServer:
 
     def _read_notices(self) -> None:
         for notice in self._link.notices():
-            logger.warning("the robot says: %s", notice.text)
+            log_notice(logger, notice)
             if notice.code == "no-lease":
                 self._keep_lease()
 

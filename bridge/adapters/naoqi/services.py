@@ -138,8 +138,9 @@ class Services:
             "wakeUp": self._postures.wake_up,
             "rest": lambda *_: self._postures.rest(),
             "killAll": self.motion.end_all,
-            "killTasksUsingResources": lambda _names: self.motion.end_all(),
-            "stop": lambda _number: self.motion.end_all(),
+            "killTasksUsingResources": self.motion.end_using,
+            "killTask": self.motion.end_task,
+            "stop": self.motion.end_task,
         }
         reading = self.motion.reading() | {"robotIsWakeUp": lambda: self._postures.awake}
         return (

@@ -223,8 +223,10 @@ def test_resting_crouches_and_waking_stands_up(robot: Robot) -> None:
 
 @pytest.mark.parametrize("posture", sorted(POSTURES))
 def test_a_posture_is_reached_joint_by_joint(robot: Robot, posture: str) -> None:
+    pitch = 1.5 if posture.startswith("Lying") else 0.0
+    robot.run(0.5, angle=(0.0, pitch))
     done = robot.call("ALRobotPosture", "applyPosture", posture, 1.0)
-    robot.run(6.0)
+    robot.run(6.0, angle=(0.0, pitch))
     assert done.result(0) is True
     for joint in JOINTS:
         assert robot.angle(joint) == pytest.approx(POSTURES[posture][INDEX[joint]], abs=5e-3), joint
@@ -307,3 +309,48 @@ def test_the_fall_manager_ends_motions_and_lets_the_joints_go(
     assert motion.done() is enabled
     assert max(stiffness) == pytest.approx(0.1 if enabled else 1.0, abs=1e-4)
     assert robot.services.call("ALMotion", "getFallManagerEnabled", []) is enabled
+
+
+def test_tasks_are_listed_and_killed_by_what_they_use(standing: Callable[..., SensorFrame]) -> None:
+    """`[name, number, joints]` of each, as the vendor's page on tasks has it."""
+    services = Robot(standing()).services
+    services.call("ALMotion", "setStiffnesses", ["Body", 1.0])
+    head = services.call("ALMotion", "angleInterpolation", ["HeadYaw", 0.5, 2.0, True])
+    arm = services.call(
+        "ALMotion", "angleInterpolation", [["LElbowYaw", "LElbowRoll"], [-1.0, -0.5], 2.0, True]
+    )
+    listed = services.call("ALMotion", "getTaskList", [])
+    assert [(name, joints) for name, _, joints in listed] == [
+        ("angleInterpolation", ["HeadYaw"]),
+        ("angleInterpolation", ["LElbowYaw", "LElbowRoll"]),
+    ]
+    assert services.call("ALMotion", "areResourcesAvailable", [["RArm"]]) is True
+    assert services.call("ALMotion", "areResourcesAvailable", [["LArm"]]) is False
+    services.call("ALMotion", "killTasksUsingResources", [["LElbowRoll"]])
+    assert arm.done() and not head.done()
+    assert services.call("ALMotion", "killTask", [listed[0][1]]) is True
+    assert head.done() and services.call("ALMotion", "getTaskList", []) == []
+
+
+def test_the_masses_of_the_chains_are_those_of_their_links(standing: Callable[..., SensorFrame]) -> None:
+    services = Robot(standing()).services
+    mass = {name: services.call("ALMotion", "getMass", [name]) for name in ("Head", "HeadYaw", "HeadPitch")}
+    assert mass["Head"] == pytest.approx(mass["HeadYaw"] + mass["HeadPitch"])
+
+
+@pytest.mark.parametrize(("pitch", "reached"), [(0.0, True), (-1.5, False)])
+def test_a_posture_is_reached_only_by_a_robot_that_is_the_right_way_up(
+    pitch: float, reached: bool, standing: Callable[..., SensorFrame]
+) -> None:
+    """And its joints are switched on for it."""
+    robot = Robot(standing(position=POSTURES["Crouch"], stiffness=(0.0,) * 25))
+    robot.run(0.5, angle=(0.0, pitch))
+    motion = robot.services.call("ALRobotPosture", "applyPosture", ["StandInit", 1.0])
+    robot.run(6.0, angle=(0.0, pitch))
+    assert motion.result(0.0) is reached
+    assert min(robot.services.call("ALMotion", "getStiffnesses", ["Body"])) > 0.99
+
+
+@pytest.mark.parametrize("key", ["FrontTactilTouched", "robotHasFallen", "RightBumperPressed"])
+def test_an_event_has_a_value_before_it_is_raised(key: str, standing: Callable[..., SensorFrame]) -> None:
+    assert Robot(standing()).services.call("ALMemory", "getData", [key]) == 0.0
