@@ -38,6 +38,7 @@ from nao_hil.cli import (
     record,
     replay,
     results,
+    tune,
     up,
     view,
     walk,
@@ -70,6 +71,7 @@ app.command()(plan.plan)
 app.command()(experiment.experiment)
 app.command()(campaign.campaign)
 app.command("map")(map.map_)
+app.command()(tune.tune)
 app.command()(results.results)
 app.command()(catalogue.robots)
 app.command()(catalogue.gaits)

@@ -1,0 +1,92 @@
+"""What a study makes large: the lower bound of the mean score of an ensemble of walks."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import msgspec
+
+from emulator.scenarios import load_scenario
+from nao_hil.analysis.statistics import score_bounds
+from nao_hil.campaigns.file import with_seed
+from nao_hil.campaigns.quantities import changed
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk, WalkEnd
+
+STEEP: Final = math.radians(30.0)
+"""Largest tilt that still scores."""
+BATCH: Final = 4
+"""Walks between looks at whether to go on."""
+
+
+def score(end: WalkEnd, duration: float) -> float:
+    """0 to 1. A fall scores up to a half, by how long it stood; a walk to the end more, by how upright."""
+    if not end.survived:
+        return 0.5 * min(1.0, end.time / duration)
+    return 1.0 - 0.5 * min(1.0, end.tilt_max / STEEP)
+
+
+class Ensemble(msgspec.Struct, frozen=True, kw_only=True):
+    """Robots, worlds and seeds that a set of parameters must walk."""
+
+    base: RunConfig
+    robots: tuple[str, ...]
+    wears: tuple[str, ...]
+    scenarios: tuple[str, ...]
+    first_seed: int
+    seeds: int
+    duration: float
+
+    def walks(self, point: dict[str, float], first_seed: int | None = None) -> list[Walk]:
+        """All walks of a point, seed by seed.
+
+        Args:
+            point: Values by quantity.
+            first_seed: In place of the ensemble's.
+
+        Raises:
+            ConfigurationError: an unknown quantity or an impossible value.
+        """
+        first = self.first_seed if first_seed is None else first_seed
+        tasks = []
+        for robot, wear, scenario in itertools.product(self.robots, self.wears, self.scenarios):
+            config = msgspec.structs.replace(self.base, robot=robot, wear=wear, scenario=scenario)
+            task = Walk(
+                name=f"{robot}, {wear}, {scenario}",
+                config=config,
+                duration=self.duration,
+                scenario=load_scenario(scenario),
+                keep_track=False,
+            )
+            for name, value in point.items():
+                task = changed(task, name, value)
+            tasks.append(task)
+        return [with_seed(task, first + k) for k in range(self.seeds) for task in tasks]
+
+
+def judge(
+    walks: Sequence[Walk],
+    attempt: Callable[[Sequence[Walk]], Sequence[WalkEnd]],
+    go_on: Callable[[int, float, tuple[float, float]], bool],
+) -> tuple[int, float]:
+    """Walk batch by batch until all are walked or it is not worth it.
+
+    Args:
+        walks: Of one point.
+        attempt: Walks some of them.
+        go_on: Told of the walks so far, the sum of their scores, and the bounds of their mean.
+
+    Returns:
+        Walks that were walked, and the sum of their scores.
+    """
+    n, total = 0, 0.0
+    for begin in range(0, len(walks), BATCH):
+        batch = walks[begin : begin + BATCH]
+        total += sum(score(end, walks[0].duration) for end in attempt(batch))
+        n += len(batch)
+        if n < len(walks) and not go_on(n, total, score_bounds(total, n)):
+            break
+    return n, total

@@ -1,0 +1,126 @@
+"""`nao-hil tune`: parameters of a gait and its controllers, looked for by a study."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bridge.errors import ConfigurationError
+from nao_hil.cli import options
+from nao_hil.cli.campaign_progress import CampaignProgress
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import on_signals
+from nao_hil.runs.config import run_config
+from nao_hil.runs.folder import RunDirectory
+
+if TYPE_CHECKING:
+    from nao_hil.campaigns.study import Range
+    from nao_hil.runs.walk import Walk, WalkEnd
+
+
+def tune(
+    ranges: Annotated[
+        list[str] | None, typer.Argument(help="Parameters with their ranges.", metavar="NAME=LOW:HIGH[:log]...")
+    ] = None,
+    space: Annotated[
+        Path | None, typer.Option("--space", help="TOML with the same: NAME = [LOW, HIGH].", metavar="FILE")
+    ] = None,
+    gait: options.Gait = None,
+    config: options.Config = None,
+    robot: Annotated[list[str] | None, typer.Option("--robot", help="Body; may be repeated.")] = None,
+    wear: Annotated[list[str] | None, typer.Option("--wear", help="Wear; may be repeated.")] = None,
+    scenario: Annotated[list[str] | None, typer.Option("--scenario", help="World; may be repeated.")] = None,
+    trials: Annotated[int, typer.Option("--trials", help="Of the whole study.", min=1, metavar="N")] = 100,
+    seeds: Annotated[int, typer.Option("--seeds", help="Per robot and world.", min=1, metavar="N")] = 20,
+    first_seed: Annotated[int, typer.Option("--first-seed", help="The first seed.", min=0, metavar="N")] = 0,
+    duration: Annotated[float, typer.Option("--duration", help="Of a walk, s.", min=0.1, metavar="S")] = 10.0,
+    study: Annotated[
+        str | None,
+        typer.Option("--study", help="Database that keeps it; default: study.db in its folder.", metavar="URL"),
+    ] = None,
+    cluster: options.Cluster = "local",
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Look for the parameters that an ensemble of robots, worlds and seeds walks best with.
+
+    The same command with the same --out or --study goes on where it was; several share one study. Ends with
+    tuned.toml, importance.png, and before and after on seeds the study never saw.
+
+    Example: nao-hil tune controller.damping.roll=0:0.15 controller.damping.pitch=0:0.15 --gait dynamic
+    """
+    try:
+        from nao_hil.campaigns import study as studies
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(f"`tune` needs {error.name}; install nao-hil[campaign].") from None
+    from nao_hil.campaigns import tuned
+    from nao_hil.campaigns.objective import Ensemble
+    from nao_hil.campaigns.space import read_space
+    from nao_hil.runs.campaign import Campaign
+
+    dimensions: dict[str, Range] = read_space(ranges or [], space)
+    base = run_config(config, gait=gait)
+    ensemble = Ensemble(
+        base=base,
+        robots=tuple(robot or [base.robot]),
+        wears=tuple(wear or [base.wear]),
+        scenarios=tuple(scenario or [base.scenario]),
+        first_seed=first_seed,
+        seeds=seeds,
+        duration=duration,
+    )
+    ensemble.walks({name: r.low for name, r in dimensions.items()})  # a wrong name is an error before all else
+    directory = RunDirectory(out)
+    directory.write_config(base)
+    storage = study or f"sqlite:///{(directory.path / 'study.db').absolute()}"
+    kept = studies.open_study(storage, dimensions, ensemble)
+    if (before := studies.shipped(dimensions, ensemble)) is not None:
+        studies.enqueue(kept, before)
+    stop = threading.Event()
+    on_signals(stop.set)
+    console = open_console()
+    with (
+        CampaignProgress(console) as progress,
+        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
+    ):
+
+        def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:
+            done = campaign.walk(walks)
+            if len(done) < len(walks):
+                raise studies.Stopped
+            return [result.end for result in done]
+
+        progress.begin("tune")
+        studies.improve(kept, dimensions, ensemble, attempt, trials, stop.is_set)
+        if stop.is_set():
+            console.print("Interrupted: the same command goes on.")
+            return 130
+        best = kept.best_params
+        tuned.write_tuned(directory.path / "tuned.toml", ensemble, best)
+        unseen = tuned.compare(ensemble, best, attempt)
+    shares = tuned.importances(kept)
+    tuned.draw(kept, shares, directory.path / "importance.png")
+    data = {
+        "name": "tune",
+        "parameters": best,
+        "objective": kept.best_value,
+        "trials": studies.count(kept),
+        "pruned": sum(trial.state.name == "PRUNED" for trial in kept.trials),
+        "importance": shares,
+        "unseen": unseen,
+    }
+    directory.write_summary(data)
+    for when in ("before", "after"):
+        arm = unseen[when]
+        console.print(
+            f"{when:6} {arm['survived']} of {arm['n']} walk on, mean score {arm['score']:.3f}", highlight=False
+        )
+    console.print(f"parameters: {directory.path / 'tuned.toml'}", highlight=False, soft_wrap=True)
+    if as_json:
+        print(json.dumps(data), flush=True)
+    return 0

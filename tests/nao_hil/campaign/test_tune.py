@@ -1,0 +1,206 @@
+"""Studies: a known best point is found, hopeless trials end early, a killed process loses and doubles none."""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import optuna
+import pytest
+
+from bridge.config import read_toml
+from bridge.errors import ConfigurationError
+from nao_hil.campaigns.objective import BATCH, Ensemble, judge, score
+from nao_hil.campaigns.space import read_space
+from nao_hil.campaigns.study import Range, count, enqueue, improve, open_study, shipped
+from nao_hil.campaigns.tuned import compare, importances, write_tuned
+from nao_hil.cli.main import run
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk, WalkEnd
+
+pytestmark = pytest.mark.filterwarnings("ignore::optuna.exceptions.ExperimentalWarning")
+SPACE = {"controller.damping.roll": Range(0.0, 0.2), "controller.damping.pitch": Range(0.0, 0.2)}
+ENSEMBLE = Ensemble(
+    base=RunConfig(gait="dynamic"),
+    robots=("nao-v3",),
+    wears=("nominal",),
+    scenarios=("flat",),
+    first_seed=0,
+    seeds=20,
+    duration=10.0,
+)
+
+
+def ended(walk: Walk) -> WalkEnd:
+    """Stands the longer the nearer the roll damping is to 0.05; the pitch damping makes no difference."""
+    off = abs(walk.config.controller.get("damping", {}).get("roll", 0.2) - 0.05)
+    alive = off < 0.02
+    time = 10.0 if alive else max(0.1, 10.0 - 80.0 * off)
+    return WalkEnd(
+        ending="walked" if alive else "fell",
+        time=time, roll=0.0, pitch=0.0, steps=0, distance=0.0, tilt_max=0.1 + off,
+    )  # fmt: skip
+
+
+def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:
+    return [ended(walk) for walk in walks]
+
+
+def test_a_study_finds_the_best_point_and_ends_hopeless_trials_early(tmp_path: Path) -> None:
+    study = open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
+    enqueue(study, {"controller.damping.roll": 0.2, "controller.damping.pitch": 0.1})  # detuned
+    improve(study, SPACE, ENSEMBLE, attempt, 40, lambda: False)
+    assert count(study) == 40
+    assert study.trials[0].params["controller.damping.roll"] == 0.2
+    assert abs(study.best_params["controller.damping.roll"] - 0.05) < 0.02
+    pruned = [trial for trial in study.trials if trial.state.name == "PRUNED"]
+    assert pruned
+    assert min(trial.user_attrs["walks"] for trial in pruned) == BATCH
+    shares = importances(study)
+    assert shares["controller.damping.roll"] > shares["controller.damping.pitch"]
+    # resumed: no trial more than asked for
+    again = open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
+    improve(again, SPACE, ENSEMBLE, attempt, 45, lambda: False)
+    assert count(again) == 45
+    unseen = compare(ENSEMBLE, study.best_params, attempt)
+    assert unseen["before"]["survived"] == 0 and unseen["after"]["survived"] == 20
+    write_tuned(tmp_path / "tuned.toml", ENSEMBLE, study.best_params)
+    tuned = read_toml(tmp_path / "tuned.toml")
+    assert tuned["gait"] == "dynamic"
+    assert abs(tuned["controller"]["damping"]["roll"] - 0.05) < 0.02
+
+
+def test_a_score_is_larger_the_longer_and_the_more_upright() -> None:
+    def at(time: float, tilt: float, ending: str) -> float:
+        return score(
+            WalkEnd(ending=ending, time=time, roll=0, pitch=0, steps=0, distance=0, tilt_max=tilt),  # type: ignore[arg-type]
+            10.0,
+        )
+
+    scores = [at(0.0, 1.0, "fell"), at(9.0, 0.1, "fell"), at(10.0, 0.6, "walked"), at(10.0, 0.0, "walked")]
+    assert scores == sorted(scores)
+    assert scores[0] == 0.0 and scores[2] == 0.5 and scores[3] == 1.0
+
+
+def test_an_ensemble_is_every_robot_in_every_world_with_every_seed() -> None:
+    many = Ensemble(
+        base=RunConfig(gait="dynamic"), robots=("nao-v3", "nao-v4"), wears=("nominal", "worn"),
+        scenarios=("flat",), first_seed=3, seeds=5, duration=1.0,
+    )  # fmt: skip
+    walks = many.walks({"controller.damping.roll": 0.1})
+    assert len({(w.config.robot, w.config.wear, w.config.seed) for w in walks}) == len(walks) == 20
+    assert judge(walks, attempt, lambda n, total, bounds: n < 8)[0] == 8
+
+
+def test_the_shipped_values_are_the_first_trial_when_they_are_in_range() -> None:
+    assert shipped(SPACE, ENSEMBLE) == {"controller.damping.roll": 0.08, "controller.damping.pitch": 0.08}
+    assert shipped({"controller.damping.roll": Range(0.1, 0.2)}, ENSEMBLE) is None
+
+
+def test_ranges_come_from_the_command_line_and_from_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "space.toml"
+    file.write_text('"a.b" = [0, 1]\n[c]\nd = [0.1, 10, "log"]\n')
+    assert read_space(["a.b=2:3", "e=1:2:log"], file) == {
+        "a.b": Range(2.0, 3.0),
+        "c.d": Range(0.1, 10.0, True),
+        "e": Range(1.0, 2.0, True),
+    }
+    for wrong in ("a", "a=1", "a=2:1", "a=0:1:log", "a=x:y", "a=1:nan"):
+        with pytest.raises(ConfigurationError, match="must be NAME=LOW:HIGH"):
+            read_space([wrong], None)
+    with pytest.raises(ConfigurationError, match="name at least one parameter"):
+        read_space([], None)
+
+
+def test_a_database_that_is_none_is_one_sentence() -> None:
+    with pytest.raises(ConfigurationError, match="no study can be read or made there"):
+        open_study("sqlite:////nowhere/study.db", SPACE, ENSEMBLE)
+
+
+def test_the_command_walks_and_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["tune", "controller.damping.roll=0:0.2", "--gait", "dynamic", "--trials", "2", "--seeds", "1",
+               "--duration", "0.2", "--cluster", "inline", "--out", str(tmp_path), "--json"]  # fmt: skip
+    assert run(command) == 0
+    data = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert data["trials"] == 2 and data["unseen"]["after"]["n"] == 1
+    assert data["unseen"]["seeds"] == "1000000 to 1000000 (only 1 of 20 seeds)"
+    assert (tmp_path / "tuned.toml").exists() and (tmp_path / "importance.png").stat().st_size > 5000
+
+
+WORKER = """
+import sys, time, warnings
+warnings.simplefilter("ignore")
+sys.path.insert(0, sys.argv[2])
+from test_tune import ENSEMBLE, SPACE, attempt
+from nao_hil.campaigns.study import improve, open_study
+def slowly(walks):
+    time.sleep(0.05)
+    return attempt(walks)
+improve(open_study(sys.argv[1], SPACE, ENSEMBLE), SPACE, ENSEMBLE, slowly, 24, lambda: False)
+"""
+BINARIES = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    if request.param == "sqlite":
+        yield f"sqlite:///{tmp_path / 'study.db'}"
+        return
+    if not BINARIES or (os.geteuid() == 0 and shutil.which("runuser") is None):
+        pytest.skip("needs PostgreSQL (Debian's package postgresql)")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    folder = Path("/tmp") / f"nao-hil-postgres-{os.getpid()}-{port}"
+    folder.mkdir()
+    if os.geteuid() == 0:
+        shutil.chown(folder, "postgres")
+    prefix = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
+
+    def control(*arguments: str) -> None:
+        subprocess.run([*prefix, *arguments], check=True, cwd="/", stdout=subprocess.DEVNULL, timeout=120)
+
+    data, bin_ = str(folder / "data"), BINARIES[-1]
+    control(str(bin_ / "initdb"), "-D", data, "-U", "study", "-A", "trust", "--no-sync")
+    options = f"-p {port} -h 127.0.0.1 -k {folder}"
+    control(str(bin_ / "pg_ctl"), "-D", data, "-o", options, "-l", str(folder / "log"), "-w", "start")
+    try:
+        yield f"postgresql+psycopg://study@127.0.0.1:{port}/postgres"
+    finally:
+        control(str(bin_ / "pg_ctl"), "-D", data, "-m", "immediate", "stop")
+        shutil.rmtree(folder)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # optuna leaves connections open
+def test_four_processes_share_a_study_and_two_that_are_killed_lose_and_double_no_trial(database: str) -> None:
+    open_study(database, SPACE, ENSEMBLE)
+    workers = [
+        subprocess.Popen([sys.executable, "-c", WORKER, database, str(Path(__file__).parent)]) for _ in range(4)
+    ]
+    study = open_study(database, SPACE, ENSEMBLE)
+    for _ in range(600):
+        if count(study) >= 6:
+            break
+        time.sleep(0.1)
+    for worker in workers[:2]:
+        worker.send_signal(signal.SIGKILL)
+    for worker in workers:
+        worker.wait(120)
+    assert [worker.returncode for worker in workers[2:]] == [0, 0]
+    trials = open_study(database, SPACE, ENSEMBLE).trials
+    assert [trial.number for trial in trials] == list(range(len(trials)))
+    points = [tuple(trial.params.values()) for trial in trials if trial.state.is_finished()]
+    assert len(points) == len(set(points)) >= 24
+    under_way = [trial for trial in trials if trial.state == optuna.trial.TrialState.RUNNING]
+    del study
+    gc.collect()  # connections, while their warnings are ignored
+    assert len(under_way) <= 2  # of the killed ones, at most; done again once their heartbeat is stale
