@@ -15,6 +15,8 @@ from bridge.messages.dcm import PREFIX
 
 MAX_DATA: Final = 10_000
 """Keys that programs may put in."""
+CONTACT: Final = 5.0
+"""N on both soles together from which a foot touches the ground (assumed)."""
 FALLEN: Final = 0.8
 """rad of torso tilt from which `robotHasFallen` is raised (about 45 deg, as the walker's own limit)."""
 _EVENTS: Final = {
@@ -54,7 +56,13 @@ class Memory:
         self._sensors = getters(body)
         buttons = [*_EVENTS.values(), *_BUMPERS.values()]
         self._data: dict[str, Any] = {**fixed, **dict.fromkeys(buttons, 0.0), "robotHasFallen": 0.0}
-        self._events: set[str] = {"TouchChanged", "robotHasFallen", *_EVENTS.values(), *_BUMPERS.values()}
+        self._events: set[str] = {
+            "TouchChanged",
+            "footContactChanged",
+            "robotHasFallen",
+            *_EVENTS.values(),
+            *_BUMPERS.values(),
+        }
         self._names = [
             *(PREFIX + name for name in self._sensors),
             *(PREFIX + actuator.name for actuator in dcm().table),
@@ -65,6 +73,8 @@ class Memory:
         self._known = set(self._names)
         self._frame: SensorFrame | None = None
         self._fallen = False
+        self._contact: bool | None = None
+        """A foot touches the ground; None: before the first frame."""
 
     def update(self, frame: SensorFrame) -> None:
         """A new sensor frame; raises the events that it brings."""
@@ -75,6 +85,12 @@ class Memory:
         if fallen and not self._fallen:
             self.raise_event("robotHasFallen", 1.0)
         self._fallen = fallen
+        contact = sum(frame.fsr) > CONTACT
+        if contact is not self._contact:
+            self._data["footContact"] = float(contact)
+            if self._contact is not None:
+                self.raise_event("footContactChanged", contact)
+        self._contact = contact
 
     def _touched(self, before: tuple[float, ...], now: tuple[float, ...]) -> None:
         changed = []

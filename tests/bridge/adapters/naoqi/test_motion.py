@@ -354,3 +354,11 @@ def test_a_posture_is_reached_only_by_a_robot_that_is_the_right_way_up(
 @pytest.mark.parametrize("key", ["FrontTactilTouched", "robotHasFallen", "RightBumperPressed"])
 def test_an_event_has_a_value_before_it_is_raised(key: str, standing: Callable[..., SensorFrame]) -> None:
     assert Robot(standing()).services.call("ALMemory", "getData", [key]) == 0.0
+
+
+def test_a_robot_that_is_lifted_says_so(standing: Callable[..., SensorFrame]) -> None:
+    robot = Robot(standing(fsr=(6.0,) * 8))
+    assert robot.services.call("ALMemory", "getData", ["footContact"]) == 1.0
+    robot.run(0.1, fsr=(0.0,) * 8)
+    assert robot.services.call("ALMemory", "getData", ["footContact"]) == 0.0
+    assert robot.events == [("footContactChanged", False)]
