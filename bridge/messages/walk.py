@@ -56,7 +56,7 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
     seq: Count
     """Newest sensor frame that the walker answered."""
     state: str
-    """As in `WalkTelemetry`: `approach`, `walk`, `stopping`, `stand` or `fallen`."""
+    """As in `WalkTelemetry`: `approach`, `walk`, `stopping`, `stand`, `fallen` or `motion`."""
     gait: str
     torso: str
     admittance: bool
@@ -77,7 +77,7 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     seq: Count
     """`seq` of the sensor frame it belongs to."""
     state: str
-    """`approach`, `walk`, `stopping`, `stand` or `fallen`."""
+    """`approach`, `walk`, `stopping`, `stand`, `fallen` or `motion` (getting up)."""
     phase: str
     """`DSL`, `SSL`, `DSR`, `SSR`, `start`, `stop` or `stand`."""
     step: Count

@@ -32,6 +32,7 @@ from nao_hil.cli import (
     keys,
     lola,
     map,
+    motion,
     naoqi,
     plan,
     plot,
@@ -68,6 +69,7 @@ app.command()(info.info)
 app.command()(plot.plot)
 app.command()(doctor.doctor)
 app.command()(plan.plan)
+app.command()(motion.motion)
 app.command()(experiment.experiment)
 app.command()(campaign.campaign)
 app.command("map")(map.map_)

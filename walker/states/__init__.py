@@ -1,9 +1,10 @@
-"""The states of a walk, one per file: approach, walk, stand, fallen."""
+"""The states of a walk, one per file: approach, walk, stand, fallen, motion."""
 
 from walker.states.approach import Approaching
 from walker.states.fallen import Fallen
+from walker.states.motion import Moving
 from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
 
-__all__ = ["Approaching", "Fallen", "Standing", "State", "StateName", "Walking"]
+__all__ = ["Approaching", "Fallen", "Moving", "Standing", "State", "StateName", "Walking"]

@@ -1,0 +1,140 @@
+"""Key-frame motions: the format, the way between frames, mirrors and gates."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import pytest
+
+from bridge.body import load_body
+from bridge.body.joints import INDEX, JOINTS, N_JOINTS
+from bridge.body.quantities import limits
+from bridge.errors import ConfigurationError
+from bridge.messages import SensorFrame
+from tests.frames import standing_frame
+from walker.planning.motion import Motion, MotionPlayer, load_motion, lying, motion_names
+from walker.planning.motion.keyframes import Frame, Gate, Phase, targets
+
+BODY = load_body("nao-v6")
+DT = 0.01
+
+
+def motion(*phases: Phase) -> Motion:
+    return Motion(title="", source="", phases=phases)
+
+
+def frame(angle: tuple[float, float] = (0.0, 0.0)) -> SensorFrame:
+    return standing_frame(position=(0.0,) * N_JOINTS, angle=angle)
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "below"),
+    [
+        (0.0, 0.2, "upright"),
+        (0.0, -math.pi / 2, "back"),
+        (3.0, -1.5, "back"),  # roll means nothing at a pitch of 90 degrees
+        (0.0, math.pi / 2, "front"),
+        (-math.pi / 2, 0.0, "left"),  # Rx(-90 deg) turns the left arm down
+        (math.pi / 2, 0.0, "right"),
+    ],
+)
+def test_what_is_below(roll: float, pitch: float, below: str) -> None:
+    assert lying((roll, pitch)) == below
+
+
+def test_straight_lines_in_their_time() -> None:
+    first = Frame(duration=0.2, joints={"HeadYaw": 0.2}, stiffness=0.5)
+    player = MotionPlayer(motion(Phase(frames=(first, Frame(duration=0.4, joints={"HeadYaw": -0.2})))), BODY)
+    at = INDEX["HeadYaw"]
+    ways = [player.advance(frame(), DT)[at] for _ in range(61)]
+    assert ways[0] == 0.0  # from where the joints are
+    assert ways[10] == pytest.approx(0.1)  # half of the way to 0.2
+    assert ways[40] == pytest.approx(0.0, abs=1e-9)  # half of the way from 0.2 to -0.2
+    assert ways[60] == pytest.approx(-0.2)
+    assert player.stiffness == 0.5
+
+
+def test_the_first_frame_is_approached_no_faster_than_allowed() -> None:
+    player = MotionPlayer(motion(Phase(frames=(Frame(duration=0.0, joints={"LShoulderPitch": 1.5708}),))), BODY)
+    ways = [player.advance(frame(), DT)[INDEX["LShoulderPitch"]] for _ in range(150)]
+    assert max(b - a for a, b in itertools.pairwise(ways)) == pytest.approx(1.5708 * DT)
+    assert player.done
+
+
+def test_a_mirrored_phase_is_the_mirror_image() -> None:
+    angles = {
+        "HeadYaw": 0.3,
+        "HeadPitch": 0.2,
+        "LShoulderPitch": 1.0,
+        "RShoulderRoll": -0.4,
+        "LHipYawPitch": -0.5,
+    }
+    (target,) = targets(motion(Phase(frames=(Frame(duration=1.0, joints=angles),), mirrored=True)), BODY)
+    found = {name: target.position[INDEX[name]] for name in JOINTS if target.position[INDEX[name]]}
+    # a mirror at the plane y = 0 turns rotations about x and z round, and leaves those about y
+    assert found == {
+        "HeadYaw": -0.3,
+        "HeadPitch": 0.2,
+        "RShoulderPitch": 1.0,
+        "LShoulderRoll": 0.4,
+        "LHipYawPitch": -0.5,
+    } | {name: q for name, q in found.items() if name in ("LElbowRoll", "RElbowRoll")}
+
+
+def test_a_gate_waits_and_then_fails() -> None:
+    gate = Gate(pitch=(-0.2, 0.2), wait=0.1)
+    phases = Phase(frames=(Frame(duration=0.1),), gate=gate), Phase(frames=(Frame(duration=0.1),))
+    shut = MotionPlayer(motion(*phases), BODY)
+    for _ in range(15):
+        shut.advance(frame((0.0, 1.0)), DT)
+    assert not shut.done
+    for _ in range(10):
+        shut.advance(frame((0.0, 1.0)), DT)
+    assert shut.done and shut.failed
+    opened = MotionPlayer(motion(*phases), BODY)
+    for k in range(70):
+        opened.advance(frame((0.0, 1.0 if k < 15 else 0.0)), DT)
+    assert opened.done and not opened.failed
+
+
+def test_frames_are_repeated_and_kept_inside_the_ranges() -> None:
+    frames = (Frame(duration=0.1, joints={"LKneePitch": 9.0}), Frame(duration=0.1, joints={"LKneePitch": -9.0}))
+    found = [t.position[INDEX["LKneePitch"]] for t in targets(motion(Phase(frames=frames, repeat=3)), BODY)]
+    lower, upper = limits(BODY, "LKneePitch")
+    assert found == [upper, lower] * 3
+
+
+@pytest.mark.parametrize("name", motion_names())
+def test_shipped_motions_load_and_name_their_licence(name: str) -> None:
+    found = load_motion(name)
+    assert "Apache License 2.0" in found.source
+    assert targets(found, load_body("nao-v3")) and targets(found, BODY)
+
+
+def test_a_table_of_a_team_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "nod.csv"
+    file.write_text(
+        "frame,duration_s,HeadPitch,LHand,stiffness,notes\n0,0,0.2,,0.5,a\n1,0.5,,,,b\n2,0.25,-0.2,,,c\n"
+    )
+    found = load_motion(str(file)).phases[0].frames
+    assert [f.duration for f in found] == [0.0, 0.5, 0.25]
+    assert [f.joints for f in found] == [{"HeadPitch": 0.2}, {}, {"HeadPitch": -0.2}]
+    assert found[0].stiffness == 0.5
+
+
+HEAD = 'title = "a"\nsource = "b"\n'
+KNEE = "[[phases]]\n[[phases.frames]]\nduration = 1.0\n[phases.frames.joints]\nLKnee = 1.0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"), [(HEAD + KNEE, "LKnee"), (HEAD + "phases = []\nbegin = 1\n", "begin")]
+)
+def test_a_wrong_file_is_refused_by_name(tmp_path: Path, text: str, says: str) -> None:
+    file = tmp_path / "wrong.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError, match=says):
+        load_motion(str(file))
+    with pytest.raises(ConfigurationError, match="get-up-back"):
+        load_motion("get-up-bak")
