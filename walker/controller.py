@@ -17,11 +17,13 @@ from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.types import Pose
 from walker.estimation import Contacts, Corrections, Estimate, Estimator
 from walker.planning import Foothold, Gait, Plan, SolePose
+from walker.planning.motion import lying
 from walker.planning.order import WalkOrder
 from walker.planning.planner import WalkPlanner
 from walker.stabilization.parameters import ControllerParameters, controller_parameters
-from walker.states import Approaching, Fallen, Standing, State, StateName, Walking
+from walker.states import Approaching, Fallen, Moving, Standing, State, StateName, Walking
 from walker.states.ready import ReadyWalk, ready_walk
+from walker.states.recovery import REST, TRIES, Recovery
 
 __all__ = ["Controller", "WalkOrder"]
 
@@ -35,6 +37,7 @@ class Controller:
         order: how far to walk; None: stand, and wait for `begin`.
         cycle: of the robot, s.
         parameters: of the controllers; None: the gait's shipped ones.
+        recover: get up after a fall and go on with the order, where the body has motions for that.
 
     Raises:
         ConfigurationError: no torso controller can be designed to the parameters.
@@ -48,6 +51,8 @@ class Controller:
         order: WalkOrder | None,
         cycle: float,
         parameters: ControllerParameters | None = None,
+        *,
+        recover: bool = False,
     ) -> None:
         p = parameters or controller_parameters(gait.name)
         walk = self._walk = ready_walk(body, gait, order or WalkOrder(), cycle, p)
@@ -59,7 +64,13 @@ class Controller:
         self._next: ReadyWalk | None = None
         self._hold = math.inf
         self._fell = self._limp = False
+        self._recovery = Recovery.of(body) if recover else None
+        self._tries = 0
+        self._resume = False
+        """The robot walked when it fell: the order goes on once it stands."""
         self._began = self.plan
+        self.recoveries = 0
+        """How often the robot got up after a fall."""
         self.interruptions = 0
         """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
         self._estimator = Estimator(body, p, cycle)
@@ -77,7 +88,7 @@ class Controller:
 
         Never, while the controller waits for orders.
         """
-        if self._serves or self._state.name not in ("stand", "fallen"):
+        if self._serves or self._state.name not in ("stand", "fallen") or self._recovers:
             return False
         return self._state.settled >= self._planner.order.settle
 
@@ -164,11 +175,13 @@ class Controller:
             self._hold -= dt
             if self._hold <= 0.0:
                 self.stop()
-        if self._estimate.falling and self._state.name != "fallen":
+        if self._estimate.falling and self._state.name not in ("fallen", "motion"):
             self._next = None
             self._limp = False
+            self._resume = self._state.name in ("walk", "approach") and not self._stands_by(self._state)
             self._state = Fallen(frame.position, self._walk.parameters.fall.stiffness)
         else:
+            self._recover(frame)
             if self._put_up(frame):
                 self._stand_again(frame)
             if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.max_gap:
@@ -181,6 +194,39 @@ class Controller:
             position=self._state.position,
             stiffness=(self._state.stiffness,) * N_JOINTS,
         )
+
+    @property
+    def _recovers(self) -> bool:
+        """The robot lies, and is about to try to get up."""
+        return self._recovery is not None and self._state.name == "fallen" and self._tries < TRIES
+
+    def _stands_by(self, state: State) -> bool:
+        """It approaches a stand and no walk."""
+        return isinstance(state, Approaching) and isinstance(state.successor, Standing)
+
+    def _recover(self, frame: SensorFrame) -> None:
+        """Begin to get up, or see what came of it."""
+        state = self._state
+        if isinstance(state, Moving) and state.player.done:
+            if lying(frame.angle) == "upright":
+                self._tries = 0
+                self.recoveries += 1
+                self._go_on(frame)
+            else:
+                self._state = Fallen(frame.position, self._walk.parameters.fall.stiffness)
+        elif isinstance(state, Fallen) and self._recovers and state.settled >= REST:
+            assert self._recovery is not None
+            player = self._recovery.player(frame)
+            self._tries += 1
+            lies = Fallen(frame.position, self._walk.parameters.fall.stiffness)
+            self._state = lies if player is None else Moving(player, frame.position)
+
+    def _go_on(self, frame: SensorFrame) -> None:
+        """On its feet again: to the end of the order, or stand and wait."""
+        if self._resume or not self._serves:
+            self._begin_anew(self._walking, frame)
+        else:
+            self._stand_again(frame)
 
     def _elapsed(self, seq: int) -> float:
         """Time since the last frame, s."""
@@ -219,6 +265,12 @@ class Controller:
         self._state, self._fell = Approaching(self._walk.goal, standing, frame.position), True
 
     def _interrupt(self, walking: Walking, frame: SensorFrame) -> None:
+        """A gap that was too long to go on in stride."""
+        self._begin_anew(walking, frame)
+        self._estimate = self._estimate._replace(delay=0.0)  # the mean begins anew
+        self.interruptions += 1
+
+    def _begin_anew(self, walking: Walking, frame: SensorFrame) -> None:
         """From wherever the joints are into the stand, and from there walk on to the end of the order."""
         walk = self._walk = self._walk.anew(self._body, self._cycle)
         before = self._planner
@@ -228,8 +280,6 @@ class Controller:
             self._walking.stop()
         self._state = Approaching(walk.goal, self._walking, frame.position)
         self._estimator = Estimator(self._body, walk.parameters, self._cycle)
-        self._estimate = self._estimate._replace(delay=0.0)  # the mean begins anew
-        self.interruptions += 1
 
     def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:
         """Begin a walk where the robot is: from its stand, or by way of the new gait's."""

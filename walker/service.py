@@ -62,6 +62,7 @@ class WalkService:
         gait: to begin with.
         parameters: of that gait that differ from the shipped ones.
         controller: parameters of its controllers that differ.
+        recover: get up after a fall, see `Controller`.
 
     Raises:
         ConfigurationError: a wrong parameter.
@@ -72,8 +73,10 @@ class WalkService:
         gait: str,
         parameters: Mapping[str, Any] | None = None,
         controller: Mapping[str, Any] | None = None,
+        *,
+        recover: bool = False,
     ) -> None:
-        self._first = gait
+        self._first, self._recover = gait, recover
         self._changes = dict(parameters or {})
         self._controller_changes = dict(controller or {})
         self._wish = Wish(gait, None, None, None)
@@ -99,7 +102,7 @@ class WalkService:
             self._robot, self._seen = (body, cycle), None
             self._walkable.clear()
         gait = _walkable_gait(self._wish.gait, self._gait_parameters(self._wish), body)
-        return Controller(body, gait, None, cycle, self._controllers(self._wish))
+        return Controller(body, gait, None, cycle, self._controllers(self._wish), recover=self._recover)
 
     def before(self, controller: Controller, seq: int) -> None:
         """Carry out, before the tick of frame `seq`, the orders that are due; in the controller's thread."""

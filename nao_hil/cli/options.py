@@ -95,6 +95,10 @@ Start = Annotated[
         autocompletion=_among(_starts),
     ),
 ]
+Recover = Annotated[
+    bool | None,
+    typer.Option("--recover/--no-recover", help="Get up after a fall and go on, on bodies that can."),
+]
 Gait = Annotated[
     str | None,
     typer.Option(

@@ -31,6 +31,7 @@ GRACE = 5.0
 def up(
     settings: RunConfig,
     serve: options.Serve = False,
+    recover: options.Recover = None,
     view: options.View = False,
     port: options.Port = DEFAULT_PORT,
     name: options.Name = DEFAULT_ROBOT,
@@ -42,12 +43,15 @@ def up(
 
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
 
-    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page).
+    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page). It
+    gets up after a fall then, unless --no-recover is given.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import controller_maker
 
     settings = chosen_engine(settings, open_console())
+    recover = serve or settings.recover if recover is None else recover
+    settings = msgspec.structs.replace(settings, recover=recover)
     controller_maker(settings)  # refuses what the walker would, before anything has begun
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
@@ -106,7 +110,7 @@ def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> 
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()
     conclude(msgspec.to_builtins(summary), directory, console, interrupted=interrupted, as_json=as_json)
-    return 1 if summary.fell else 130 if interrupted else 0
+    return 1 if summary.falls > summary.recoveries else 130 if interrupted else 0
 
 
 def _conclude(
@@ -132,7 +136,7 @@ def _conclude(
     assert robot.result is not None
     summary = robot.result | {"walker": walker.result}
     summary = conclude(summary, directory, console, interrupted=interrupted, as_json=as_json)
-    if summary["fell"] or walker.code == 1:
+    if summary["falls"] > summary["recoveries"] or walker.code == 1:
         return 1
     return 130 if interrupted else 0
 

@@ -57,7 +57,9 @@ def walk(
     log_to_stderr()
     stop = threading.Event()
     # made first, so that a wrong parameter is told before anyone waits
-    service = WalkService(settings.gait, settings.parameters, settings.controller) if serve else None
+    service = None
+    if serve:
+        service = WalkService(settings.gait, settings.parameters, settings.controller, recover=settings.recover)
     make = service.make if service is not None else controller_maker(settings)
     with ControllerLink(name, connect, controller) as link:
         if service is not None:

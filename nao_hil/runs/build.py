@@ -76,6 +76,7 @@ def controller_maker(settings: RunConfig) -> MakeController:
     def make(body: Body, cycle: float) -> Controller:
         parameters = gait_parameters(settings.gait, ground_parameters(settings, body))
         check_walkable(body, make_gait(settings.gait, parameters, body))
-        return Controller(body, make_gait(settings.gait, parameters, body), order, cycle, controllers)
+        gait = make_gait(settings.gait, parameters, body)
+        return Controller(body, gait, order, cycle, controllers, recover=settings.recover)
 
     return make

@@ -28,6 +28,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """World: a name of `nao-hil scenarios`, or the path of one."""
     start: str = ""
     """Pose to begin in: a name of `emulator.start.START_NAMES`; empty: the scenario's."""
+    recover: bool = False
+    """Get up after a fall and go on, on bodies that have motions for that."""
     gait: str = "static"
     mode: Mode = "real-time"
     steps: Annotated[int, msgspec.Meta(ge=0)] = 10

@@ -19,7 +19,10 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """The ground truth says that the robot fell, at least once."""
     falls: int
-    """How often it fell; it has fallen again when it was upright in between."""
+    """How often it fell; it has fallen again when it was upright in between. A robot that began lying did not
+    fall, and what touches the ground while it gets up is no fall."""
+    recoveries: int
+    """How often it got up by itself, by the walker's word."""
     steps: int
     """Steps completed in all walks, by the walker's word."""
     distance: float
@@ -63,7 +66,8 @@ class RunStatistics(Observer):
 
     def __init__(self, seed: int, engine: str) -> None:
         self._seed, self._engine = seed, engine
-        self._resets = self._falls = 0
+        self._resets = self._falls = self._recoveries = 0
+        self._state = ""
         self._before = _Sums()
         self._torso_max = 0.0
         self._hash = FrameHash()
@@ -89,7 +93,8 @@ class RunStatistics(Observer):
             self._begin()
         self._hash.add(frame)
         self._first = self._first or truth
-        self._falls += truth.fell and not (self._last is not None and self._last.fell)
+        if self._last is not None and not self._last.fell:
+            self._falls += truth.fell and self._state != "motion"
         self._last, self._last_frame = truth, frame
         if not self._fell:
             self._way_end = truth
@@ -119,6 +124,8 @@ class RunStatistics(Observer):
         """Take in what the walker says of its walk."""
         if self._last_frame is None or message.seq > self._last_frame.seq:
             return  # said of the robot before it began anew
+        self._recoveries += self._state == "motion" and message.state not in ("motion", "fallen")
+        self._state = message.state
         if message.step < self._step:  # another walk
             self._steps_before += self._step
         self._step = message.step
@@ -136,6 +143,7 @@ class RunStatistics(Observer):
         return Summary(
             fell=self._falls > 0,
             falls=self._falls,
+            recoveries=self._recoveries,
             steps=sums.steps,
             distance=sums.distance,
             speed=sums.distance / sums.walked if sums.walked > 0.0 else 0.0,

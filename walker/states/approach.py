@@ -32,7 +32,8 @@ class Approaching:
         start: tuple[float, ...] | None = None,
     ) -> None:
         self._goal = goal
-        self._successor = successor
+        self.successor = successor
+        """The state that follows."""
         self._start = start
         self._approach: Approach | None = None
         self.position = goal
@@ -43,7 +44,7 @@ class Approaching:
         if self._approach is None:
             self._approach = Approach(self._start or frame.position, self._goal)
         elif self._approach.done:
-            return self._successor.advance(frame, estimate, dt)
+            return self.successor.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)
-        self._successor.settle(estimate)
+        self.successor.settle(estimate)
         return self

@@ -1,0 +1,21 @@
+"""A robot that lies gets up and carries out its order."""
+
+from __future__ import annotations
+
+from nao_hil.runs.config import run_config
+from nao_hil.runs.in_process import walk_in_process
+
+
+def test_from_the_back_onto_its_feet_and_on() -> None:
+    summary = walk_in_process(
+        run_config(None, robot="nao-v6", gait="dynamic", start="lie-back", steps=4, seed=21, recover=True)
+    )
+    # it lay from the start: that is no fall; it stands at the end, and has walked what was asked for
+    assert (summary.falls, summary.recoveries, summary.steps) == (0, 1, 4)
+
+
+def test_without_recovery_it_stays_where_it_is() -> None:
+    summary = walk_in_process(
+        run_config(None, robot="nao-v6", gait="dynamic", start="lie-back", steps=4, seed=21)
+    )
+    assert (summary.recoveries, summary.steps) == (0, 0)
