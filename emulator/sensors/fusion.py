@@ -9,6 +9,7 @@ import math
 from typing import Final
 
 from bridge.types import Vec2, Vec3
+from emulator.sensors.parameters import FusedAngleParameters
 from emulator.vectors import add, cross, length, scaled
 
 WINDOW: Final = 0.2
@@ -32,23 +33,18 @@ LONG_QUIET_TIME: Final = 3.0
 """How long they must last to be a bias and a lean after all, s: no robot turns or speeds up so evenly then."""
 MAX_DEPARTURE: Final = 0.3
 """Maximum departure of the mean acceleration's size from gravity at rest, m/s^2."""
-REST_PULL: Final = 1.0
-"""How fast the accelerometer pulls the angle at rest, 1/s; in the first rest so that all of it averages."""
-MOTION_PULL: Final = 0.05
-"""The same in motion, 1/s: the accelerations of a walk average out over 20 s, and an error of b in the bias
-costs no more than b / 0.05 s^-1."""
-BIAS_MEMORY: Final = 20.0
-"""The gyroscope's bias is its mean over that much time at rest, s: over all of it while there is less."""
 
 
 class FusedAngle:
     """AngleX and AngleY.
 
     The direction up is turned by the gyroscope, less the bias it had when the body last rested, and pulled
-    towards the accelerometer: strongly at rest, weakly in motion. Rest is when both sensors have hardly varied
-    for a while; a body that glides at constant acceleration cannot be told from one at rest. A unit
-    without a Z axis does not see how turning about the vertical moves the lean of a body around: the larger
-    part of the error in a walk of such a body, up to a degree.
+    towards the accelerometer: at rest and in motion each with its time constant. Rest is when both sensors have
+    hardly varied for a while; a body that glides at constant acceleration cannot be told from one at rest.
+    The accelerometer sits over the ankle, so that a torso that begins to lean reads as leaning the other way at
+    first: with h its height over the pivot, the angle is theta (1 - (h/g) s^2 / (1 + T s)). A unit without a Z
+    axis does not see how turning about the vertical moves the lean of a body around: up to a degree of error in
+    a walk of such a body.
 
     With R = Rz Ry Rx the torso's orientation, up in the Torso frame is
     (-sin AngleY, cos AngleY sin AngleX, cos AngleY cos AngleX).
@@ -56,10 +52,14 @@ class FusedAngle:
     Args:
         gravity: m/s^2.
         acceleration: First accelerometer sample, m/s^2; the angle starts exactly there.
+        parameters: Time constants.
     """
 
-    def __init__(self, gravity: float, acceleration: Vec3) -> None:
+    def __init__(self, gravity: float, acceleration: Vec3, parameters: FusedAngleParameters) -> None:
         self._gravity = gravity
+        self._motion_pull = 1.0 / parameters.motion_time
+        self._rest_pull = max(1.0 / parameters.rest_time, self._motion_pull)
+        self._bias_time = parameters.bias_time
         self._up = _unit(acceleration)
         self._bias: Vec3 = (0.0, 0.0, 0.0)
         self._mean_rate: Vec3 = (0.0, 0.0, 0.0)
@@ -72,10 +72,10 @@ class FusedAngle:
     def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Take in the means of both sensors over the last dt seconds."""
         self._judge_rest(acceleration, rate, dt)
-        pull = MOTION_PULL
+        pull = self._motion_pull
         if self.at_rest:
-            self._rested = min(self._rested + dt, BIAS_MEMORY)
-            pull = max(REST_PULL, 1.0 / self._rested)
+            self._rested = min(self._rested + dt, self._bias_time)
+            pull = max(self._rest_pull, 1.0 / self._rested)
             learnt = add(self._mean_rate, scaled(self._bias, -1.0))
             self._bias = add(self._bias, scaled(learnt, dt / self._rested))
         turn = scaled(add(rate, scaled(self._bias, -1.0)), dt)

@@ -92,6 +92,7 @@ class InertialSensors:
         self._place = unit.accelerometer
         self._gravity, self._up = gravity, (0.0, 0.0, gravity)
         self._cycle = cycle
+        self._filter = parameters.fused_angle
         self.start(torso)
 
     def start(self, torso: TorsoState) -> None:
@@ -99,7 +100,7 @@ class InertialSensors:
         self._rotation = torso.rotation
         self._velocity = self._point_velocity(torso)
         at_rest = rotate_back(torso.rotation, self._up)
-        self._fusion = FusedAngle(self._gravity, self.accelerometer.measure(at_rest))
+        self._fusion = FusedAngle(self._gravity, self.accelerometer.measure(at_rest), self._filter)
         for _ in range(round(REST_BEFORE_START / self._cycle)):
             self._take(at_rest, (0.0, 0.0, 0.0))
 
@@ -126,4 +127,4 @@ class InertialSensors:
 
     def rezero(self) -> None:
         """The unit starts anew, as after a loss of power: angle zero, nothing known of the gyroscope's bias."""
-        self._fusion = FusedAngle(self._gravity, self._up)
+        self._fusion = FusedAngle(self._gravity, self._up, self._filter)

@@ -67,6 +67,18 @@ class TriaxialParameters(_Parameters, frozen=True):
     """Standard deviation per sample."""
 
 
+class FusedAngleParameters(_Parameters, frozen=True):
+    """The filter that fuses the torso's angle; all assumed, the vendor's own is not published."""
+
+    motion_time: Positive = 20.0
+    """Time constant with which the accelerometer pulls the angle of a moving body, s: the gyroscope rules what
+    is quicker."""
+    rest_time: Positive = 1.0
+    """The same of a body that rests, if that is shorter, s; in the first rest so that all of it averages."""
+    bias_time: Positive = 20.0
+    """The gyroscope's bias is its mean over that much time at rest, s: over all of it while there is less."""
+
+
 class SonarParameters(_Parameters, frozen=True):
     """Ultrasound in the chest."""
 
@@ -102,5 +114,6 @@ class SensorParameters(_Parameters, frozen=True):
     fsr: FsrParameters = FsrParameters()
     accelerometer: TriaxialParameters = TriaxialParameters()
     gyroscope: TriaxialParameters = TriaxialParameters()
+    fused_angle: FusedAngleParameters = FusedAngleParameters()
     sonar: SonarParameters = SonarParameters()
     battery: BatteryParameters = BatteryParameters()

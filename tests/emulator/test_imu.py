@@ -16,8 +16,10 @@ from emulator.engine.pybullet.client import bullet
 from emulator.robot import EmulatedRobot
 from emulator.sensors.fusion import FusedAngle
 from emulator.sensors.imu import mean_rate
+from emulator.sensors.parameters import FusedAngleParameters
 
 G = 9.81
+FILTER = FusedAngleParameters()
 TILTS = [(0.0, 0.0), (30.0, 0.0), (-30.0, 0.0), (0.0, 30.0), (0.0, -30.0), (20.0, -22.0), (-12.0, 27.0)]
 
 
@@ -31,7 +33,7 @@ def gravity(roll: float, pitch: float) -> tuple[float, float, float]:
 @pytest.mark.parametrize("tilt", TILTS)
 def test_at_rest_the_accelerometer_decides(tilt: tuple[float, float]) -> None:
     roll, pitch = np.radians(tilt)
-    fused = FusedAngle(G, (0.0, 0.0, G))
+    fused = FusedAngle(G, (0.0, 0.0, G), FILTER)
     for _ in range(1000):
         fused.update(gravity(roll, pitch), (0.0, 0.0, 0.0), 0.01)
     np.testing.assert_allclose(np.degrees(fused.angle), tilt, atol=0.3)
@@ -39,13 +41,13 @@ def test_at_rest_the_accelerometer_decides(tilt: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("tilt", TILTS)
 def test_first_sample_is_exact(tilt: tuple[float, float]) -> None:
-    fused = FusedAngle(G, gravity(*np.radians(tilt)))
+    fused = FusedAngle(G, gravity(*np.radians(tilt)), FILTER)
     np.testing.assert_allclose(np.degrees(fused.angle), tilt, atol=1e-9)
 
 
 def test_in_motion_the_gyroscope_decides() -> None:
     """Swing of 20 deg at 1 Hz in roll under an accelerometer shaken by half of gravity to and fro."""
-    fused, worst, before = FusedAngle(G, (0.0, 0.0, G)), 0.0, 0.0
+    fused, worst, before = FusedAngle(G, (0.0, 0.0, G), FILTER), 0.0, 0.0
     for k in range(1, 301):
         t = 0.01 * k
         roll = math.radians(20.0) * math.sin(2.0 * math.pi * t)
@@ -58,9 +60,33 @@ def test_in_motion_the_gyroscope_decides() -> None:
     assert math.degrees(worst) < 1.0
 
 
+@pytest.mark.parametrize("time_constant", [0.2, 0.45, 2.0])
+@pytest.mark.parametrize("frequency", [3.0, 7.0, 12.0])
+def test_a_swing_about_the_ankle_is_read_as_the_complementary_filter_says(
+    time_constant: float, frequency: float
+) -> None:
+    """An accelerometer h over the pivot reads theta - (h/g) theta''; fused, 1 - (h/g) s^2 / (1 + T s)."""
+    h, amplitude, dt = 0.33, 0.05, 0.001
+    fused = FusedAngle(G, (0.0, 0.0, G), FusedAngleParameters(motion_time=time_constant))
+    read, basis = [], []
+    for k in range(1, round((8.0 * time_constant + 8.0 * math.pi / frequency) / dt)):
+        phase = frequency * k * dt
+        theta, rate = amplitude * math.sin(phase), amplitude * frequency * math.cos(phase)
+        fused.update((-h * frequency * frequency * theta - G * theta, 0.0, G), (0.0, rate, 0.0), dt)
+        read.append(fused.angle[1])
+        basis.append((math.sin(phase), math.cos(phase)))
+    last = round(2.0 * math.pi / frequency / dt)
+    in_phase, ahead = (
+        np.linalg.lstsq(np.array(basis[-last:]), np.array(read[-last:]), rcond=None)[0] / amplitude
+    )
+    expected = 1.0 + h / G * frequency**2 / (1.0 + 1j * frequency * time_constant)
+    assert not fused.at_rest
+    assert complex(in_phase, ahead) == pytest.approx(expected, abs=0.02)
+
+
 def test_the_gyroscopes_bias_is_learnt_at_rest_and_taken_off_in_motion() -> None:
     """2 deg/s would be 20 deg in the ten seconds of motion."""
-    fused, bias, random = FusedAngle(G, (0.0, 0.0, G)), math.radians(2.0), np.random.default_rng(1)
+    fused, bias, random = FusedAngle(G, (0.0, 0.0, G), FILTER), math.radians(2.0), np.random.default_rng(1)
     for _ in range(500):
         fused.update((0.0, 0.0, G), (bias, -bias, 0.0), 0.01)
     assert fused.at_rest
@@ -73,7 +99,7 @@ def test_the_gyroscopes_bias_is_learnt_at_rest_and_taken_off_in_motion() -> None
 
 def test_a_slow_push_is_no_tilt() -> None:
     """0.4 m/s^2 for a second, as a walk with slow steps has it, would be a tilt of 2.3 deg."""
-    fused, worst = FusedAngle(G, (0.0, 0.0, G)), 0.0
+    fused, worst = FusedAngle(G, (0.0, 0.0, G), FILTER), 0.0
     for k in range(1000):
         push = 0.4 * math.sin(math.pi * (k - 500) / 100) if k >= 500 else 0.0
         fused.update((push, 0.0, G), (0.0, 0.0, 0.0), 0.01)
@@ -83,7 +109,7 @@ def test_a_slow_push_is_no_tilt() -> None:
 
 def test_a_tilt_that_lasts_is_believed_however_it_came() -> None:
     """The body was turned by 10 deg in a way that the gyroscope did not see."""
-    fused = FusedAngle(G, (0.0, 0.0, G))
+    fused = FusedAngle(G, (0.0, 0.0, G), FILTER)
     for _ in range(500):
         fused.update((0.0, 0.0, G), (0.0, 0.0, 0.0), 0.01)
     for _ in range(1000):
