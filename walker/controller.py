@@ -151,8 +151,8 @@ class Controller:
             state.switch(walk.stabilizer, walk.support_machine())
             now = replace(now, parameters=walk.parameters, stabilizer=walk.stabilizer)
         if walk.step is not None and now.gait.adjustable:
-            self._planner.velocity = (walk.step.velocity, 0.0, 0.0)
-            now = replace(now, step=walk.step)
+            self._planner.velocity = walk.velocity
+            now = replace(now, step=walk.step, velocity=walk.velocity)
         self._walk = now
 
     def stop(self) -> None:

@@ -18,6 +18,7 @@ from bridge.body import Body
 from bridge.errors import ConfigurationError, WalkRefused
 from bridge.messages import decode_command, encode
 from bridge.messages.walk import WalkCommand, WalkStatus
+from bridge.types import Vec3
 from walker.controller import Controller
 from walker.planning import Gait, gait_parameters, make_gait
 from walker.planning.order import WalkOrder
@@ -39,8 +40,8 @@ class Wish(NamedTuple):
     torso: str | None
     """None: the gait's own choice."""
     admittance: bool | None
-    velocity: float | None
-    """m/s; None: the gait's own."""
+    velocity: Vec3 | None
+    """m/s, m/s, rad/s; None: the gait's own."""
 
 
 class _Order(NamedTuple):
@@ -116,7 +117,6 @@ class WalkService:
     def after(self, controller: Controller, seq: int) -> None:
         """Note what the controller does since the tick of frame `seq`; in the controller's thread."""
         walk, moving = controller.walk, controller.state in ("walk", "stopping")
-        speed = walk.step.velocity if moving and walk.step is not None else 0.0
         status = WalkStatus(
             text="",
             seq=seq,
@@ -124,7 +124,7 @@ class WalkService:
             gait=walk.gait.name,
             torso=walk.parameters.torso,
             admittance=walk.parameters.admittance,
-            velocity=(speed, 0.0, 0.0),
+            velocity=walk.velocity if moving else (0.0, 0.0, 0.0),
             steps=controller.plan.step,
             distance=controller.walked,
             position=controller.place,
@@ -169,7 +169,7 @@ class WalkService:
         hold = command.hold if command.hold is not None else math.inf
         self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
         first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
-        return self._reply(f"{first} {_in_words(walk)}.")
+        return self._reply(f"{first} {_in_words(walk)}{_clipped(command.velocity, walk)}.")
 
     def _set(self, wish: Wish, command: WalkCommand) -> WalkStatus:
         assert self._seen is not None
@@ -182,7 +182,8 @@ class WalkService:
         walk = self._prepare(wish, command)
         self._wish = wish
         self._hand_over(command.at, lambda controller: controller.adjust(walk))
-        return self._reply(f"The next walk is {_in_words(walk)}; what can be had in stride is in force now.")
+        said = f"{_in_words(walk)}{_clipped(command.velocity, walk)}"
+        return self._reply(f"The next walk is {said}; what can be had in stride is in force now.")
 
     def _wished(self, command: WalkCommand) -> Wish:
         """The wish so far, changed by a command; another gait comes with its own controllers and velocity."""
@@ -194,13 +195,7 @@ class WalkService:
         if command.admittance is not None:
             wish = wish._replace(admittance=command.admittance)
         if command.velocity is not None:
-            x, y, omega = command.velocity
-            if x <= 0.0 or y != 0.0 or omega != 0.0:
-                raise WalkRefused(
-                    f"The {wish.gait} gait walks straight ahead: vx must be positive, vy and omega 0, not "
-                    f"{x:g} m/s, {y:g} m/s and {omega:g} rad/s."
-                )
-            wish = wish._replace(velocity=x)
+            wish = wish._replace(velocity=command.velocity)
         return wish
 
     def _prepare(self, wish: Wish, command: WalkCommand) -> ReadyWalk:
@@ -211,14 +206,17 @@ class WalkService:
         gait = self._gait(wish, parameters)
         step, order = parameters.periodic_step, _steps(command.steps or 0)
         if command.distance is not None:
+            if parameters.OMNIDIRECTIONAL:
+                raise WalkRefused(f"The {wish.gait} gait walks by velocity and steps; leave the distance out.")
             if not step.length:
                 raise WalkRefused(f"The {wish.gait} gait stays where it is; leave the distance out.")
             count = math.ceil(command.distance / step.length - 1e-9)
             order = _steps(min(command.steps or count + 1, count + 1))
-            parameters = parameters.with_velocity(command.distance / count / step.duration)
+            parameters = parameters.with_velocity((command.distance / count / step.duration, 0.0, 0.0))
             gait = self._gait(wish, parameters)
             step = parameters.periodic_step
-        return ready_walk(body, gait, order, cycle, self._controllers(wish), step)
+        controllers = self._controllers(wish)
+        return ready_walk(body, gait, order, cycle, controllers, step, parameters.velocity)
 
     def _gait_parameters(self, wish: Wish) -> GaitParameters:
         parameters = gait_parameters(wish.gait, self._changes if wish.gait == self._first else None)
@@ -250,7 +248,7 @@ class WalkService:
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             try:
-                _walkable_gait(gait, parameters.with_velocity(middle * refused), body)
+                _walkable_gait(gait, parameters.with_velocity((middle * refused, 0.0, 0.0)), body)
             except ConfigurationError:
                 high = middle
             else:
@@ -294,7 +292,17 @@ def _steps(steps: int) -> WalkOrder:
 def _in_words(walk: ReadyWalk) -> str:
     assert walk.step is not None
     bound = f"{walk.order.steps} steps" if walk.order.steps else "until it is told to stop"
-    return f"by the {walk.gait.name} gait at {walk.step.velocity:.3f} m/s, {bound}"
+    x, y, turn = walk.velocity
+    speed = f"{x:.3f} m/s" if y == turn == 0.0 else f"{x:.3f} m/s, {y:.3f} m/s to the left, {turn:.3f} rad/s"
+    return f"by the {walk.gait.name} gait at {speed}, {bound}"
+
+
+def _clipped(wanted: Vec3 | None, walk: ReadyWalk) -> str:
+    """What a command lost to the gait's limits, in words."""
+    if wanted is None or math.dist(wanted, walk.velocity) < 1e-9:
+        return ""
+    x, y, turn = wanted
+    return f"; {x:g} m/s, {y:g} m/s and {turn:g} rad/s were clipped to the gait's limits"
 
 
 def _sentence(text: str) -> str:

@@ -134,6 +134,14 @@ Steps = Annotated[
 Duration = Annotated[
     float | None, typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
 ]
+Velocity = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(
+        "--velocity",
+        help="Forward and to the left, m/s, and turn, rad/s; default: the gait's own. Clipped to its limits.",
+        metavar="VX VY WZ",
+    ),
+]
 Mode = Annotated[
     str | None,
     typer.Option(

@@ -16,6 +16,7 @@ OPTIONS: Final[dict[str, Any]] = {
     "scenario": options.Scenario,
     "start": options.Start,
     "gait": options.Gait,
+    "velocity": options.Velocity,
     "torso": options.Torso,
     "admittance": options.Admittance,
     "mode": options.Mode,

@@ -26,6 +26,7 @@ SWITCH_INTERVAL: Final = 5e-4
 def walk(
     robot: options.Body = None,
     gait: options.Gait = None,
+    velocity: options.Velocity = None,
     torso: options.Torso = None,
     admittance: options.Admittance = None,
     steps: options.Steps = None,
@@ -52,7 +53,14 @@ def walk(
     from walker.service import WalkService
 
     settings = run_config(
-        config, robot=robot, gait=gait, torso=torso, admittance=admittance, steps=steps, duration=duration
+        config,
+        robot=robot,
+        gait=gait,
+        velocity=velocity,
+        torso=torso,
+        admittance=admittance,
+        steps=steps,
+        duration=duration,
     )
     log_to_stderr()
     stop = threading.Event()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -11,6 +11,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
+from walker.planning.parameters import GaitParameters
 from walker.planning.walkable import check_walkable
 from walker.process import MakeController
 from walker.stabilization.parameters import controller_parameters
@@ -64,19 +65,28 @@ def controller_maker(settings: RunConfig) -> MakeController:
     """A function that makes the controller of a run, given the robot's body and cycle time (s).
 
     Args:
-        settings: Configuration; `gait`, `parameters`, `controller`, `steps` and `duration` are read.
+        settings: Configuration; gait, velocity, parameters, controller, steps and duration are read.
 
     Raises:
         ConfigurationError: a wrong parameter of the gait or the controller.
     """
     controllers = controller_parameters(settings.gait, settings.controller)
     order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))
-    gait_parameters(settings.gait, settings.parameters)  # refuses a wrong parameter before a robot is there
+    _moving(settings, settings.parameters)  # refuses a wrong parameter before a robot is there
 
     def make(body: Body, cycle: float) -> Controller:
-        parameters = gait_parameters(settings.gait, ground_parameters(settings, body))
+        parameters = _moving(settings, ground_parameters(settings, body))
         check_walkable(body, make_gait(settings.gait, parameters, body))
         gait = make_gait(settings.gait, parameters, body)
         return Controller(body, gait, order, cycle, controllers, recover=settings.recover)
 
     return make
+
+
+def _moving(settings: RunConfig, changes: dict[str, Any]) -> GaitParameters:
+    """Parameters of the gait at the velocity of the run."""
+    parameters = gait_parameters(settings.gait, changes)
+    if not settings.velocity:
+        return parameters
+    x, y, turn = settings.velocity
+    return parameters.with_velocity((x, y, turn))

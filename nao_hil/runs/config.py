@@ -10,6 +10,7 @@ import msgspec
 from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
+from bridge.types import Finite
 
 Engine = Literal["auto", "pybullet", "mujoco"]
 Mode = Literal["real-time", "lockstep", "in-process"]
@@ -36,6 +37,8 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Steps to walk, the closing step included; 0: no bound."""
     duration: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     """Time to walk, s; 0: no bound."""
+    velocity: tuple[Finite, ...] = ()
+    """Forward and to the left, m/s, and turn, rad/s; empty: the gait's own."""
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     parameters: dict[str, Any] = {}
     """Gait parameters that differ from the shipped ones."""
@@ -43,6 +46,11 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Controller parameters that differ from the gait's shipped ones: `torso`, `admittance`, and tables."""
     guard: GuardSettings = GuardSettings()
     """Bounds and times of the guard on the robot's side."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a velocity that is no triple."""
+        if len(self.velocity) not in (0, 3):
+            raise ValueError(f"velocity has {len(self.velocity)} numbers; it takes three: vx, vy, omega")
 
 
 def run_config(

@@ -11,6 +11,8 @@ from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetr
 from bridge.recording.canonical import FrameHash
 from bridge.recording.observer import Observer
 from bridge.rotations import tilt
+from bridge.types import Vec3
+from nao_hil.runs.heading_motion import HeadingMotion
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
@@ -29,6 +31,11 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Way of the torso over ground from the first frame to the last, or to the fall, m; the sum over resets."""
     speed: float
     """Distance over the time from the first phase of each walk to its end, m/s."""
+    velocity: Vec3 = (0.0, 0.0, 0.0)
+    """Mean of the torso's in its own heading, forward and to the left, m/s, and turn, rad/s, from 2 s after the
+    walk began until it closes its feet, or falls; of the last walk, zeros where it was shorter."""
+    heading_change: float = 0.0
+    """Turn of the torso from the first frame to the last, or to the fall, rad; a full turn counts."""
     torso_max: float
     """Largest angle between the torso's z axis and the vertical from the first phase of the walk on, rad."""
     real_time_factor: float
@@ -84,6 +91,7 @@ class RunStatistics(Observer):
         self._walked = 0.0
         self._walk: tuple[float, float] | None = None
         self._has_walked = False
+        self._motion = HeadingMotion()
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """Take in one boundary of the DCM cycle."""
@@ -98,6 +106,7 @@ class RunStatistics(Observer):
         self._last, self._last_frame = truth, frame
         if not self._fell:
             self._way_end = truth
+            self._motion.add(truth)
         self._fell = self._fell or truth.fell
         if self._has_walked:
             self._torso_max = max(self._torso_max, float(tilt(truth.torso_orientation)))
@@ -132,6 +141,10 @@ class RunStatistics(Observer):
         now = self._last_frame.time
         if message.state in ("walk", "stopping"):
             self._has_walked = True
+            if self._walk is None:
+                self._motion.begin(now)
+            if message.state == "stopping":
+                self._motion.end()
             self._walk = (self._walk[0] if self._walk else now, now)
         elif self._walk is not None:
             self._walked += self._walk[1] - self._walk[0]
@@ -147,6 +160,8 @@ class RunStatistics(Observer):
             steps=sums.steps,
             distance=sums.distance,
             speed=sums.distance / sums.walked if sums.walked > 0.0 else 0.0,
+            velocity=self._motion.velocity,
+            heading_change=self._motion.turned,
             torso_max=self._torso_max,
             real_time_factor=sums.time / wall_seconds if wall_seconds > 0.0 else 0.0,
             cycles=sums.cycles,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from bridge.errors import ConfigurationError
 from nao_hil.runs.config import run_config
 
 
@@ -22,3 +23,9 @@ def test_a_run_with_files_of_ones_own_can_be_run_again_from_another_folder(
 def test_names_stay_names() -> None:
     config = run_config(None, robot="nao-v3.2")
     assert (config.robot, config.wear, config.scenario) == ("nao-v3.2", "nominal", "flat")
+
+
+def test_a_velocity_has_three_numbers() -> None:
+    assert run_config(None, velocity=(0.1, 0.0, -0.2)).velocity == (0.1, 0.0, -0.2)
+    with pytest.raises(ConfigurationError, match="it takes three"):
+        run_config(None, velocity=(0.1, 0.0))

@@ -88,7 +88,7 @@ def test_walk_command(served: str) -> None:
     lines = output("walk_command.py", served).splitlines()
     assert numbers(lines[1]) == pytest.approx([0.05])
     assert numbers(lines[3])[0] > 0.1
-    assert lines[4].startswith("refused: The dynamic gait walks straight ahead")
+    assert lines[4].startswith("refused: This gait walks straight ahead")
 
 
 def test_push(served: str) -> None:

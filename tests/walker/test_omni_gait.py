@@ -17,7 +17,7 @@ from bridge.body.sole import sole_hull
 from walker.model.gravity import GRAVITY
 from walker.planning import GaitCommand, dry_walk, gait_parameters, make_gait
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
-from walker.planning.omni.footholds import approached, clipped, following
+from walker.planning.omni.footholds import approached, following
 from walker.planning.plan import OTHER_SIDE, Foothold
 from walker.planning.walkable import check_walkable
 
@@ -123,7 +123,7 @@ def test_plan_has_the_commanded_velocity(command):
 @given(velocity)
 @settings(deadline=None, max_examples=200)
 def test_clipped_command_is_inside_the_limits_and_points_the_same_way(command):
-    x, y, yaw = clipped(P, command)
+    x, y, yaw = P.clipped(command)
     ahead = P.max_velocity[0] if x > 0.0 else P.max_backward
     norm = math.hypot(x / ahead, y / P.max_velocity[1], yaw / P.max_velocity[2])
     assert norm <= 1.0 + 1e-9
@@ -151,7 +151,7 @@ def _overlap(a, b):
 @settings(deadline=None, max_examples=100)
 def test_feet_never_tread_on_each_other(command, side):
     """The soles' outlines of a foothold and the next one, at any velocity that is allowed."""
-    inside = clipped(P, command)
+    inside = P.clipped(command)
     stance = Foothold()
     landing = following(P, stance, side, inside)
     soles = []

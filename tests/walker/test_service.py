@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -273,3 +274,25 @@ def test_the_same_command_at_the_same_frame_gives_the_same_run() -> None:
         return served.commands
 
     assert walk() == walk()
+
+
+def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word() -> None:
+    served = Served(gait="omni")
+    served.until("stand")
+    reply = served.ask(op="walk", velocity=(0.1, 0.02, 0.1))
+    assert "0.020 m/s to the left" in reply.text
+    assert "clipped" not in reply.text
+    served.until("walk")
+    served.run(300)
+    step = served.telemetry[-1].step
+    reply = served.ask(op="walk", velocity=(-1.0, 0.0, 0.0))
+    assert re.search(r"at -0\.200 m/s.*-1 m/s, 0 m/s and 0 rad/s were clipped", reply.text)
+    served.run(300)
+    assert {t.state for t in served.telemetry[-600:]} == {"walk"}
+    assert served.telemetry[-1].step > step
+    assert served.ask(op="status").velocity == pytest.approx((-0.2, 0.0, 0.0))
+    ahead = [0.5 * (t.left[0] + t.right[0]) for t in served.telemetry]
+    assert max(ahead) > 0.05
+    assert ahead[-1] < max(ahead) - 0.05
+    with pytest.raises(WalkRefused, match="leave the distance out"):
+        served.ask(op="walk", distance=1.0)

@@ -7,6 +7,7 @@ from typing import ClassVar, NamedTuple, TypeVar
 import msgspec
 
 from bridge.errors import ConfigurationError
+from bridge.types import Vec3
 
 P = TypeVar("P", bound="GaitParameters")
 
@@ -30,24 +31,37 @@ class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
     LENGTH: ClassVar[str | None] = None
     """Name of the parameter to which the length of a step is proportional; None: the length is fixed."""
+    OMNIDIRECTIONAL: ClassVar[bool] = False
+    """The gait walks backward and sideways and turns, too."""
 
     @property
     def periodic_step(self) -> PeriodicStep:
         """The step that these parameters mean."""
         raise NotImplementedError
 
-    def with_velocity(self: P, velocity: float) -> P:
+    @property
+    def velocity(self) -> Vec3:
+        """Mean velocity, forward and to the left, m/s, and turn, rad/s."""
+        return self.periodic_step.velocity, 0.0, 0.0
+
+    def with_velocity(self: P, velocity: Vec3) -> P:
         """The parameters with steps of the length that makes a mean velocity; the phases keep their times.
 
         Whether the body can walk them is for the gait and `walker.planning.walkable` to say.
 
         Args:
-            velocity: m/s, positive.
+            velocity: forward and to the left, m/s, and turn, rad/s.
 
         Raises:
-            ConfigurationError: the length of the steps is fixed.
+            ConfigurationError: the length of the steps is fixed, or the gait does not go that way.
         """
+        x, y, turn = velocity
+        if x <= 0.0 or y != 0.0 or turn != 0.0:
+            raise ConfigurationError(
+                f"This gait walks straight ahead: vx must be positive, vy and omega 0, not {x:g} m/s, "
+                f"{y:g} m/s and {turn:g} rad/s; `omni` goes in any direction."
+            )
         if self.LENGTH is None:
             raise ConfigurationError("The steps of this gait have a fixed length; leave the velocity out.")
-        value = getattr(self, self.LENGTH) * velocity / self.periodic_step.velocity
+        value = getattr(self, self.LENGTH) * x / self.periodic_step.velocity
         return msgspec.structs.replace(self, **{self.LENGTH: value})

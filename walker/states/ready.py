@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from bridge.body import Body
+from bridge.types import Vec3
 from walker.estimation.support_state import SupportStateMachine
 from walker.planning import Gait, standing_plan
 from walker.planning.order import WalkOrder
@@ -29,6 +30,8 @@ class ReadyWalk:
     """Joint angles of the initial stand, rad."""
     step: PeriodicStep | None
     """The gait's periodic step; None where nobody asks."""
+    velocity: Vec3 = (0.0, 0.0, 0.0)
+    """Mean velocity that the gait's parameters mean, m/s, m/s, rad/s."""
 
     def anew(self, body: Body, cycle: float) -> ReadyWalk:
         """The same walk with controllers that remember nothing.
@@ -51,6 +54,7 @@ def ready_walk(
     cycle: float,
     parameters: ControllerParameters,
     step: PeriodicStep | None = None,
+    velocity: Vec3 = (0.0, 0.0, 0.0),
 ) -> ReadyWalk:
     """Make a walk ready.
 
@@ -61,6 +65,7 @@ def ready_walk(
         cycle: of the robot, s.
         parameters: of the controllers.
         step: the gait's periodic step; None where nobody asks.
+        velocity: that the gait's parameters mean, m/s, m/s, rad/s.
 
     Raises:
         ConfigurationError: no torso controller can be designed to the parameters.
@@ -69,4 +74,4 @@ def ready_walk(
     stand = standing_plan(gait)
     pose = PoseMaker(body, stand, by_pose=gait.quasi_static)
     stabilizer = Stabilizer(body, parameters, pose, cycle)
-    return ReadyWalk(gait, order, parameters, pose, stabilizer, pose.angles(stand), step)
+    return ReadyWalk(gait, order, parameters, pose, stabilizer, pose.angles(stand), step, velocity)

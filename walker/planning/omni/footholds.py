@@ -9,22 +9,6 @@ from walker.planning.omni.parameters import OmniParameters
 from walker.planning.plan import SIGN, Foothold
 
 
-def clipped(p: OmniParameters, velocity: Vec3) -> Vec3:
-    """The velocity, shortened to the ellipsoid of the gait's limits where it is outside.
-
-    Args:
-        p: of the gait.
-        velocity: m/s, m/s, rad/s.
-    """
-    side, turn = p.max_velocity[1:]
-    limits = (p.max_velocity[0] if velocity[0] > 0.0 else p.max_backward, side, turn)
-    norm = math.hypot(*(v / limit for v, limit in zip(velocity, limits, strict=True)))
-    if norm <= 1.0:
-        return velocity
-    x, y, yaw = velocity
-    return x / norm, y / norm, yaw / norm
-
-
 def approached(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
     """The velocity of the next step on the way to a wanted one, within the gait's accelerations."""
     bounds = (a * p.T for a in p.max_acceleration)

@@ -20,7 +20,7 @@ from bridge.body import Body
 from bridge.types import Side, Vec2, Vec3
 from walker.planning.gait import GaitCommand
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
-from walker.planning.omni.footholds import allowed, approached, clipped, following, steps_to_rest, zmp_under
+from walker.planning.omni.footholds import allowed, approached, following, steps_to_rest, zmp_under
 from walker.planning.omni.parameters import OmniParameters
 from walker.planning.pendulum import LinearPendulum
 from walker.planning.plan import OTHER_SIDE, SIGN, Foothold, Phase, Plan, SolePose
@@ -202,7 +202,7 @@ class OmniGait:
         last = command.last_step or math.inf
         velocity = approached(p, state.velocity, _REST)
         if command.walk:
-            wanted = approached(p, state.velocity, clipped(p, command.velocity or (p.v_x, p.v_y, p.v_yaw)))
+            wanted = approached(p, state.velocity, p.clipped(command.velocity or p.velocity))
             if number + steps_to_rest(p, wanted) <= last - (wanted == _REST):
                 velocity = wanted
         closing = velocity == _REST and (not command.walk or number >= last)

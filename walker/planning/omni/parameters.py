@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, ClassVar, Literal
 
 import msgspec
 
@@ -14,6 +15,8 @@ Share = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 
 class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Timing, geometry and limits of the steps, SI units and rad."""
+
+    OMNIDIRECTIONAL: ClassVar = True
 
     v_x: Finite
     """Forward velocity where none is commanded, m/s."""
@@ -60,3 +63,28 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     def periodic_step(self) -> PeriodicStep:
         """A step at the velocity where none is commanded."""
         return PeriodicStep(self.v_x * self.T, self.T)
+
+    @property
+    def velocity(self) -> Vec3:
+        """Where none is commanded, m/s, m/s, rad/s."""
+        return self.v_x, self.v_y, self.v_yaw
+
+    def with_velocity(self, velocity: Vec3) -> OmniParameters:
+        """The parameters with another velocity where none is commanded, clipped to the limits.
+
+        Args:
+            velocity: forward and to the left, m/s, and turn, rad/s.
+        """
+        x, y, turn = self.clipped(velocity)
+        return msgspec.structs.replace(self, v_x=x, v_y=y, v_yaw=turn)
+
+    def clipped(self, velocity: Vec3) -> Vec3:
+        """A velocity, shortened to the ellipsoid of the limits where it is outside.
+
+        Args:
+            velocity: forward and to the left, m/s, and turn, rad/s.
+        """
+        x, y, turn = velocity
+        ahead = self.max_velocity[0] if x > 0.0 else self.max_backward
+        norm = math.hypot(x / ahead, y / self.max_velocity[1], turn / self.max_velocity[2])
+        return velocity if norm <= 1.0 else (x / norm, y / norm, turn / norm)
