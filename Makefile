@@ -47,12 +47,10 @@ test: setup
 	$(BIN)/pytest -n auto --dist worksteal -m "not realtime and not browser"
 
 # One after the other, with the machine to themselves; see docs/testing.md for when one is skipped.
-realtime-# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
-test: setup
+realtime-test: setup
 	$(BIN)/pytest -m realtime -rs
 
-browser-# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
-test: setup
+browser-test: setup
 	$(BIN)/pytest -m browser
 
 wheel-test: setup
