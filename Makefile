@@ -73,8 +73,7 @@ images:
 		docker build -f Dockerfile --target $$target -t nao-hil-$$target \
 		--build-arg BASE=$${BASE:-python:3.11-slim-bookworm} --build-arg NO_INDEX=$$NO_INDEX .. || exit 1; done
 
-compose-# Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
-test: setup
+compose-test: setup
 	docker/compose-test
 
 # pip-compile drops the marker of what an extra asks for.
