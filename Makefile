@@ -76,13 +76,15 @@ images:
 compose-test: setup
 	docker/compose-test
 
-# pip-compile drops the marker of what an extra asks for.
+# pip-compile drops the markers of what an extra asks for. pip wants the extras of what a package asks for.
 QI_FOR := python_version < "3.13" and platform_machine == "x86_64"
+PYBULLET_FOR := python_version < "3.12" and platform_machine == "x86_64"
 lock: setup
-	$(BIN)/pip-compile --quiet --generate-hashes --all-extras --strip-extras --allow-unsafe \
+	$(BIN)/pip-compile --quiet --generate-hashes --all-extras --no-strip-extras --allow-unsafe \
 		--no-emit-index-url --no-emit-trusted-host --no-emit-find-links --no-header \
 		--output-file requirements.lock pyproject.toml
-	sed -i 's/^\(qi==[0-9.]*\) \\$$/\1 ; $(QI_FOR) \\/' requirements.lock
+	sed -i -e 's/^\(qi==[0-9.]*\) \\$$/\1 ; $(QI_FOR) \\/' \
+		-e 's/^\(pybullet==[0-9.]*\) \\$$/\1 ; $(PYBULLET_FOR) \\/' requirements.lock
 
 clean:
 	rm -rf $(VENV) build dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

@@ -17,7 +17,9 @@ def main(arguments: list[str]) -> None:
     """Print what was asked for."""
     if arguments == ["--constraints"]:
         lock = (ROOT / "requirements.lock").read_text()
-        print("\n".join(match.rstrip(" \\") for match in re.findall(r"^[^\s#-].*==.*$", lock, re.MULTILINE)))
+        # Constraints have no extras.
+        pins = re.findall(r"^([a-z0-9-]+)(?:\[.*\])?(==[^\\]*)", lock, re.MULTILINE)
+        print("\n".join(name + pin.rstrip() for name, pin in pins))
         return
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     for line in project["dependencies"]:
