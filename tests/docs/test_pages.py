@@ -113,7 +113,7 @@ EXPECTED = {
     "add-a-gait.md": [r"squat", r"The robot stands.*steps +│ 2 ", r"joints\.png"],
     "add-an-experiment.md": [r"upright", r"upright: comes out", r"report\.html"],
     "real-robot.md": [r"armed"],
-    "python.md": [r"requested 0\.\d+, measured", r"stands after 0\.\d+ m", r"largest roll: 0\.0"],
+    "python.md": [r"requested 0\.\d+, measured", r"stands after 0\.\d+ m", r"largest roll: 0\.[01]"],
     "index.md": [],
 }
 """What must be said, in this order."""

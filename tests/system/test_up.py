@@ -25,13 +25,7 @@ Start = Callable[..., Any]
 
 WITHOUT_PYBULLET = """
 import sys
-
-class Absent:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in ("pybullet", "pybullet_data", "pybullet_utils"):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-sys.meta_path.insert(0, Absent())
+sys.modules.update(dict.fromkeys(("pybullet", "pybullet_data", "pybullet_utils")))
 from nao_hil.cli.main import main
 main()
 """
@@ -115,10 +109,21 @@ def test_the_walker_starts_first_and_needs_no_pybullet(start: Start, endpoint: s
     assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
 
 
-def test_a_robot_without_pybullet_says_so_in_one_sentence(start: Start, endpoint: str, tmp_path: Path) -> None:
-    robot = start("emulate", "--listen", endpoint, "--out", str(tmp_path / "run"), script=WITHOUT_PYBULLET)
-    assert robot.wait() == 2
-    assert "PyBullet is not installed: pip install 'nao-hil[emulator]'" in one_sentence(robot.said)
+def test_a_robot_without_pybullet_goes_on_with_mujoco_unless_pybullet_was_asked_for(
+    start: Start, endpoint: str, tmp_path: Path
+) -> None:
+    emulate = ["emulate", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json"]
+    refused = start(*emulate, "--engine", "pybullet", script=WITHOUT_PYBULLET)
+    assert refused.wait() == 2
+    assert "PyBullet is not installed: pip install 'nao-hil[emulator]'" in one_sentence(refused.said)
+
+    robot = start(*emulate, "--mode", "lockstep", script=WITHOUT_PYBULLET)
+    walker = start("walk", "--connect", endpoint, "--gait", "dynamic", "--steps", "2", "--json")
+    assert walker.wait() == 0, walker.said
+    assert walker.result["steps"] == 2 and not walker.result["fell"]
+    robot.interrupt()
+    assert "PyBullet is not installed; the physics is MuJoCo's." in robot.said
+    assert robot.result["engine"] == "mujoco"
 
 
 def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
