@@ -245,8 +245,7 @@ class WalkerProcess:
         """Pass on what the robot says; True when its guard has taken it down, from where no walk goes on."""
         taken = False
         for notice in self._link.notices():
-            usual = notice.code == "guard-active"
-            logger.log(logging.DEBUG if usual else logging.WARNING, "the robot says: %s", notice.text)
+            logger.log(logging.DEBUG if notice.routine else logging.WARNING, "the robot says: %s", notice.text)
             taken = taken or notice.code in ("guard-crouch", "guard-rest")
             if notice.code == "no-lease" and not taken:
                 self._acquire()  # ours may have been given to another while this process stood still

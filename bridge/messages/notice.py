@@ -18,3 +18,8 @@ class Notice(msgspec.Struct, frozen=True, kw_only=True):
     code: str
     """Short stable name, for example `frame-refused`."""
     text: str
+
+    @property
+    def routine(self) -> bool:
+        """The guard follows a controller that took the robot, or holds for one that gave it back."""
+        return self.code == "guard-active" or (self.code == "guard-hold" and self.level == "info")

@@ -36,7 +36,7 @@ class WalkProgress:
         monitor.connect()
         values = self._values(monitor)
         for notice in monitor.take_notices():
-            if notice.code != "guard-active":
+            if not notice.routine:
                 self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
             self._live.update(_table(values), refresh=True)

@@ -157,7 +157,7 @@ def _read(path: Path) -> tuple[int, list[str]]:
     try:
         for recorded in read_recording(path):
             count += 1
-            if isinstance(recorded.message, Notice) and recorded.message.code != "guard-active":
+            if isinstance(recorded.message, Notice) and not recorded.message.routine:
                 codes.append(recorded.message.code)
     except ConfigurationError:
         return 0, []
