@@ -132,7 +132,9 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     browser_page.get_by_role("button", name="Arm").click()
     browser_page.get_by_role("button", name="Walk", exact=True).wait_for()
     assert browser_page.get_by_role("button", name="Arm").count() == 0
-    assert browser_page.get_by_role("button", name="Emergency stop").bounding_box() == stops  # it never moves
+    stays = browser_page.get_by_role("button", name="Emergency stop").bounding_box()
+    assert stays and stops and stays["x"] == stops["x"]
+    assert abs(stays["y"] - stops["y"]) < 12.0  # but for the panel's margin, which scrolls away
     assert errors == []
     command.interrupt()
     browser_page.wait_for_function("document.body.innerText.includes('The page has ended')")
