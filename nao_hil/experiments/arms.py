@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from bridge.body import Body
-from nao_hil.analysis.report.page import ReportTable
+from nao_hil.analysis.report.page import Claim, ReportTable
 from nao_hil.analysis.statistics import Paired, paired, wilson
 from nao_hil.experiments.geometry import zmp_margin
 from nao_hil.runs.track import LEG_NAMES, PHASES, Array, Track
@@ -36,8 +36,8 @@ class Arm(msgspec.Struct, frozen=True, kw_only=True):
     """Median over the runs, m/s over ground."""
 
     @property
-    def share(self) -> float:
-        """That survived."""
+    def survival_ratio(self) -> float:
+        """Survivors over runs."""
         return self.survived / self.n
 
     def words(self) -> str:
@@ -68,6 +68,22 @@ def arm(results: Sequence[WalkOutcome], by: float = math.inf) -> Arm:
         tilt_max_deg=(float(np.median(tilts)), float(tilts.max())),
         speed=float(np.median([result.end.speed for result in results])),
     )
+
+
+def falls_claim(text: str, of: Arm, least: float) -> Claim:
+    """A claim that a ratio of robots or more falls: the lower bound of the interval decides.
+
+    Args:
+        text: The claim.
+        of: The arm.
+        least: Ratio, 0..1. All of 16 or more seeds must fall for 0.8.
+    """
+    return Claim(text, of.fall_words(), 1.0 - of.interval[1] >= least)
+
+
+def survives_claim(text: str, of: Arm, least: float) -> Claim:
+    """A claim that a ratio of robots or more walks on; arguments and verdict as in `falls_claim`."""
+    return Claim(text, of.words(), of.interval[0] >= least)
 
 
 def survives(end: WalkEnd, by: float) -> bool:

@@ -45,7 +45,7 @@ class HuangMarginSetup:
     """s: over the step of the scenario and off it again."""
     bad: tuple[float, float] = (0.25, 0.1)
     """x_sd and x_ed of the badly chosen arm, shares of bound (11): the worst corner that the joints reach."""
-    share: float = 0.95
+    share: float = 0.8
     """That walk on, at least."""
     speed: float = 0.08
     """m/s over ground, at least (median)."""
@@ -170,7 +170,7 @@ def _claims(
         Claim(
             f"with the searched motion {100 * setup.share:.0f} % walk on for {setup.duration:g} s",
             best.words(),
-            best.share >= setup.share,
+            best.interval[0] >= setup.share,
         ),
         Claim(f"at {setup.speed} m/s or more over ground", f"{best.speed:.3f} m/s", best.speed >= setup.speed),
         Claim(
@@ -183,7 +183,7 @@ def _claims(
         Claim(
             "a known step of 1 cm up and down is walked by plan",
             arms["1 cm step, planned"].words(),
-            arms["1 cm step, planned"].share >= setup.share,
+            arms["1 cm step, planned"].interval[0] >= setup.share,
         ),
     )
 

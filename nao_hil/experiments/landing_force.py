@@ -27,7 +27,7 @@ class ObstacleSetup:
     """m"""
     falls: float = 0.8
     """Share that falls without, at least."""
-    survives: float = 0.95
+    survives: float = 0.8
     """Share that walks on with, at least."""
     force_ratio: float = 0.5
     """Largest force with over that without, at most."""

@@ -17,7 +17,16 @@ from bridge.messages.world import PlateUnderFoot
 from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
 from nao_hil.analysis.statistics import Paired
 from nao_hil.experiments import axes
-from nao_hil.experiments.arms import Arm, arm, arms_table, falls_finding, pair_words, pairs
+from nao_hil.experiments.arms import (
+    Arm,
+    arm,
+    arms_table,
+    falls_claim,
+    falls_finding,
+    pair_words,
+    pairs,
+    survives_claim,
+)
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.geometry import ankle_in_hip
 from nao_hil.experiments.landing_force import Force, ObstacleSetup, landing_forces, plot_feet, plot_force
@@ -123,15 +132,15 @@ def _claims(
 ) -> tuple[Claim, ...]:
     with_, without = arms
     return (
-        Claim(
+        falls_claim(
             f"Without admittance {100 * setup.falls:.0f} % or more fall",
-            without.fall_words(),
-            1.0 - without.share >= setup.falls - 1e-9,
+            without,
+            setup.falls,
         ),
-        Claim(
+        survives_claim(
             f"With it {100 * setup.survives:.0f} % or more walk on",
-            with_.words(),
-            with_.share >= setup.survives - 1e-9,
+            with_,
+            setup.survives,
         ),
         Claim(
             "Contact force while loading in SSL at most half of that without",
@@ -156,7 +165,7 @@ def _share(context: Context, setup: ObstacleSetup, height: float, *, admittance:
             keep_track=False,
         )
     )
-    return arm(results).share
+    return arm(results).survival_ratio
 
 
 def _highest(context: Context, setup: ObstacleSetup) -> float:

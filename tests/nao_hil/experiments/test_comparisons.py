@@ -75,16 +75,17 @@ def test_falls_are_told_by_their_way() -> None:
     assert "3 of 5 fall, at 10.0 / 11.0 / 12.0 s (first / median / last), 3 forward" in text
 
 
-@pytest.mark.parametrize(("fell", "holds"), [(16, True), (15, False)])
-def test_the_bound_of_80_percent_is_inclusive(fell: int, holds: bool) -> None:
+@pytest.mark.parametrize(("n", "holds"), [(16, True), (15, False)])
+def test_the_bound_of_the_interval_decides(n: int, holds: bool) -> None:
+    """All of n: Wilson's lower bound is n / (n + 1.96^2), which reaches 0.8 at 15.4."""
     setup = dynamic_torso.DynamicTorsoSetup()
-    claims = dynamic_torso._claims(setup, arm_of(20, 19), arm_of(20, 20 - fell))
-    assert [claim.holds for claim in claims] == [holds, True, True]
+    claims = dynamic_torso._claims(setup, arm_of(n, n), arm_of(n, 0))
+    assert [claim.holds for claim in claims] == [holds, holds, True]
 
 
 def test_dynamic_torso_asks_for_speed_and_survival() -> None:
     claims = dynamic_torso._claims(
-        dynamic_torso.DynamicTorsoSetup(), arm_of(20, 18, speed=0.149), arm_of(20, 0)
+        dynamic_torso.DynamicTorsoSetup(), arm_of(20, 19, speed=0.149), arm_of(20, 0)
     )
     assert [claim.holds for claim in claims] == [True, False, False]
 
@@ -93,14 +94,14 @@ def test_torso_drift_asks_for_growth_falls_survival_and_tilt() -> None:
     setup = torso_drift.TorsoDriftSetup()
     good = torso_drift._claims(setup, (arm_of(20, 20), arm_of(20, 0)), (0.01, 0.8), (2.0, 3.0))
     assert all(claim.holds for claim in good)
-    bad = torso_drift._claims(setup, (arm_of(20, 18, tilt=4.1), arm_of(20, 5)), (0.5, 0.1), (4.0, 3.0))
+    bad = torso_drift._claims(setup, (arm_of(20, 19, tilt=4.1), arm_of(20, 1)), (0.5, 0.1), (4.0, 3.0))
     assert not any(claim.holds for claim in bad)
 
 
 def test_obstacle_asks_for_falls_survival_and_force() -> None:
     setup, force = landing_force.ObstacleSetup(), landing_force.Force(median=5.0, largest=6.0)
-    good = obstacle._claims(setup, (arm_of(20, 19), arm_of(20, 4)), (force, force), 0.5)
-    bad = obstacle._claims(setup, (arm_of(20, 18), arm_of(20, 5)), (force, force), 0.51)
+    good = obstacle._claims(setup, (arm_of(20, 20), arm_of(20, 0)), (force, force), 0.5)
+    bad = obstacle._claims(setup, (arm_of(20, 19), arm_of(20, 1)), (force, force), 0.51)
     assert all(claim.holds for claim in good) and not any(claim.holds for claim in bad)
 
 
