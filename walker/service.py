@@ -22,7 +22,7 @@ from bridge.types import Vec3
 from walker.controller import Controller
 from walker.planning import Gait, gait_parameters, make_gait
 from walker.planning.order import WalkOrder
-from walker.planning.parameters import GaitParameters
+from walker.planning.parameters import GaitParameters, clipped_in_words
 from walker.planning.walkable import check_walkable
 from walker.stabilization.parameters import ControllerParameters, controller_parameters
 from walker.states.ready import ReadyWalk, ready_walk
@@ -299,10 +299,8 @@ def _in_words(walk: ReadyWalk) -> str:
 
 def _clipped(wanted: Vec3 | None, walk: ReadyWalk) -> str:
     """What a command lost to the gait's limits, in words."""
-    if wanted is None or math.dist(wanted, walk.velocity) < 1e-9:
-        return ""
-    x, y, turn = wanted
-    return f"; {x:g} m/s, {y:g} m/s and {turn:g} rad/s were clipped to the gait's limits"
+    lost = clipped_in_words(wanted or walk.velocity, walk.velocity)
+    return f"; {lost}" if lost else ""
 
 
 def _sentence(text: str) -> str:

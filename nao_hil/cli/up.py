@@ -47,12 +47,14 @@ def up(
     gets up after a fall then, unless --no-recover is given.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import controller_maker
+    from nao_hil.runs.build import clipped_velocity, controller_maker
 
     settings = chosen_engine(settings, open_console())
     recover = serve or settings.recover if recover is None else recover
     settings = msgspec.structs.replace(settings, recover=recover)
     controller_maker(settings)  # refuses what the walker would, before anything has begun
+    if clipped := clipped_velocity(settings):
+        open_console().print(clipped, highlight=False)
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
     directory = RunDirectory(out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import sys
 import threading
 from typing import Annotated, Final
@@ -48,7 +49,7 @@ def walk(
     With --serve it stands and waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import controller_maker
+    from nao_hil.runs.build import clipped_velocity, controller_maker
     from walker.process import WalkerProcess
     from walker.service import WalkService
 
@@ -63,6 +64,8 @@ def walk(
         duration=duration,
     )
     log_to_stderr()
+    if clipped := clipped_velocity(settings):
+        logging.getLogger(__name__).warning("%s", clipped)
     stop = threading.Event()
     # made first, so that a wrong parameter is told before anyone waits
     service = None

@@ -11,7 +11,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
-from walker.planning.parameters import GaitParameters
+from walker.planning.parameters import GaitParameters, clipped_in_words
 from walker.planning.walkable import check_walkable
 from walker.process import MakeController
 from walker.stabilization.parameters import controller_parameters
@@ -90,3 +90,13 @@ def _moving(settings: RunConfig, changes: dict[str, Any]) -> GaitParameters:
         return parameters
     x, y, turn = settings.velocity
     return parameters.with_velocity((x, y, turn))
+
+
+def clipped_velocity(settings: RunConfig) -> str:
+    """What the velocity of a run lost to the limits of its gait, in words; empty: nothing."""
+    if not settings.velocity:
+        return ""
+    wanted, walked = settings.velocity, _moving(settings, settings.parameters).velocity
+    words = clipped_in_words((wanted[0], wanted[1], wanted[2]), walked)
+    x, y, turn = walked
+    return f"{words}: {x:.3g} m/s, {y:.3g} m/s and {turn:.3g} rad/s." if words else ""

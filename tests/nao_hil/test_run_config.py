@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import ConfigurationError
-from nao_hil.runs.config import run_config
+from nao_hil.runs.build import clipped_velocity
+from nao_hil.runs.config import RunConfig, run_config
 
 
 def test_a_run_with_files_of_ones_own_can_be_run_again_from_another_folder(
@@ -29,3 +30,10 @@ def test_a_velocity_has_three_numbers() -> None:
     assert run_config(None, velocity=(0.1, 0.0, -0.2)).velocity == (0.1, 0.0, -0.2)
     with pytest.raises(ConfigurationError, match="it takes three"):
         run_config(None, velocity=(0.1, 0.0))
+
+
+def test_a_velocity_beyond_the_limits_of_the_gait_is_told() -> None:
+    """Limit of 0.30 m/s forward (gait.toml)."""
+    told = clipped_velocity(RunConfig(gait="omni", velocity=(5.0, 0.0, 0.0)))
+    assert "5 m/s" in told and "0.3 m/s" in told
+    assert not clipped_velocity(RunConfig(gait="omni", velocity=(0.2, 0.0, 0.0)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, NamedTuple, TypeVar
 
 import msgspec
@@ -65,3 +66,16 @@ class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
             raise ConfigurationError("The steps of this gait have a fixed length; leave the velocity out.")
         value = getattr(self, self.LENGTH) * x / self.periodic_step.velocity
         return msgspec.structs.replace(self, **{self.LENGTH: value})
+
+
+def clipped_in_words(wanted: Vec3, walked: Vec3) -> str:
+    """What a velocity lost to the limits of a gait, in words; empty: nothing.
+
+    Args:
+        wanted: Forward and to the left, m/s, and turn, rad/s.
+        walked: What is walked of it.
+    """
+    if math.dist(wanted, walked) < 1e-9:
+        return ""
+    x, y, turn = wanted
+    return f"{x:g} m/s, {y:g} m/s and {turn:g} rad/s were clipped to the gait's limits"
