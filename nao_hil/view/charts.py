@@ -140,6 +140,7 @@ def strip_charts(
 def _svg(body: str, height: float) -> str:
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="100%" class="charts" style="display: block; '
+        f"box-sizing: border-box; padding-right: 10px; "
         f'font-family: Inter, sans-serif">{body}</svg>'
     )
 

@@ -14,7 +14,7 @@ from bridge.messages.world import Status
 from nao_hil.analysis.diagnosis import Gatherer
 from nao_hil.view.controls import Controls
 from nao_hil.view.driving import Driving
-from nao_hil.view.live import Commands, Ears
+from nao_hil.view.live import Commands, Subscriber
 from nao_hil.view.page import Page
 
 RATE: Final = 30.0
@@ -37,7 +37,7 @@ class Follower:
 
     def __init__(self, server: Any, robot: str, connect: str, stop: threading.Event) -> None:
         self._page = Page(server, f"robot {robot}")
-        self._ears, self._commands = Ears(robot, connect), Commands(robot, connect)
+        self._subscriber, self._commands = Subscriber(robot, connect), Commands(robot, connect)
         self._driving = Driving(self._commands.walker, lambda: bool(server.get_clients()))
         self._stop = stop
         self._info: Info | None = None
@@ -56,7 +56,7 @@ class Follower:
         due = time.monotonic()
         try:
             while not self._stop.is_set():
-                for message in self._ears.take():
+                for message in self._subscriber.take():
                     if isinstance(message, SensorFrame) and not self._known(message):
                         continue
                     if (moment := gatherer.add(message)) is not None:
@@ -65,7 +65,7 @@ class Follower:
                 due = max(due + 1.0 / RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
         finally:
-            self._ears.close()
+            self._subscriber.close()
             if self._watcher is not None:
                 self._watcher.join(ENDING)
             self._commands.close()
@@ -91,7 +91,7 @@ class Follower:
         controls = Controls(self._page.gui, self._commands, self._driving, self._page.say)
         controls.build(self._page.tabs, world=emulated)
         self._page.add_view_tab()
-        self._page.say("what came of a button is told here")
+        self._page.say("answers to the buttons appear here")
         self._watcher = threading.Thread(
             target=self._watch, args=(controls, emulated), name="watch", daemon=True
         )

@@ -31,12 +31,12 @@ KINDS: Final[dict[str, type[Recordable]]] = {
 }
 KEPT: Final = 4000
 """Messages that wait for the page; older ones are lost to it."""
-PATIENCE: Final = 2.0
+TIMEOUT: Final = 2.0
 """s to wait for a robot to say something to."""
 
 
-class Ears:
-    """Hears everything of a robot, in order; says nothing.
+class Subscriber:
+    """Receives everything that a robot publishes, in order; sends nothing.
 
     Args:
         robot: Id of the robot.
@@ -108,7 +108,7 @@ class Commands:
             return client
 
     def _guard(self) -> GuardClient:
-        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, PATIENCE))
+        return self._client("guard", lambda: GuardClient(self._robot, self._endpoint, TIMEOUT))
 
     def info(self) -> Info | None:
         """What the robot is; None when none answers."""
@@ -137,7 +137,7 @@ class Commands:
 
     def walker(self) -> WalkClient:
         """The client of the walker. Raises RobotSilent when nobody listens there."""
-        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, PATIENCE))
+        return self._client("walk", lambda: WalkClient(self._robot, self._endpoint, TIMEOUT))
 
     def guard(self) -> GuardStatus:
         """What the guard does. Raises LinkError when nobody answers."""

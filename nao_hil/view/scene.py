@@ -109,7 +109,7 @@ class RobotScene:
             p.name: self._scene.add_icosphere(f"{ROOT}/points/{p.name}", p.radius, p.colour, subdivisions=2)
             for p in POINTS
         }
-        self._bars = self._lines(f"{ROOT}/loads", 8, MEASURED, 10.0)
+        self._bars = self._lines(f"{ROOT}/loads", 8, SAFE, 10.0, each=True)
         self._plumb = self._lines(f"{ROOT}/plumb", 1, COM, 2.0)
         self._support = self._lines(f"{ROOT}/support/edge", 1, SAFE, 4.0)
         self._support_area = self._scene.add_mesh_simple(
@@ -169,11 +169,13 @@ class RobotScene:
                     self._shells.append(mesh)
         return frames
 
-    def _lines(self, name: str, n: int, colour: Colour, width: float) -> Any:
+    def _lines(self, name: str, n: int, colour: Colour, width: float, *, each: bool = False) -> Any:
+        """Lines of one colour; `each`: a colour for each point, which later ones of the same shape replace."""
         points = np.zeros((n, 2, 3), dtype=np.float32)
-        return self._scene.add_line_segments(
-            name, points, _of_line(colour), thickness=width, thickness_units="screen"
-        )
+        colours = np.array(_of_line(colour), dtype=np.uint8)
+        if each:
+            colours = np.tile(colours, (n, 2, 1))
+        return self._scene.add_line_segments(name, points, colours, thickness=width, thickness_units="screen")
 
     def see_through(self, through: bool) -> None:
         """Draw the robot so that one sees its centre of mass."""

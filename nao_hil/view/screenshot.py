@@ -25,7 +25,7 @@ from walker.planning import GAITS
 
 SIZE: ViewportSize = {"width": 1120, "height": 700}
 TALL: ViewportSize = {"width": 1120, "height": 820}
-PATIENCE = 600_000
+TIMEOUT = 600_000
 """ms; without a graphics card, and beside other work, drawing takes its time."""
 SETTLING = 5_000
 """ms from the first numbers to the walk: meshes and light come last."""
@@ -74,7 +74,7 @@ def _browser(command: list[str], folder: Path, port: int, size: ViewportSize) ->
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
             page = browser.new_page(viewport=size)
-            page.set_default_timeout(PATIENCE)
+            page.set_default_timeout(TIMEOUT)
             _open(page, f"http://127.0.0.1:{port}/")
             yield page
             browser.close()
@@ -91,6 +91,8 @@ def _open(page: Page, address: str) -> None:
         except Error:
             page.wait_for_timeout(500)
     page.wait_for_selector("svg.charts polyline")
+    for notice in page.locator(".mantine-Notification-closeButton").all():
+        notice.click()  # of the browser's missing graphics card
 
 
 if __name__ == "__main__":
