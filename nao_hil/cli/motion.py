@@ -45,11 +45,13 @@ def motion(
     console = open_console()
     with build_robot(settings) as body:
         if wanted.bodies and body.body.name not in wanted.bodies:
-            console.print(f"{name} was seen to work on {', '.join(wanted.bodies)}, not on {body.body.name}")
+            console.print(
+                f"{name} works on {', '.join(wanted.bodies)}; on {body.body.name} it did not work yet"
+            )
         result = play(body, name, lambda _: wanted, tries=tries)
     if not as_json:
-        word = "stands" if result.stands else f"lies ({result.ended})"
-        console.print(f"{name}: from {result.began} in {result.time:.1f} s; the robot {word}")
+        word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
+        console.print(f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}")
     else:
         print(json.dumps(msgspec.to_builtins(result)))
     return 0 if result.stands else 1

@@ -143,12 +143,23 @@ class _Axis:
         self.held = 0.0
 
     def reduce(self, by: float) -> None:
+        """Subtract an angle from the offset and from the one held, rad."""
         self._angle -= by
         self.held -= by
 
     def update(
         self, moment: float, role: Role, dt: float, lower: float, upper: float, progress: float
     ) -> float:
+        """The offset of the next cycle, rad: held in stance, then released, then led by (4.9).
+
+        Args:
+            moment: About this axis, N m.
+            role: Of the foot.
+            dt: Cycle time, s.
+            lower: Limit of the offset, rad.
+            upper: Limit of the offset, rad.
+            progress: Fraction of the swing that has passed, 0..1.
+        """
         if role == "stance":
             wanted, velocity = self._angle, 0.0
             self.held = wanted
