@@ -45,9 +45,7 @@ def motion(
     console = open_console()
     with build_robot(settings) as body:
         if wanted.bodies and body.body.name not in wanted.bodies:
-            console.print(
-                f"{name} works on {', '.join(wanted.bodies)}; on {body.body.name} it did not work yet"
-            )
+            console.print(f"{name} works on {', '.join(wanted.bodies)}; it failed on {body.body.name}")
         result = play(body, name, lambda _: wanted, tries=tries)
     if not as_json:
         word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
