@@ -14,11 +14,17 @@ import numba
 Function = TypeVar("Function", bound=Callable[..., object])
 
 
-def compiled(function: Function) -> Function:
-    """The function as machine code, in strict IEEE arithmetic in the order in which it is written."""
+def compiled(function: Function, *, nogil: bool = False) -> Function:
+    """The function as machine code, in strict IEEE arithmetic in the order in which it is written.
+
+    Args:
+        function: What is compiled. The kept code is renewed when its own file changes, not when the file of a
+            function that it calls does: delete `__pycache__` then.
+        nogil: It runs without Python's lock, beside other threads.
+    """
     kept: Function
     try:
-        kept = numba.njit(cache=True)(function)
+        kept = numba.njit(cache=True, nogil=nogil)(function)
     except RuntimeError:  # no folder can be written
-        kept = numba.njit(function)
+        kept = numba.njit(function, nogil=nogil)
     return kept

@@ -159,15 +159,17 @@ class EmulatedRobot:
 
     def _run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
         """Servo and physics over one cycle; the world may act before every physics step."""
-        engine, robot, servo = self.engine, self.engine.robot, self.servo
+        engine, servo = self.engine, self.servo
         engine.begin_cycle()
-        for _ in range(self._steps):
-            torque = servo.torque(robot.position, robot.velocity)
+        left = self._steps
+        while left > 0:
             if before_step is not None:
                 before_step()
-            engine.step(torque)
+            steps = servo.advance(left if before_step is None else 1)
+            engine.run(servo.drives, steps)
+            left -= steps
         servo.end_cycle()
-        self._torso = robot.torso()
+        self._torso = engine.robot.torso()
         self.sensors.update(self._torso, servo.drawn())
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
@@ -289,23 +291,23 @@ class EmulatedRobot:
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
 
-    def lay_down(self, name: str) -> None:
+    def lay_down(self, pose: str | StartPose) -> None:
         """Put the robot where it is into a start pose, limp; it settles from now on.
 
         Args:
-            name: Of `emulator.start.START_NAMES`.
+            pose: A name of `emulator.start.START_NAMES`, or a pose.
 
         Raises:
             ConfigurationError: no such pose.
         """
-        pose = start_pose(name)
-        if pose is None:
+        found = start_pose(pose) if isinstance(pose, str) else pose
+        if found is None:
             self.stand_up()
             return
         turn = self._torso.rotation
         x, y, _ = self.world.to_floor(self._torso.position)
-        lay(self.world, self.body, pose, (x, y, math.atan2(turn[3], turn[0])))
-        self._release(pose)
+        lay(self.world, self.body, found, (x, y, math.atan2(turn[3], turn[0])))
+        self._release(found)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
 

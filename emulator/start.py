@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.body.postures import POSTURES
+from bridge.body.quantities import absent_joints, limits
 from bridge.errors import ConfigurationError
 from bridge.types import Quaternion
 from bridge.validation import unknown_name
@@ -39,6 +43,8 @@ class StartPose(NamedTuple):
     """Stiffness of all joints once it has settled."""
     settle: float = 2.0
     """Time in which it settles, s."""
+    height: float = 0.0
+    """Of its lowest point over the ground at first, m."""
     held: bool = False
     """The torso hangs on a hook."""
 
@@ -58,7 +64,7 @@ START_POSES: Final[dict[str, StartPose]] = {
     "lie-back": StartPose(_straight(), (0.0, -_H, 0.0, _H), 0.0),
     "lie-front": StartPose(_straight(), (0.0, _H, 0.0, _H), 0.0),
     "lie-side": StartPose(_straight(_ARMS_AHEAD), (-_H, 0.0, 0.0, _H), 0.0),
-    "hang": StartPose(_straight(), ORIGIN.orientation, 0.0, held=True),
+    "hang": StartPose(_straight(), ORIGIN.orientation, 0.0, height=HOOK, held=True),
 }
 """By name; `stand` is the scenario's posture, stiff. On its side the robot lies on the left arm.
 
@@ -76,6 +82,20 @@ def start_pose(name: str) -> StartPose | None:
     if name not in START_NAMES:
         raise ConfigurationError(unknown_name("start pose", name, START_NAMES))
     return START_POSES.get(name)
+
+
+def random_drop(body: Body, height: float, random: np.random.Generator) -> StartPose:
+    """A limp robot over the ground: any orientation and any angles within the joints' ranges are as likely.
+
+    Args:
+        body: Data sheet.
+        height: Of its lowest point over the ground, m.
+        random: Source.
+    """
+    absent = absent_joints(body)
+    angles = [0.0 if name in absent else float(random.uniform(*limits(body, name))) for name in JOINTS]
+    x, y, z, w = Rotation.random(random_state=random).as_quat().tolist()
+    return StartPose(tuple(angles), (x, y, z, w), 0.0, height=height)
 
 
 def start_posture(posture: str | Sequence[float]) -> tuple[float, ...]:
@@ -134,7 +154,7 @@ def place(
 
 
 def lay(world: World, body: Body, pose: StartPose, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-    """Put the robot at rest with its lowest point on the ground, or on a hook over it; then let it settle.
+    """Put the robot at rest with its lowest point on or over the ground, or on a hook; then let it settle.
 
     Args:
         world: With the ground.
@@ -152,7 +172,7 @@ def lay(world: World, body: Body, pose: StartPose, at: tuple[float, float, float
     robot.set_torso(turned)
     lowest = min(lowest_point(shape, robot.link_pose(link)) for link, shape in link_shapes(body).items())
     around = [(at[0] + 0.1 * i, at[1] + 0.1 * j) for i in range(-3, 4) for j in range(-3, 4)]
-    height = max(world.ground(around)) - lowest + (HOOK if pose.held else 0.0)
+    height = max(world.ground(around)) - lowest + pose.height
     robot.set_torso(compose(world.pose, Pose((at[0], at[1], height), turned.orientation)))
     robot.hold_torso(pose.held)
 

@@ -80,7 +80,7 @@ class FallSettings(_Settings, frozen=True, kw_only=True):
     cycles: Cycles = 4
     """Cycles for which it must be tilted that far."""
     upright: Annotated[float, msgspec.Meta(gt=0.0, le=1.5)] = 0.35
-    """rad; a robot that is tilted less stands again, and can fall again."""
+    """rad; a robot that stands and is tilted less can fall, or fall again."""
     stiffness: Fraction = 0.1
     """Of all joints in a fall."""
     rest_time: NotNegative = 1.5

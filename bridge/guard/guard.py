@@ -60,7 +60,7 @@ class Guard:
         """The robot began anew (`seq` 0): all is forgotten but whether it is armed."""
         self._output = JointOutput(self._body, self._s.speed_ratio)
         self._crouch = self._output.ranges.clip(POSTURES[self._s.crouch.posture])
-        self._fall = FallMonitor(self._s.fall)
+        self._fall = FallMonitor(self._body, self._s.fall, self._s.stance)
         self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
         self._watchdog = Watchdog(self._s.watchdog)
         self._approach = Approach(self._s.approach, self._body.cycle)

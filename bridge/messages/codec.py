@@ -83,6 +83,8 @@ def require_finite(name: str, values: tuple[float, ...]) -> None:
     Raises:
         FrameError: a value is NaN or infinite; names the first one.
     """
+    if all(map(math.isfinite, values)):
+        return
     for i, value in enumerate(values):
         if not math.isfinite(value):
             raise FrameError(

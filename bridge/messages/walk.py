@@ -32,7 +32,11 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     steps: Count | None = None
     """Steps of the walk to begin, the closing one included; 0 or left out: no bound."""
     distance: Annotated[float, msgspec.Meta(gt=0.0, le=1e4)] | None = None
-    """Way of the walk to begin, m, met exactly by the plan; left out: no bound."""
+    """Way of the walk to begin, m; left out: no bound. Met exactly by the plan, by a gait that walks in any
+    direction by its odometry."""
+    target: Vec3 | None = None
+    """Where to walk, from where the robot is when it is told: forward and to the left, m, and turn, rad. For
+    gaits that walk in any direction."""
     gait: Annotated[str, msgspec.Meta(max_length=64)] | None = None
     """Name of one of the walker's gaits; takes effect at the next stand: with `walk` the walker stands for it,
     then walks on."""
@@ -67,7 +71,7 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
     distance: Finite
     """Way of this walk, or the last one, by the plan, m."""
     position: Vec3
-    """x, y and yaw by the plan since the walker began, m, m, rad: odometry that knows nothing of slip."""
+    """Middle between the feet by the odometry since the walker began: x, y and yaw, m, m, rad."""
 
 
 class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,6 +88,8 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     """Steps completed."""
     steps: Count
     """Steps asked for; 0: without end."""
+    place: Vec3 = (0.0, 0.0, 0.0)
+    """Middle between the feet by the odometry since the walker began: x, y, m, and yaw, rad."""
     zmp: Vec2
     """Planned ZMP in the walk frame (x forward, y left, origin between the feet at the start), m."""
     com: Vec2

@@ -8,7 +8,7 @@ has the torso's heading: x forward, y left, z vertical.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Final, Literal, get_args
 
 import msgspec
 
@@ -31,6 +31,11 @@ Friction = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 Foot = Literal["left", "right", "swing"]
+ThingKind = Literal["ball", "landmark", "face"]
+THING_SIZES: Final[dict[str, float]] = {"ball": 0.06, "landmark": 0.1, "face": 0.15}
+"""Diameter of a thing unless another is given, m: the vendor's red ball; landmark and face are assumed."""
+THING_HEIGHT: Final = 0.45
+"""Of the middle of a landmark or a face over the floor unless another is given, m: a NAO's eyes."""
 StartName = Literal["stand", "sit", "crouch", "lie-back", "lie-front", "lie-side", "hang"]
 """Poses to begin in. `stand`: on its feet, stiff; `hang`: the torso on a hook, feet in the air."""
 
@@ -108,8 +113,27 @@ class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
     """Against the robot's soles; None: as the floor."""
 
 
+class PlaceThing(_Command, frozen=True, kw_only=True, tag="thing"):
+    """Put something that the cameras see, and that nothing can touch."""
+
+    name: Name
+    """A thing of the same name is replaced. Of a landmark its number; of a face the person's name."""
+    kind: ThingKind
+    """`ball`: a red one. `landmark`: a disc with a mark. `face`: a disc with a face."""
+    at: tuple[Bounded, Bounded]
+    """Of its middle, m."""
+    height: Bounded | None = None
+    """Of its middle over the floor, m; None: a ball lies on the floor, the others are at `THING_HEIGHT`."""
+    yaw: Angle | None = None
+    """Heading to which a landmark or a face shows its front; None: towards the robot."""
+    frame: Literal["floor", "robot"] = "floor"
+    """`at` and `yaw` as those of `PlaceBox`."""
+    size: Length | None = None
+    """Diameter, m; None: as `THING_SIZES` says."""
+
+
 class Remove(_Command, frozen=True, kw_only=True, tag="remove"):
-    """Take a box away."""
+    """Take a box or a thing away."""
 
     name: Name
 
@@ -124,6 +148,8 @@ class PlateUnderFoot(_Command, frozen=True, kw_only=True, tag="plate-under-foot"
     shift: tuple[Bounded, Bounded] = (0.0, 0.0)
     """From the middle of the sole's projection, along its heading and to its left, m: a foot that is still to
     travel lands ahead of where it was lifted."""
+    yaw: Angle = 0.0
+    """Of the plate's length against the foot's heading, rad."""
     name: Name = "plate"
 
 
@@ -194,6 +220,7 @@ WorldCommand = (
     | LayDown
     | Push
     | PlaceBox
+    | PlaceThing
     | Remove
     | PlateUnderFoot
     | SwingPendulum

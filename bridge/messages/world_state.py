@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from bridge.messages.schema import SCHEMA_VERSION
+from bridge.messages.world import ThingKind
 from bridge.types import Finite, Quaternion, Vec2, Vec3
 
 
@@ -19,6 +20,19 @@ class WorldObject(msgspec.Struct, frozen=True, kw_only=True):
     orientation: Quaternion
     mass: Finite
     """kg; 0: fixed."""
+
+
+class WorldThing(msgspec.Struct, frozen=True, kw_only=True):
+    """Something that the cameras see, and that nothing can touch."""
+
+    name: str
+    kind: ThingKind
+    size: Finite
+    """Diameter, m."""
+    position: Vec3
+    """Its middle, world frame, m."""
+    facing: Vec3
+    """Unit vector in which the front of a landmark or a face looks, world frame."""
 
 
 class Tile(msgspec.Struct, frozen=True):
@@ -65,6 +79,7 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
     """Roll and pitch of the floor, rad."""
     friction: Finite
     objects: tuple[WorldObject, ...]
+    things: tuple[WorldThing, ...] = ()
     faults: tuple[str, ...]
     """Names of the faults in force."""
     terrain: Terrain | None = None

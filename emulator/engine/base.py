@@ -7,7 +7,7 @@ package.
 SI units and radians. The world frame has z up; a scene's floor frame turns with the floor. Quaternions are x,
 y, z, w. No engine draws random numbers: the same calls after `reset` give the same bits.
 
-One engine holds one robot. What is called in every physics step or cycle (`step`, `contacts`, the robot's
+One engine holds one robot. What is called in every physics step or cycle (`run`, `contacts`, the robot's
 `position`, `velocity` and `torso`) takes and gives arrays and plain values and calls nothing back, so that an
 engine of N robots can do the same with a leading axis of N.
 """
@@ -16,12 +16,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
+from emulator.drives import run_drives
 from emulator.engine.multibody import Multibody, Vector
 from emulator.engine.scene import Scene
 from emulator.engine.values import Camera, GroundContacts, PhysicsSettings, RayHit
@@ -54,6 +56,18 @@ class Engine(ABC):
     @abstractmethod
     def begin_cycle(self) -> None:
         """Forget the contacts so far: a new mean begins."""
+
+    def run(self, drives: NDArray[Any], steps: int) -> None:
+        """Run physics steps in which drives turn the joints, with the pushes given since the last step.
+
+        Args:
+            drives: Of `emulator.drives.DRIVE`, (n,); their state changes.
+            steps: How many.
+        """
+        torque = np.zeros(len(drives))
+        for _ in range(steps):
+            run_drives(drives, self.robot.position, self.robot.velocity, torque)
+            self.step(torque)
 
     @abstractmethod
     def step(self, torque: Vector) -> None:

@@ -48,6 +48,11 @@ class Stops:
         inertia = rotor_inertia + [own_inertia(body, name) for name in joints]
         self._step, self._torque_per_way = step, inertia / step**2
 
+    @property
+    def constants(self) -> tuple[Vector, Vector, Vector, float]:
+        """The first arguments of `brake_joints`."""
+        return self._lower, self._upper, self._torque_per_way, self._step
+
     def brake(self, position: Vector, velocity: Vector, torque: Vector) -> None:
         """Add the braking of a step to the torques, in place.
 
@@ -56,11 +61,11 @@ class Stops:
             velocity: Joint velocities, (n,), rad/s.
             torque: Of the drives, (n,), N m; changed.
         """
-        _brake(self._lower, self._upper, self._torque_per_way, self._step, position, velocity, torque)
+        brake_joints(*self.constants, position, velocity, torque)
 
 
 @compiled
-def _brake(
+def brake_joints(
     lower: Vector,
     upper: Vector,
     torque_per_way: Vector,
@@ -69,6 +74,17 @@ def _brake(
     velocity: Vector,
     torque: Vector,
 ) -> None:
+    """`Stops.brake` as machine code.
+
+    Args:
+        lower: Ends of the joints' ranges, (n,), rad.
+        upper: Likewise.
+        torque_per_way: Torque that takes away a way in a step, (n,), N m/rad.
+        step: Physics step, s.
+        position: Joint angles, (n,), rad.
+        velocity: Joint velocities, (n,), rad/s.
+        torque: Of the drives, (n,), N m; changed.
+    """
     for i in range(len(position)):
         # `way`: angle after the step, q + qd dt. `goal`: the same, but no farther than the upper stop, or than
         # q if that is beyond. The torque I (way - goal) / dt^2 takes the excess away. Then the lower stop.

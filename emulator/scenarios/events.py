@@ -51,6 +51,8 @@ class PlateEvent(_Event, frozen=True, kw_only=True):
     size: Size = (0.16, 0.08, 0.01)
     shift: Vec2 = (0.0, 0.0)
     """Along the foot's heading and to its left."""
+    yaw: Degrees = 0.0
+    """Of the plate's length against the foot's heading."""
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")] = "plate"
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from bridge.messages.world import ThingKind
 from bridge.types import Vec2
 from emulator.scenarios.table import (
     Degrees,
@@ -59,6 +60,27 @@ class PlacedBox(ScenarioTable, frozen=True, kw_only=True):
     """0: fixed on the floor."""
     friction: Friction | None = None
     """Against the soles; none: as the floor."""
+
+
+class PlacedThing(ScenarioTable, frozen=True, kw_only=True):
+    """A red ball, a landmark or a face, for the cameras."""
+
+    name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
+    """Of a landmark its number; of a face the person's name."""
+    kind: ThingKind
+    at: Vec2
+    """Its middle."""
+    height: float | None = None
+    """Of its middle over the floor; none: a ball lies there, the others are at eye level."""
+    yaw: Degrees = 180.0
+    """Heading to which a landmark or a face shows its front; 180: towards where the robot starts."""
+    size: Positive | None = None
+    """Diameter; none: the kind's."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a landmark without a number."""
+        if self.kind == "landmark" and not self.name.isdecimal():
+            raise ValueError(f"a landmark's name is its number, not {self.name!r}")
 
 
 class Tiles(ScenarioTable, frozen=True, kw_only=True):

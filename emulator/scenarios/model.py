@@ -12,7 +12,7 @@ from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.messages.world import min_tilt_duration
 from bridge.validation import unknown_name
 from emulator.scenarios.events import FaultEvent, FrictionEvent, PendulumEvent, PlateEvent, PushEvent, TiltEvent
-from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
+from emulator.scenarios.ground import Heightfield, PlacedBox, PlacedThing, ScenarioFloor, Start, Tiles
 from emulator.scenarios.table import ScenarioTable
 
 
@@ -26,6 +26,7 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
     charger: bool = False
     """The robot is on its charger's cable: its battery does not run down."""
     boxes: tuple[PlacedBox, ...] = ()
+    things: tuple[PlacedThing, ...] = ()
     tiles: Tiles | None = None
     heightfield: Heightfield | None = None
     pushes: tuple[PushEvent, ...] = ()
@@ -38,11 +39,11 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         """Raises ValueError for events that could never happen, so that no run passes without its disturbance.
 
-        These are two boxes of one name, a push of an unknown target, and a floor that turns too fast.
+        These are two boxes or things of one name, a push of an unknown target, and a floor that turns too fast.
         """
-        names = [box.name for box in self.boxes]
+        names = [*(box.name for box in self.boxes), *(thing.name for thing in self.things)]
         if len(set(names)) != len(names):
-            raise ValueError(f"two boxes have the same name; there are {', '.join(names)}")
+            raise ValueError(f"two boxes or things have the same name; there are {', '.join(names)}")
         movable = {box.name for box in self.boxes if box.mass > 0.0}
         targets = {"Torso", *INDEX_WITH_MIRROR, *movable} - {"LHand", "RHand"}
         for push in self.pushes:

@@ -8,9 +8,12 @@ go, and the other three are then given by statics alone.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.types import Vec2, Vec3
+from emulator.compiled import compiled
 
+Array = NDArray[np.float64]
 Cells = tuple[float, float, float, float]
 NO_LOAD: Cells = (0.0, 0.0, 0.0, 0.0)
 
@@ -25,11 +28,11 @@ class FootForceSensors:
     def __init__(self, places: tuple[Vec3, Vec3, Vec3, Vec3]) -> None:
         xy = [(place[0], place[1]) for place in places]
         statics = np.array([[1.0] * 4, [p[0] for p in xy], [p[1] for p in xy]])
-        self._least_norm: list[list[float]] = np.linalg.pinv(statics).tolist()
-        self._inner: list[float] = np.linalg.svd(statics)[2][3].tolist()
+        self._least_norm = np.linalg.pinv(statics)
+        self._inner = np.linalg.svd(statics)[2][3].copy()
         """Forces in balance with each other: the one other way to distribute a load."""
         fl, fr, rl, rr = xy
-        self._outline = (fl, rl, rr, fr)
+        self._outline = np.array([fl, rl, rr, fr])
         """Counter-clockwise."""
 
     def distribute(self, force: float, cop: Vec2 | None) -> Cells:
@@ -44,29 +47,36 @@ class FootForceSensors:
         """
         if cop is None or force <= 0.0:
             return NO_LOAD
-        x, y = self._nearest_inside(cop)
-        plate = [row[0] + row[1] * x + row[2] * y for row in self._least_norm]
-        low, high = -float("inf"), float("inf")
-        for load, inner in zip(plate, self._inner, strict=True):
-            if inner > 1e-12:
-                low = max(low, -load / inner)
-            elif inner < -1e-12:
-                high = min(high, -load / inner)
-        shift = min(max(0.0, low), high)
-        fl, fr, rl, rr = (
-            force * max(0.0, load + shift * inner) for load, inner in zip(plate, self._inner, strict=True)
-        )
-        return fl, fr, rl, rr
+        return _distribute(force, cop[0], cop[1], self._least_norm, self._inner, self._outline)
 
-    def _nearest_inside(self, point: Vec2) -> Vec2:
-        """The point itself between the cells, else the nearest point of their outline."""
-        inside, nearest, smallest = True, point, float("inf")
-        for (ax, ay), (bx, by) in zip(self._outline, (*self._outline[1:], self._outline[0]), strict=True):
-            ex, ey, px, py = bx - ax, by - ay, point[0] - ax, point[1] - ay
-            inside = inside and ex * py - ey * px >= 0.0
-            t = min(1.0, max(0.0, (px * ex + py * ey) / (ex * ex + ey * ey)))
-            place = (ax + t * ex, ay + t * ey)
-            distance = (place[0] - point[0]) ** 2 + (place[1] - point[1]) ** 2
-            if distance < smallest:
-                nearest, smallest = place, distance
-        return point if inside else nearest
+
+@compiled
+def _nearest_inside(x: float, y: float, outline: Array) -> Vec2:
+    """The point itself between the cells, else the nearest point of their outline."""
+    inside, nearest, smallest = True, (x, y), np.inf
+    for i in range(4):
+        ax, ay = outline[i]
+        bx, by = outline[(i + 1) % 4]
+        ex, ey, px, py = bx - ax, by - ay, x - ax, y - ay
+        inside = inside and ex * py - ey * px >= 0.0
+        t = min(1.0, max(0.0, (px * ex + py * ey) / (ex * ex + ey * ey)))
+        place = (ax + t * ex, ay + t * ey)
+        distance = (place[0] - x) ** 2 + (place[1] - y) ** 2
+        if distance < smallest:
+            nearest, smallest = place, distance
+    return (x, y) if inside else nearest
+
+
+@compiled
+def _distribute(force: float, x: float, y: float, least_norm: Array, inner: Array, outline: Array) -> Cells:
+    x, y = _nearest_inside(x, y, outline)
+    plate = least_norm[:, 0] + least_norm[:, 1] * x + least_norm[:, 2] * y
+    low, high = -np.inf, np.inf
+    for i in range(4):
+        if inner[i] > 1e-12:
+            low = max(low, -plate[i] / inner[i])
+        elif inner[i] < -1e-12:
+            high = min(high, -plate[i] / inner[i])
+    shift = min(max(0.0, low), high)
+    cells = force * np.maximum(0.0, plate + shift * inner)
+    return cells[0], cells[1], cells[2], cells[3]

@@ -10,27 +10,25 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.model import CouplingRow
 from bridge.body.quantities import COUPLED_TO
+from emulator.compiled import compiled
 
 Vector = NDArray[np.float64]
 
 
-class _Coupling:
-    """Range of one joint over the request of another: the table's rows, linear between them (assumed)."""
+def _coupling(body: Body, joint: str) -> Vector:
+    """Range of one joint over the request of another, rows of place, lower and upper, (3, rows), rad."""
+    rows: dict[float, CouplingRow] = {row.at: row for row in getattr(body.coupling, joint)}
+    if joint == "HeadPitch":  # published for one side of a symmetric head
+        rows |= {-at: row for at, row in rows.items()}
+    return np.array([[at, rows[at].lower, rows[at].upper] for at in sorted(rows)]).T.copy()
 
-    def __init__(self, body: Body, joint: str, joints: Sequence[str]) -> None:
-        self.joint, self.other = joints.index(joint), joints.index(COUPLED_TO[joint])
-        rows: dict[float, CouplingRow] = {row.at: row for row in getattr(body.coupling, joint)}
-        if joint == "HeadPitch":  # published for one side of a symmetric head
-            rows |= {-at: row for at, row in rows.items()}
-        self._places = sorted(rows)
-        self._lower = [rows[at].lower for at in self._places]
-        self._upper = [rows[at].upper for at in self._places]
 
-    def clip(self, request: Vector) -> None:
-        at = request[self.other]
-        lower = np.interp(at, self._places, self._lower)
-        upper = np.interp(at, self._places, self._upper)
-        request[self.joint] = min(max(request[self.joint], lower), upper)
+@compiled
+def _couple(request: Vector, joint: int, other: int, table: Vector) -> None:
+    """Clip the request of a joint by that of the other, linear between the table's rows (assumed)."""
+    at = request[other]
+    lower, upper = np.interp(at, table[0], table[1]), np.interp(at, table[0], table[2])
+    request[joint] = min(max(request[joint], lower), upper)
 
 
 class RequestLimits:
@@ -48,14 +46,14 @@ class RequestLimits:
         self._lower = np.array([body.joints[name].lower for name in joints])
         self._upper = np.array([body.joints[name].upper for name in joints])
         self._couplings = [
-            _Coupling(body, joint, joints)
+            (joints.index(joint), joints.index(other), _coupling(body, joint))
             for joint, other in COUPLED_TO.items()
             if joint in joints and other in joints
         ]
 
     def clip(self, request: Vector) -> Vector:
         """The nearest allowed request, rad."""
-        allowed = np.clip(request, self._lower, self._upper)
-        for coupling in self._couplings:
-            coupling.clip(allowed)
+        allowed: Vector = np.minimum(np.maximum(request, self._lower), self._upper)
+        for joint, other, table in self._couplings:
+            _couple(allowed, joint, other, table)
         return allowed

@@ -39,8 +39,8 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
+from emulator.drives import BRUSH_REACH, DRIVE
 from emulator.servo.heat import MotorHeat
-from emulator.servo.kernel import BRUSH_REACH, DRIVE, run_drives
 from emulator.servo.limits import RequestLimits
 from emulator.servo.parameters import ServoParameters
 
@@ -55,7 +55,7 @@ class Servo:
         joints: Mechanical joints in the order of every vector here.
         parameters: Properties that the data sheet does not give.
         position: Request and motor angle of all joints at the start, rad.
-        step: Time between two calls of `torque`, s.
+        step: Physics step, s.
     """
 
     def __init__(
@@ -88,11 +88,12 @@ class Servo:
         self.delay_steps = round(parameters.delay / step)
         """Physics steps from `latch` to the motor boards."""
         self._clock = 0
-        self._drives = self._records(parameters)
-        self.motor_angle: Vector = self._drives["motor_angle"]
+        self.drives = self._records(parameters)
+        """Constants and state of all drives, `emulator.drives.DRIVE`."""
+        self.motor_angle: Vector = self.drives["motor_angle"]
         """Angle of each motor behind its gear, rad: the joint angle follows it with backlash and twist."""
-        self._drives["brush"] = position
-        self._torque, self._mean_square, self._mean_power = np.zeros((3, len(joints)))
+        self.drives["brush"] = position
+        self._mean_square, self._mean_power = np.zeros((2, len(joints)))
         self._samples = 0
         self.start(position)
 
@@ -127,8 +128,8 @@ class Servo:
     def start(self, position: Vector) -> None:
         """Hold these angles (rad) from now on with full stiffness, at rest; what was on its way is dropped."""
         self._queue.clear()
-        self._drives["request"] = self._drives["motor_angle"] = position
-        self._drives["twist"] = 0.0
+        self.drives["request"] = self.drives["motor_angle"] = position
+        self.drives["twist"] = 0.0
         self._wanted: Vector = np.ones(len(position))
         self.apply_power()
 
@@ -138,43 +139,48 @@ class Servo:
         """Stiffness in force: the request's, lowered by the heat protection."""
         fraction = np.where(self.stiffness == 0.0, self._brake, np.maximum(self.stiffness, 0.0))
         limit = self.stall * self.strength * fraction
-        drives, half_backlash = self._drives, 0.5 * self.backlash
+        drives, half_backlash = self.drives, 0.5 * self.backlash
         drives["limit"], drives["half_backlash"] = limit, half_backlash
         drives["stride"] = np.where(self.stiffness > 0.0, self.no_load_speed * self._step, 0.0)
         drives["reach"] = half_backlash + limit * self._compliance
 
-    def torque(self, position: Vector, velocity: Vector) -> Vector:
-        """Torques for the next physics step; to be called once per step.
+    def advance(self, steps: int) -> int:
+        """Take over a request that is due now; to be called before the drives run.
 
         Args:
-            position: Joint angles, (n,), rad.
-            velocity: Joint velocities, (n,), rad/s.
+            steps: Physics steps that are to come.
 
         Returns:
-            Joint torques, (n,), N m; the next call overwrites the vector.
+            How many of them, 1 at least, the drives have the same request; they are taken to run now.
         """
         if self._queue and self._queue[0][0] <= self._clock:
-            _, self._drives["request"], self._wanted = self._queue.popleft()
+            _, self.drives["request"], self._wanted = self._queue.popleft()
             self.apply_power()
-        self._clock += 1
-        self._samples += 1
-        run_drives(self._drives, position, velocity, self._torque)
-        return self._torque
+        if self._queue:
+            steps = min(steps, max(self._queue[0][0] - self._clock, 1))
+        self._clock += steps
+        self._samples += steps
+        return steps
 
     def end_cycle(self) -> None:
         """Take stock of the torques since the last call: currents and heat."""
-        np.divide(self._drives["squares"], max(self._samples, 1), out=self._mean_square)
-        np.divide(self._drives["work"], max(self._samples, 1), out=self._mean_power)
+        np.divide(self.drives["squares"], max(self._samples, 1), out=self._mean_square)
+        np.divide(self.drives["work"], max(self._samples, 1), out=self._mean_power)
         if self.heat.active:
             self.heat.update(self._mean_square, self._samples * self._step)
             if self.heat.lowers:
                 self.apply_power()
-        self._drives["squares"] = self._drives["work"] = 0.0
+        self.drives["squares"] = self.drives["work"] = 0.0
         self._samples = 0
 
     def current(self) -> Vector:
         """Effective motor currents of the last cycle, A: torque over torque constant, at the motor shaft."""
         return np.sqrt(self._mean_square) * self._ampere
+
+    @property
+    def stall_current(self) -> Vector:
+        """What each motor draws when its full voltage cannot turn it, A."""
+        return np.asarray(self.stall * self._ampere, dtype=np.float64)
 
     def drawn(self) -> float:
         """Current that all motors drew from the battery in the last cycle, A.

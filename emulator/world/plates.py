@@ -68,7 +68,7 @@ class WaitingPlates:
         c, s = math.cos(yaw), math.sin(yaw)
         dx, dy = plate.shift
         at = (x + c * dx - s * dy, y + s * dx + c * dy)
-        world.add_box(plate.name, plate.size, at, yaw, height=0.0)
+        world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0)
         self._say(
             "world",
             f"A plate of {1e3 * plate.size[2]:.0f} mm lies under the {_FOOT[side]} foot "

@@ -170,6 +170,7 @@ class WorldQueries:
             floor=robot.world.tilt,
             friction=robot.world.surface.friction,
             objects=robot.stage.objects(),
+            things=robot.world.seen_things(),
             faults=robot.faults.names,
         )
 

@@ -11,6 +11,7 @@ from bridge.body import TORSO, Body
 from bridge.errors import FrameError
 from bridge.messages.world import (
     PlaceBox,
+    PlaceThing,
     PlateUnderFoot,
     Push,
     Remove,
@@ -20,12 +21,12 @@ from bridge.messages.world import (
     min_tilt_duration,
 )
 from bridge.messages.world_state import WorldObject
-from bridge.types import Vec3
+from bridge.types import Vec2, Vec3
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, Pendulum
 from emulator.world.plates import WaitingPlates
 from emulator.world.world import World
 
-Happening = Push | PlaceBox | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
+Happening = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
 """Commands that the stage carries out."""
 _INSIDE: Final = -1e-4
 """Distance from which a new box counts as standing inside the robot, m."""
@@ -92,6 +93,8 @@ class Stage:
             text = self._push(command)
         elif isinstance(command, PlaceBox):
             text = self._place(command)
+        elif isinstance(command, PlaceThing):
+            text = self._place_thing(command)
         elif isinstance(command, Remove):
             text = self._remove(command)
         elif isinstance(command, PlateUnderFoot):
@@ -143,12 +146,9 @@ class Stage:
 
     def _place(self, command: PlaceBox) -> str:
         world, name = self._world, command.name
-        at, yaw = command.at, command.yaw
-        if command.frame == "robot":
-            position, heading = self._heading()
-            x, y = self._below(position)[:2]
-            c, s = math.cos(heading), math.sin(heading)
-            at, yaw = (x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]), yaw + heading
+        if name in world.things:
+            raise FrameError(f"`{name}` is a {world.things[name].kind}; give the box another name.")
+        at, yaw = self._on_floor(command.at, command.yaw, command.frame)
         before = world.box_state(name)
         world.add_box(
             name, command.size, at, yaw, height=command.height, mass=command.mass, friction=command.friction
@@ -161,11 +161,34 @@ class Stage:
         kind = f"of {command.mass:g} kg" if command.mass > 0.0 else "fixed to the floor"
         return f"Box `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
 
+    def _on_floor(self, at: Vec2, yaw: float, frame: str) -> tuple[Vec2, float]:
+        """A place (m) and a heading (rad) of the floor frame or of the robot's, in the floor frame."""
+        if frame == "floor":
+            return at, yaw
+        position, heading = self._heading()
+        x, y = self._below(position)[:2]
+        c, s = math.cos(heading), math.sin(heading)
+        return (x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]), yaw + heading
+
+    def _place_thing(self, command: PlaceThing) -> str:
+        world, name, kind = self._world, command.name, command.kind
+        if name in world.boxes:
+            raise FrameError(f"`{name}` is a box; give the {kind} another name.")
+        if kind == "landmark" and not name.isdecimal():
+            raise FrameError(f"A landmark's name is its number, not `{name}`.")
+        at, yaw = self._on_floor(command.at, command.yaw or 0.0, command.frame)
+        if command.yaw is None:
+            x, y = self._below(self._heading()[0])[:2]
+            yaw = math.atan2(y - at[1], x - at[0])
+        world.put_thing(name, kind, at, yaw, command.height, command.size)
+        return f"The {kind} `{name}` is at ({at[0]:.3f}, {at[1]:.3f}, {world.things[name].position[2]:.3f})."
+
     def _remove(self, command: Remove) -> str:
-        if not self._world.remove_box(command.name):
-            known = ", ".join(self._world.boxes) or "none"
-            raise FrameError(f"No box `{command.name}` to remove; there are {known}.")
-        return f"Box `{command.name}` is gone."
+        world, name = self._world, command.name
+        if world.things.pop(name, None) is None and not world.remove_box(name):
+            known = ", ".join([*world.boxes, *world.things]) or "none"
+            raise FrameError(f"Nothing called `{name}` to remove; there are {known}.")
+        return f"`{name}` is gone."
 
     def _below(self, position: Vec3) -> Vec3:
         """Floor point vertically below a point of the world, floor frame, m."""

@@ -40,6 +40,9 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
             mass=box.mass,
             friction=box.friction,
         )
+    for thing in scenario.things:
+        yaw = math.radians(thing.yaw)
+        world.put_thing(thing.name, thing.kind, thing.at, yaw, thing.height, thing.size)
     return world
 
 
@@ -57,7 +60,13 @@ def timeline(scenario: Scenario) -> list[tuple[float, Happening]]:
         events.append(
             (
                 plate.time,
-                PlateUnderFoot(foot=plate.foot, size=plate.size, shift=plate.shift, name=plate.name),
+                PlateUnderFoot(
+                    foot=plate.foot,
+                    size=plate.size,
+                    shift=plate.shift,
+                    yaw=math.radians(plate.yaw),
+                    name=plate.name,
+                ),
             )
         )
     for push in scenario.pushes:

@@ -11,12 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from bridge.messages.world_state import Terrain
+from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
+from bridge.messages.world_state import Terrain, WorldThing
 from bridge.types import Vec2, Vec3
 from emulator.engine.base import Engine
 from emulator.engine.values import Surface
 from emulator.poses import ORIGIN, Pose, compose, inverse, matrix, point_of, quaternion, yaw_of
-from emulator.vectors import cross, scaled
+from emulator.vectors import cross, rotate, scaled
 from emulator.world.surfaces import WOOD
 
 _HIGH: Final = 5.0
@@ -33,6 +34,19 @@ class WorldBox:
     """kg; 0: fixed on the floor."""
     friction: float | None
     """Against the soles; None: as the floor."""
+
+
+@dataclass(frozen=True)
+class Thing:
+    """Something to be seen, and not to be touched."""
+
+    kind: ThingKind
+    size: float
+    """Diameter, m."""
+    position: Vec3
+    """Of its middle, floor frame, m."""
+    yaw: float
+    """Heading to which its front looks, floor frame, rad."""
 
 
 class BoxState(NamedTuple):
@@ -58,6 +72,8 @@ class World:
     def __init__(self, engine: Engine, surface: Surface = WOOD, roll: float = 0.0, pitch: float = 0.0) -> None:
         self.engine = engine
         self.boxes: dict[str, WorldBox] = {}
+        """By name."""
+        self.things: dict[str, Thing] = {}
         """By name."""
         self.terrain = Terrain()
         """Tiles and heightfield."""
@@ -169,6 +185,29 @@ class World:
         self.add_box(name, box.size, (x, y), yaw_of(turn), height=height, mass=box.mass, friction=box.friction)
         if box.mass > 0.0:
             self.engine.scene.move(name, state.pose, state.velocity)
+
+    def put_thing(
+        self, name: str, kind: ThingKind, at: Vec2, yaw: float, height: float | None, size: float | None
+    ) -> None:
+        """Put something to be seen, or replace what has its name; the fields of `PlaceThing`, floor frame."""
+        wide = THING_SIZES[kind] if size is None else size
+        if height is None:
+            height = 0.5 * wide if kind == "ball" else THING_HEIGHT
+        self.things[name] = Thing(kind, wide, (*at, height), yaw)
+
+    def seen_things(self) -> tuple[WorldThing, ...]:
+        """All things to be seen, in the world frame."""
+        turn = matrix(self.pose.orientation)
+        return tuple(
+            WorldThing(
+                name=name,
+                kind=thing.kind,
+                size=thing.size,
+                position=self.to_world(thing.position),
+                facing=rotate(turn, (math.cos(thing.yaw), math.sin(thing.yaw), 0.0)),
+            )
+            for name, thing in self.things.items()
+        )
 
     def remove_box(self, name: str) -> bool:
         """Take a box away; False when there is none."""

@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 import mujoco
+from mujoco.introspect import ast_nodes, structs
 
-__all__ = ["mujoco"]
+__all__ = ["ast_nodes", "mujoco", "structs"]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numba import carray
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
 from bridge.types import Side
 from emulator.compiled import compiled
 from emulator.engine.contacts import STEEP, FootReaction, ground_contacts
+from emulator.engine.mujoco.native import Layout, pointer
 from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.simulation import Simulation
@@ -19,7 +21,6 @@ from emulator.engine.values import GroundContacts
 from emulator.poses import matrix
 
 Vector = NDArray[np.float64]
-Numbers = NDArray[np.int32]
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
 _LINK, _GROUND, _OTHER = 2, 3, 4
 """What a geom belongs to; 0 and 1 are the feet."""
@@ -43,7 +44,7 @@ class ContactPoints:
         self._sums, self._normals = np.zeros((2, 7)), np.zeros((2, 3))
         self._rim = np.zeros((_RIM, 7))
         self._counts = np.zeros(1, dtype=np.int64)
-        self._steps, self._version = 0, -1
+        self._version = -1
 
     def _find(self) -> None:
         if self._version == self._simulation.version:
@@ -64,40 +65,24 @@ class ContactPoints:
             turn = matrix(pose.orientation)
             self._normals[i] = turn[2], turn[5], turn[8]
 
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """The last arguments of `add_contacts`, for the model as it is compiled now."""
+        self._find()
+        return self._kind, self._normals, self._sums, self._rim, self._counts, self._touching
+
     def begin(self) -> None:
         """Forget the last cycle; the soles' normals are those of now until `mean`."""
         self._find()
         self._place_feet()
-        for foot in self._feet:
-            foot.clear()
         self._sums[:] = 0.0
         self._counts[0] = 0
         self._touching[:] = False
-        self._steps = 0
 
-    def take_step(self) -> None:
-        """Take in the contacts of the physics step just done."""
-        self._find()
-        contact, data = self._simulation.data.contact, self._simulation.data
-        _add_contacts(
-            contact.geom,
-            contact.pos,
-            contact.frame,
-            contact.efc_address,
-            data.efc_force,
-            self._kind,
-            self._normals,
-            self._sums,
-            self._rim,
-            self._counts,
-            self._touching,
-        )
-        self._steps += 1
-
-    def mean(self) -> GroundContacts:
-        """Means since `begin`."""
+    def mean(self, steps: int) -> GroundContacts:
+        """Means over the steps since `begin`."""
         self._find()
         for i, foot in enumerate(self._feet):
+            foot.clear()
             fx, fy, fz, weight, px, py, pz = self._sums[i].tolist()
             normal = tuple(self._normals[i].tolist())
             if weight != 0.0:
@@ -107,16 +92,13 @@ class ContactPoints:
             self._feet[int(which)].take(0.0, 0.0, 0.0, tuple(place), tuple(normal), 1.0)
         self._place_feet()
         touching = frozenset(self._links[geom] for geom in np.flatnonzero(self._touching))
-        return ground_contacts(self._feet, max(self._steps, 1), self._scene.normal, touching)
+        return ground_contacts(self._feet, max(steps, 1), self._scene.normal, touching)
 
 
 @compiled
-def _add_contacts(
-    geoms: Numbers,
-    places: Vector,
-    frames: Vector,
-    addresses: Numbers,
-    forces: Vector,
+def add_contacts(
+    data: int,
+    layout: Layout,
     kind: NDArray[np.int64],
     normals: Vector,
     sums: Vector,
@@ -124,33 +106,53 @@ def _add_contacts(
     counts: NDArray[np.int64],
     touching: NDArray[np.bool_],
 ) -> None:
-    for i in range(len(addresses)):
-        address = addresses[i]
+    """Take in the contacts of the physics step just done.
+
+    Args:
+        data: Address of MuJoCo's state.
+        layout: `native.LAYOUT`.
+        kind: What each geom belongs to.
+        normals: Of both soles, (2, 3), world frame.
+        sums: Over the contacts of both feet; changed.
+        rim: Contacts on the rims of the feet; changed.
+        counts: How many of these; changed.
+        touching: Geoms of the robot that touch the ground; changed.
+    """
+    count_at, contacts_at, forces_at, size, geom_at, place_at, frame_at, address_at = layout
+    contact = carray(pointer(data + contacts_at), 1, np.int64)[0]
+    forces_of = carray(pointer(data + forces_at), 1, np.int64)[0]
+    for _ in range(carray(pointer(data + count_at), 1, np.int32)[0]):
+        address = carray(pointer(contact + address_at), 1, np.int32)[0]
+        geoms = carray(pointer(contact + geom_at), 2, np.int32)
+        place = carray(pointer(contact + place_at), 3, np.float64)
+        frame = carray(pointer(contact + frame_at), 9, np.float64)
+        contact += size
         if address < 0:
             continue
+        forces = carray(pointer(forces_of + 8 * address), 3, np.float64)
         # The frame's rows are the normal from the first geom to the second, and two tangents. The force in it,
         # normal and tangents, acts on the second geom, its opposite on the first.
         for which in range(2):
-            geom, sign = geoms[i, which], 2.0 * which - 1.0
-            own, other = kind[geom], kind[geoms[i, 1 - which]]
+            geom, sign = geoms[which], 2.0 * which - 1.0
+            own, other = kind[geom], kind[geoms[1 - which]]
             if own == _LINK and other == _GROUND:
                 touching[geom] = True
             if own != 0 and own != 1:
                 continue
-            frame, normal_force, weight, slope = frames[i], forces[address], 0.0, 0.0
+            normal_force, weight, slope = forces[0], 0.0, 0.0
             for axis in range(3):
                 part = normal_force * frame[axis]
-                part += forces[address + 1] * frame[3 + axis] + forces[address + 2] * frame[6 + axis]
+                part += forces[1] * frame[3 + axis] + forces[2] * frame[6 + axis]
                 sums[own, axis] += sign * part
                 weight += sign * part * normals[own, axis]
                 slope += frame[axis] * normals[own, axis]
             sums[own, 3] += weight
             for axis in range(3):
-                sums[own, 4 + axis] += weight * places[i, axis]
+                sums[own, 4 + axis] += weight * place[axis]
             # A contact across the sole's normal pushes on the rim of the foot.
             if normal_force > 0.0 and abs(slope) < STEEP and counts[0] < len(rim):
                 entry = rim[counts[0]]
                 entry[0] = own
                 for axis in range(3):
-                    entry[1 + axis], entry[4 + axis] = places[i, axis], frame[axis]
+                    entry[1 + axis], entry[4 + axis] = place[axis], frame[axis]
                 counts[0] += 1

@@ -11,10 +11,16 @@ from typing import Any, Final
 from bridge.body import TORSO, Body, joint_tree
 from bridge.body.model import Link
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.shapes import STIFF, TIME_CONSTANT_STEPS, add_link_shape, let_limbs_meet
+from emulator.engine.mujoco.shapes import (
+    STIFF,
+    TIME_CONSTANT_STEPS,
+    add_link_shape,
+    add_sole_points,
+    let_limbs_meet,
+)
 from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.multibody import Vector
-from emulator.engine.shapes import collision_pairs, link_shapes
+from emulator.engine.shapes import FOOT_LINKS, collision_pairs, link_shapes
 
 GEAR: Final = "hips"
 """Name of the equality that couples the two HipYawPitch joints."""
@@ -74,6 +80,8 @@ def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Vector, *,
         _set_inertia(link, body.links[name])
     for name, shape in link_shapes(body).items():
         add_link_shape(spec, bodies[name], name, shape, step)
+    for side, name in FOOT_LINKS.items():
+        add_sole_points(body, side, bodies[name], step)
     let_limbs_meet(spec, body, step)
     # one motor turns both HipYawPitch joints by the same angle
     gear = spec.add_equality(

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.body import TORSO
 from bridge.types import Vec3
@@ -51,15 +52,19 @@ class MujocoRobot(Multibody):
         self._dofs = np.array([joint.dofadr[0] for joint in joints])
         self._bodies = {name: int(model.body(name).id) for name in (TORSO, *self.joints)}
         self._qpos, self._qvel, self._force = data.qpos, data.qvel, data.qfrc_applied
+        self._pushes = data.xfrc_applied
+        if not self._description.held:
+            first = int(model.joint(TORSO).dofadr[0])
+            self._free = slice(first, first + 6)
+
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """Places of the joints in MuJoCo's vectors, and these: of `steps.run_steps`."""
+        return self._angles, self._dofs, self._qpos, self._qvel, self._force, self._pushes
 
     def read(self) -> None:
         """Take over the joints' state from MuJoCo."""
         self.position = self._qpos[self._angles]
         self.velocity = self._qvel[self._dofs]
-
-    def apply(self, torque: Vector) -> None:
-        """Torques (n,) for the next step, N m."""
-        self._force[self._dofs] = torque
 
     def set_joints(self, position: Sequence[float]) -> None:
         """See `Multibody`."""
@@ -110,7 +115,7 @@ class MujocoRobot(Multibody):
         rotation = data.xmat[body]
         velocity = angular = (0.0, 0.0, 0.0)
         if not self._description.held:
-            speed = data.qvel[self._free()]
+            speed = data.qvel[self._free]
             velocity = tuple(speed[:3].tolist())
             # MuJoCo's angular velocity of a free joint is in the body's frame
             angular = tuple((rotation.reshape(3, 3) @ speed[3:]).tolist())
@@ -121,11 +126,6 @@ class MujocoRobot(Multibody):
             velocity=velocity,
             angular_velocity=angular,
         )
-
-    def _free(self) -> slice:
-        """The torso's six degrees of freedom."""
-        first = int(self._simulation.model.joint(TORSO).dofadr[0])
-        return slice(first, first + 6)
 
     def link_pose(self, link: str) -> Pose:
         """See `Multibody`."""
@@ -150,7 +150,7 @@ class MujocoRobot(Multibody):
         speed: Any = np.zeros(model.nv)
         speed[self._dofs] = data.qvel[self._dofs]
         if not self._description.held:
-            speed[self._free()] = data.qvel[self._free()]
+            speed[self._free] = data.qvel[self._free]
         momentum = np.zeros(model.nv)
         mujoco.mj_mulM(model, data, momentum, speed)
         bodies = list(self._bodies.values())

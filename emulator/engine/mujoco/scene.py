@@ -8,18 +8,18 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.body import Body
 from bridge.types import Quaternion, Vec3
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.shapes import GROUND_GROUP, HIDDEN_GROUP, OBJECT_GROUP, contact_options, wxyz, xyzw
 from emulator.engine.mujoco.simulation import Simulation
+from emulator.engine.mujoco.soles import soften_soles
 from emulator.engine.scene import Scene
 from emulator.engine.values import Surface
 from emulator.poses import ORIGIN, Pose, compose, matrix
 
 FLOOR: Final = "floor"
 """Body of the floor and of all that is fixed on it."""
-_GROUND_PRIORITY, _BOX_PRIORITY = 2, 1
-"""Whose friction counts: the ground's in every contact with it, a movable box's in one with the robot."""
 _BELOW: Final = 0.05
 """How far a heightfield reaches down, m."""
 
@@ -33,7 +33,7 @@ class _Object:
     body: Any = None
     """MuJoCo's description of what moves; None: fixed on the floor."""
     geoms: tuple[Any, ...] = ()
-    """For soles, and for the shell."""
+    """For soles, for the shell, and of what moves for the ground."""
     friction: float | None = None
     """Its own; None: the floor's."""
 
@@ -50,6 +50,9 @@ class MujocoScene(Scene):
     def __init__(self, simulation: Simulation) -> None:
         self._simulation, self._step = simulation, simulation.settings.step
         self._friction, self._shell, self._floor = 1.0, 1.0, ORIGIN
+        self._surface: Surface | None = None
+        self._body: Body | None = None
+        simulation.tune = self._soften
         self._objects: dict[str, _Object] = {}
         self.normal: Vec3 = (0.0, 0.0, 1.0)
         """Of the floor, world frame."""
@@ -58,29 +61,33 @@ class MujocoScene(Scene):
         self._objects[FLOOR] = _Object(ORIGIN, None, self._add(self._floor_body, "plane", **plane))
         self._set_frictions()
 
-    def _add(self, body: Any, kind: str, *, mass: float = 0.0, **options: Any) -> tuple[Any, Any]:
-        """Give a body a shape, once for soles and once for the shell."""
+    def _add(self, body: Any, kind: str, *, mass: float = 0.0, **options: Any) -> tuple[Any, ...]:
+        """Give a body a shape, once for each kind of thing that it meets."""
         group = OBJECT_GROUP if kind == "object" else GROUND_GROUP
-        priority = _BOX_PRIORITY if kind == "object" else _GROUND_PRIORITY
+        others = ("for the shell", "object") if kind == "object" else ("for the shell",)
         soles = contact_options(f"{kind} for soles", self._step)
-        shell = contact_options("for the shell", self._step)
-        name = options.pop("name", "")
-        return (
-            body.add_geom(name=name, group=group, priority=priority, mass=mass, **options, **soles),
-            body.add_geom(group=HIDDEN_GROUP, priority=priority, mass=0.0, **options, **shell),
-        )
+        geoms = [body.add_geom(name=options.pop("name", ""), group=group, mass=mass, **options, **soles)]
+        for other in others:
+            rest = contact_options(other, self._step)
+            geoms.append(body.add_geom(group=HIDDEN_GROUP, mass=0.0, **options, **rest))
+        return tuple(geoms)
 
     def _set_frictions(self) -> None:
         for thing in self._objects.values():
             friction = self._friction if thing.friction is None else thing.friction
-            for geom, fraction in zip(thing.geoms, (1.0, self._shell), strict=True):
+            for geom, fraction in zip(thing.geoms, (1.0, self._shell, 1.0), strict=False):
                 geom.friction = (fraction * friction, 0.0, 0.0)
         self._simulation.changed()
 
-    def set_shell_friction(self, fraction: float) -> None:
-        """Friction of the robot's shell as a fraction of its soles'."""
-        self._shell = fraction
+    def meet(self, body: Body) -> None:
+        """Let a robot's soles and shell meet the surface."""
+        self._body, self._shell = body, body.shapes.shell_friction
         self._set_frictions()
+
+    def _soften(self, model: Any) -> None:
+        """Give the soles of a model compiled anew the springs of the surface."""
+        if self._body is not None and self._surface is not None:
+            soften_soles(model, self._body, self._surface)
 
     def place_floor(self, pose: Pose, velocity: Vec3 = (0.0, 0.0, 0.0), spin: Vec3 = (0.0, 0.0, 0.0)) -> None:
         """See `Scene`. Known weakness: the velocities are not used; contacts follow the pose of each step."""
@@ -94,8 +101,8 @@ class MujocoScene(Scene):
         self._simulation.moved()
 
     def set_surface(self, surface: Surface) -> None:
-        """See `Scene`. Known weakness: soles are hard here; only the surface's friction counts."""
-        self._friction = surface.friction
+        """See `Scene`."""
+        self._surface, self._friction = surface, surface.friction
         self._set_frictions()
 
     def add_box(
@@ -119,7 +126,7 @@ class MujocoScene(Scene):
         self._objects[name] = _Object(pose, body, geoms, friction)
         self._set_frictions()
 
-    def _fix(self, pose: Pose, **options: Any) -> tuple[Any, Any]:
+    def _fix(self, pose: Pose, **options: Any) -> tuple[Any, ...]:
         return self._add(self._floor_body, "ground", pos=pose.position, quat=wxyz(pose.orientation), **options)
 
     def add_heightfield(self, name: str, heights: NDArray[np.float64], spacing: float, at: Vec3) -> None:

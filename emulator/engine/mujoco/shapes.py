@@ -1,22 +1,22 @@
 """Shapes and contact parameters in MuJoCo.
 
-A sole meets the floor's plane with points on its outline, because MuJoCo gives a mesh on a plane three
-contacts at most; everything else meets the sole's prism. The soft constraints of MuJoCo are set as stiff as the
-step allows, like PyBullet's rigid contacts: a standing robot sinks in by micrometres.
+A sole meets the floor's plane with points, because MuJoCo gives a mesh on a plane three contacts at most;
+everything else meets the sole's prism. Both are made springs by `emulator.engine.mujoco.soles`. The soft
+constraints between all others are set as stiff as the step allows.
 """
 
 from __future__ import annotations
 
 from typing import Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bridge.body import Body
-from bridge.types import Quaternion
+from bridge.types import Quaternion, Side
 from emulator.engine.mujoco.client import mujoco
+from emulator.engine.mujoco.soles import fewer, point_name, sole_bed
 from emulator.engine.shapes import (
     FOOT_LINKS,
+    GREY,
+    SOLE_FRACTION,
     BoxShape,
     CapsuleShape,
     PrismShape,
@@ -24,10 +24,9 @@ from emulator.engine.shapes import (
     SphereShape,
     collision_pairs,
     link_shapes,
+    sole_points,
 )
 
-SOLE_POINTS: Final = 8
-"""Points of the outline that meet the floor: the hull of these is within 1 mm of the whole outline's."""
 TOP_POINTS: Final = 4
 """Points of the foot's upper side, for a foot that lies on the floor."""
 POINT_RADIUS: Final = 0.001
@@ -47,11 +46,18 @@ MASKS: Final[dict[str, tuple[int, int]]] = {
     "shell": (_LINK, 0),
     "plane for soles": (0, _POINT | _OBJECT),
     "ground for soles": (0, _SOLE | _OBJECT),
-    "object for soles": (_OBJECT, _SOLE | _OBJECT),
+    "object for soles": (0, _SOLE),
+    "object": (_OBJECT, _OBJECT),
     "for the shell": (0, _LINK),
 }
 """`contype` and `conaffinity` by kind of geom. What a robot can touch is there twice, for soles and for the
-shell, because MuJoCo takes a pair's friction from one of the two and does not multiply."""
+shell, because MuJoCo takes a pair's friction from one of the two and does not multiply; an object a third time,
+for the ground and other objects."""
+_PRIORITY: Final = {"object": 1, "shell": 0}
+"""Whose friction and stiffness count, the ground's, a sole's and all for soles or the shell being 2. Of a sole
+and what it meets, equal in rank, the friction is the greater one, which is not the sole's, and the stiffness
+the sole's, because only its `solmix` is not 0."""
+_SOLES: Final = ("sole point", "sole")
 
 
 def wxyz(turn: Quaternion) -> tuple[float, float, float, float]:
@@ -77,8 +83,11 @@ def contact_options(kind: str, step: float) -> dict[str, Any]:
         "contype": contype,
         "conaffinity": conaffinity,
         "condim": 3,
+        "priority": _PRIORITY.get(kind, 2),
+        "solmix": 1.0 if kind in _SOLES else 0.0,
         "solref": (TIME_CONSTANT_STEPS * step, 1.0),
         "solimp": STIFF,
+        "friction": (0.0, 0.0, 0.0),
     }
 
 
@@ -100,13 +109,32 @@ def add_link_shape(spec: Any, link: Any, name: str, shape: Shape, step: float) -
     spec.add_mesh(name=name, uservert=shape.vertices.ravel().tolist())
     kind = contact_options("sole" if sole else "shell", step)
     link.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **options, **kind)
-    if sole:
-        half = len(shape.vertices) // 2
-        bottom, top = fewer(shape.vertices[:half], SOLE_POINTS), fewer(shape.vertices[half:], TOP_POINTS)
-        ball = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": (POINT_RADIUS, 0.0, 0.0)}
-        for x, y, z in (*bottom.tolist(), *top.tolist()):
-            at = (x, y, z + POINT_RADIUS)
-            link.add_geom(pos=at, **ball, **options, **contact_options("sole point", step))
+
+
+def add_sole_points(body: Body, side: Side, link: Any, step: float) -> None:
+    """Give a foot the points by which it meets the floor: those of its bed, and its upper side's.
+
+    Args:
+        body: Data sheet.
+        side: Of the foot.
+        link: Its body in the model.
+        step: Physics step, s.
+    """
+    bed, top = sole_bed(body, side).points, sole_points(body, side)
+    top[:, 2] += SOLE_FRACTION * body.lengths.FootHeight
+    for number, (x, y, z) in enumerate((*bed.tolist(), *fewer(top, TOP_POINTS).tolist())):
+        geom = link.add_geom(
+            name=point_name(FOOT_LINKS[side], number),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=(POINT_RADIUS, 0.0, 0.0),
+            pos=(x, y, z + POINT_RADIUS),
+            group=ROBOT_GROUP,
+            rgba=GREY,
+            mass=0.0,
+            **contact_options("sole point", step),
+        )
+        if number == len(bed) - 1:
+            geom.condim = 4
 
 
 def let_limbs_meet(spec: Any, body: Body, step: float) -> None:
@@ -144,18 +172,3 @@ def _primitive(shape: BoxShape | CapsuleShape | SphereShape) -> dict[str, Any]:
         "quat": wxyz(shape.orientation),
         "size": size,
     }
-
-
-def fewer(outline: NDArray[np.float64], number: int) -> NDArray[np.float64]:
-    """The points of a convex outline whose hull loses least area, one after the other taken away.
-
-    Args:
-        outline: In order, (n, 3), m.
-        number: Of points that are left.
-    """
-    points = outline
-    while len(points) > number:
-        before, after = np.roll(points, 1, axis=0) - points, np.roll(points, -1, axis=0) - points
-        area = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
-        points = np.delete(points, int(area.argmin()), axis=0)
-    return points

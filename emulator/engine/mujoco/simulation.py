@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from bridge.types import Vec3
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.values import PhysicsSettings
+
+
+def _leave(_: Any) -> None:
+    """The model stays as the compiler made it."""
 
 
 class Simulation:
@@ -26,8 +31,10 @@ class Simulation:
         option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        # friction as hard as the normal direction, so that a sole does not creep
-        option.impratio = 10.0
+        # friction harder than the springs of a soft floor, so that a sole hardly creeps
+        option.impratio = 1000.0
+        self.tune: Callable[[Any], None] = _leave
+        """Called with each model that was compiled anew, for what depends on the compiler's results."""
         self._starts: dict[str, float] = {}
         self._stale, self._moved = True, True
         self._model: Any = None
@@ -51,6 +58,7 @@ class Simulation:
             self._data = mujoco.MjData(self._model)
         else:
             self._model, self._data = self.spec.recompile(self._model, self._data)
+        self.tune(self._model)
         for joint, position in self._starts.items():
             self._data.joint(joint).qpos = position
         self._starts.clear()

@@ -1,0 +1,17 @@
+"""Key-frame motions: the file format, the motions that come with the package, their player, and getting up."""
+
+from bridge.motion.get_up import GetUp, get_up_motions
+from bridge.motion.keyframes import Lying, Motion, load_motion, motion_for, motion_names
+from bridge.motion.player import MotionPlayer, lying
+
+__all__ = [
+    "GetUp",
+    "Lying",
+    "Motion",
+    "MotionPlayer",
+    "get_up_motions",
+    "load_motion",
+    "lying",
+    "motion_for",
+    "motion_names",
+]

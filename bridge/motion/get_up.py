@@ -1,0 +1,108 @@
+"""Getting up: looks what of the robot is below, plays the motion for that, and tries again until it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from bridge.body import Body
+from bridge.body.joints import N_JOINTS
+from bridge.guard.config import StanceSettings
+from bridge.guard.stance import stands
+from bridge.messages import SensorFrame
+from bridge.motion.keyframes import Lying, Motion, load_motion, mirrored, motion_names
+from bridge.motion.player import MotionPlayer, lying
+
+TRIES: Final = 5
+"""After which a robot stays where it is."""
+LIMP: Final = 0.1
+"""Stiffness between two tries."""
+_QUIET: Final = 0.3
+"""rad/s; a torso that turns more slowly in all axes lies still."""
+_QUIET_TIME: Final = 0.1
+"""s for which it has to."""
+_STANCE: Final = StanceSettings()
+_LONGEST_WAIT: Final = 2.0
+"""s after which a try begins however the torso moves."""
+
+
+def get_up_motions(body: Body) -> dict[Lying, Motion]:
+    """The motions that come with the package and get this body up, by what of it is below; {}: none."""
+    found: dict[Lying, Motion] = {}
+    for motion in map(load_motion, motion_names()):
+        if motion.gets_up and body.name in motion.bodies:
+            found |= dict.fromkeys(motion.begins, motion)
+    if "left" in found:
+        found.setdefault("right", mirrored(found["left"]))
+    return found
+
+
+class GetUp:
+    """Waits until the torso lies still, plays the motion for how it lies, and looks whether the robot stands.
+
+    Args:
+        motions: by what of the robot is below.
+        body: whose joints.
+        tries: at most.
+    """
+
+    def __init__(self, motions: Mapping[Lying, Motion], body: Body, tries: int = TRIES) -> None:
+        self._motions, self._body, self._most = motions, body, tries
+        self._player: MotionPlayer | None = None
+        self.position: tuple[float, ...] = (0.0,) * N_JOINTS
+        """Angles of the last cycle, 25 in frame order, rad."""
+        self._quiet = self._waited = 0.0
+        self.began: list[Lying] = []
+        """What was below at the beginning of each try."""
+        self.stiffness = LIMP
+        """Of all joints now."""
+        self.done = False
+        """It stands, or it was given up."""
+        self.failed = False
+        """It was given up."""
+
+    def advance(self, frame: SensorFrame, dt: float) -> tuple[float, ...]:
+        """Joint angles of this cycle, 25 in frame order, rad.
+
+        Args:
+            frame: newest sensor frame.
+            dt: time since the last one, s.
+        """
+        if self._player is not None and self._player.done:
+            self._end_try(frame)
+        if self._player is None and not self.done and self._lies_still(frame, dt):
+            self._begin_try(frame)
+        if self._player is not None:
+            self.position = self._player.advance(frame, dt)
+            self.stiffness = self._player.stiffness
+        return self.position
+
+    def _lies_still(self, frame: SensorFrame, dt: float) -> bool:
+        if self._waited == 0.0:
+            self.position, self.stiffness = frame.position, LIMP
+        self._waited += dt
+        self._quiet = self._quiet + dt if np.abs(frame.gyroscope).max() < _QUIET else 0.0
+        return self._quiet >= _QUIET_TIME or self._waited >= _LONGEST_WAIT
+
+    def _begin_try(self, frame: SensorFrame) -> None:
+        self._quiet = self._waited = 0.0
+        if self._stands(frame):
+            self.done = True
+            return
+        below = lying(frame.angle)
+        motion = self._motions.get(below)
+        if motion is None or len(self.began) >= self._most:
+            self.done = self.failed = True
+            return
+        self.began.append(below)
+        self._player = MotionPlayer(motion, self._body)
+
+    def _end_try(self, frame: SensorFrame) -> None:
+        assert self._player is not None
+        self.done = not self._player.failed and self._stands(frame)
+        self._player = None
+
+    def _stands(self, frame: SensorFrame) -> bool:
+        return lying(frame.angle) == "upright" and stands(self._body, frame, _STANCE)

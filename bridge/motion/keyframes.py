@@ -1,0 +1,207 @@
+"""Key-frame motions: what a file of them holds, and the 25 angles it comes to on a body.
+
+A motion goes from one frame to the next in straight lines in joint space, each in its time. Joints that a frame
+leaves out stay as they are. The first frame is approached from wherever the joints are.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Annotated, Final, Literal, NamedTuple
+
+import msgspec
+
+from bridge.body import Body
+from bridge.body.joints import INDEX, JOINTS, N_JOINTS
+from bridge.body.quantities import absent_joints, limits
+from bridge.config import load_toml
+from bridge.errors import ConfigurationError
+from bridge.types import Fraction, NotNegative, Positive
+from bridge.validation import unknown_name
+
+Lying = Literal["back", "front", "left", "right", "upright"]
+"""What of the robot is below: its back, its front, its left or right side, its feet or seat."""
+_FOLDER: Final = Path(__file__).parent
+_MIDLINE: Final = ("HeadPitch", "LHipYawPitch")
+"""Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
+_FASTEST: Final = 1.5708
+"""rad/s; speed of the approach to the first frame, NaoTH's."""
+
+
+class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base: frozen, and a misspelt key is an error."""
+
+
+class Frame(_Table, frozen=True, kw_only=True):
+    """Where the joints are to be, and when."""
+
+    duration: NotNegative
+    """Time from the frame before, s; of the first frame of a motion the least, an approach takes longer."""
+    joints: dict[str, float] = {}
+    """rad, by name; those left out stay."""
+    stiffness: Fraction | None = None
+    """Of all joints; None: as before."""
+
+
+class Gate(_Table, frozen=True, kw_only=True):
+    """Where the torso has to be for the motion to go on; otherwise it has failed."""
+
+    pitch: tuple[float, float] = (-3.2, 3.2)
+    """Fused torso pitch, rad."""
+    roll: tuple[float, float] = (-3.2, 3.2)
+    """Fused torso roll, rad."""
+    wait: NotNegative = 0.0
+    """Time that the torso has to come there, s."""
+
+
+class Phase(_Table, frozen=True, kw_only=True):
+    """Frames that are played together."""
+
+    frames: tuple[Frame, ...]
+    repeat: Annotated[int, msgspec.Meta(ge=1, le=100)] = 1
+    mirrored: bool = False
+    """Left and right change places."""
+    gate: Gate | None = None
+    """At the end of the phase."""
+
+
+class Motion(_Table, frozen=True, kw_only=True):
+    """A key-frame motion; the content of a file."""
+
+    title: str
+    source: str
+    """Where the angles come from, and their licence."""
+    begins: tuple[Lying, ...] = ("back", "front", "left", "right", "upright")
+    """How the robot may lie at the beginning."""
+    bodies: tuple[str, ...] = ()
+    """On which it was seen to work; empty: not said."""
+    gets_up: bool = False
+    """One of the motions by which a robot that fell gets up."""
+    approach_speed: Positive = _FASTEST
+    """Of the fastest joint on the way to the first frame, rad/s."""
+    ankle_gyroscope: float = 0.0
+    """rad of both AnklePitch per rad/s of the low-passed gyroscope about y."""
+    hip_gyroscope: float = 0.0
+    """The same of both HipPitch."""
+    phases: tuple[Phase, ...]
+
+
+class Target(NamedTuple):
+    """One frame of a motion on a body."""
+
+    duration: float
+    """s"""
+    position: tuple[float, ...]
+    """25 in frame order, rad."""
+    stiffness: float
+    gate: Gate | None
+
+
+def motion_names() -> tuple[str, ...]:
+    """Names of the motions that come with the package."""
+    return tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
+
+
+def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
+    """A motion by its name, or from a file (.toml, or .csv with a header of joint names).
+
+    Args:
+        name_or_path: which.
+        also: names that the caller takes beside these, for the sentence about a wrong one.
+
+    Raises:
+        ConfigurationError: no such motion, or a file that is none.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".csv":
+        return read_csv(path)
+    if path.suffix != ".toml":
+        if name_or_path not in motion_names():
+            known = (*also, *motion_names())
+            raise ConfigurationError(f"{unknown_name('motion', name_or_path, known)}, or a file")
+        path = _FOLDER / f"{name_or_path}.toml"
+    motion = load_toml(path, Motion)
+    for frame in (frame for phase in motion.phases for frame in phase.frames):
+        for joint in frame.joints:
+            if joint not in JOINTS:
+                raise ConfigurationError(f"{path}: {unknown_name('joint', joint, JOINTS)}")
+    return motion
+
+
+def motion_for(kind: str, body: Body) -> Motion | None:
+    """The motion of a kind that comes with the package and works on a body; None: there is none.
+
+    Args:
+        kind: beginning of its name, for example `sit-down`.
+        body: data sheet.
+    """
+    motions = (load_motion(name) for name in motion_names() if name.startswith(kind))
+    return next((motion for motion in motions if not motion.bodies or body.name in motion.bodies), None)
+
+
+def read_csv(path: Path) -> Motion:
+    """A motion from a table: columns `duration_s`, `stiffness` and joint names (rad); an empty cell: as before.
+
+    Raises:
+        ConfigurationError: unreadable, or without such columns.
+    """
+    try:
+        with path.open(newline="") as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        frames = tuple(
+            Frame(
+                duration=float(row["duration_s"]),
+                joints={joint: float(row[joint]) for joint in JOINTS if row.get(joint)},
+                stiffness=float(row["stiffness"]) if row.get("stiffness") else None,
+            )
+            for row in rows
+        )
+    except (OSError, KeyError, ValueError) as error:
+        raise ConfigurationError(f"{path}: not a table of key frames ({error})") from None
+    if not frames:
+        raise ConfigurationError(f"{path}: no key frames; a row for each is expected")
+    return Motion(title=path.stem, source=str(path.name), phases=(Phase(frames=frames),))
+
+
+def mirrored(motion: Motion) -> Motion:
+    """The mirror image of a motion: left and right change places."""
+    phases = tuple(msgspec.structs.replace(phase, mirrored=not phase.mirrored) for phase in motion.phases)
+    return msgspec.structs.replace(motion, phases=phases)
+
+
+def targets(motion: Motion, body: Body) -> list[Target]:
+    """The frames of a motion one after the other, inside the joints' ranges; joints not named yet are at 0."""
+    position, stiffness, found = [0.0] * N_JOINTS, 1.0, []
+    absent = absent_joints(body)
+    for phase in motion.phases:
+        for last, frame in _played(phase):
+            joints = frame.joints
+            if phase.mirrored:
+                joints = {_mirror(name): _sign(name) * angle for name, angle in joints.items()}
+            for joint, angle in joints.items():
+                if joint not in absent:
+                    lower, upper = limits(body, joint)
+                    position[INDEX[joint]] = min(max(angle, lower), upper)
+            stiffness = stiffness if frame.stiffness is None else frame.stiffness
+            gate = phase.gate if last else None
+            found.append(Target(frame.duration, tuple(position), stiffness, gate))
+    return found
+
+
+def _played(phase: Phase) -> list[tuple[bool, Frame]]:
+    frames = phase.frames * phase.repeat
+    return [(number == len(frames) - 1, frame) for number, frame in enumerate(frames)]
+
+
+def _mirror(joint: str) -> str:
+    """The joint on the other side."""
+    if joint in _MIDLINE or joint[0] not in "LR":
+        return joint
+    return ("R" if joint[0] == "L" else "L") + joint[1:]
+
+
+def _sign(joint: str) -> float:
+    """Of the angle in a mirror: yaw and roll turn round, pitch stays."""
+    turns = joint.endswith(("Roll", "Yaw")) and joint not in _MIDLINE
+    return -1.0 if turns else 1.0

@@ -1,0 +1,113 @@
+"""Plays a key-frame motion: sensor frames in, joint angles out."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from bridge.body import Body
+from bridge.body.joints import INDEX, N_JOINTS
+from bridge.messages import SensorFrame
+from bridge.motion.keyframes import Gate, Lying, Motion, Target, targets
+
+_FILTER: Final = 0.3
+"""Weight of the newest gyroscope sample in a cycle (Dutch Nao Team's)."""
+_STEEP: Final = math.cos(math.radians(45.0))
+SETTLE: Final = 0.3
+"""s at the last frame before the motion is over."""
+
+
+def lying(angle: tuple[float, float]) -> Lying:
+    """What of the robot is below, by the fused angle.
+
+    Args:
+        angle: torso roll and pitch, rad.
+    """
+    roll, pitch = angle
+    # the direction of the sky in the torso
+    x, y, z = -math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll)
+    if z > _STEEP:
+        return "upright"
+    if abs(x) >= abs(y):
+        return "back" if x > 0.0 else "front"
+    return "right" if y > 0.0 else "left"
+
+
+class MotionPlayer:
+    """Goes through the frames of a motion.
+
+    Args:
+        motion: what to play.
+        body: whose joints.
+    """
+
+    def __init__(self, motion: Motion, body: Body) -> None:
+        self._motion = motion
+        self._targets = targets(motion, body)
+        self._from: tuple[float, ...] | None = None
+        self._number = 0
+        self._time = self._waited = 0.0
+        self._gyroscope = 0.0
+        self.done = False
+        """All frames were played."""
+        self.failed = False
+        """The torso was not where a gate wants it; the motion is over."""
+        self.stiffness = self._targets[0].stiffness
+        """Of all joints now."""
+        self.position = self._targets[0].position
+        """Angles of the last cycle, 25 in frame order, rad."""
+
+    def advance(self, frame: SensorFrame, dt: float) -> tuple[float, ...]:
+        """Joint angles of this cycle, 25 in frame order, rad.
+
+        Args:
+            frame: newest sensor frame.
+            dt: time since the last one, s.
+        """
+        self._gyroscope += _FILTER * (frame.gyroscope[1] - self._gyroscope)
+        if self._from is None:
+            self._from, dt = frame.position, 0.0
+        self._time += dt
+        duration = self._duration()
+        if self._time >= duration and not self.done:
+            self._end_frame(frame, dt, duration)
+            duration = self._duration()
+        target = self._targets[self._number]
+        self.stiffness = target.stiffness
+        share = min(self._time / duration, 1.0) if duration > 0.0 else 1.0
+        position = [a + share * (b - a) for a, b in zip(self._from, target.position, strict=True)]
+        for joint in ("LAnklePitch", "RAnklePitch"):
+            position[INDEX[joint]] += self._motion.ankle_gyroscope * self._gyroscope
+        for joint in ("LHipPitch", "RHipPitch"):
+            position[INDEX[joint]] += self._motion.hip_gyroscope * self._gyroscope
+        self.position = tuple(position)
+        return self.position
+
+    def _duration(self) -> float:
+        """Of the way to the present frame, s; the first is approached no faster than allowed."""
+        assert self._from is not None
+        target: Target = self._targets[self._number]
+        if self._number > 0:
+            return target.duration
+        way = max(abs(target.position[i] - self._from[i]) for i in range(N_JOINTS))
+        return max(target.duration, way / self._motion.approach_speed)
+
+    def _end_frame(self, frame: SensorFrame, dt: float, duration: float) -> None:
+        """Go on to the next frame, wait at a gate, or end."""
+        target = self._targets[self._number]
+        if target.gate is not None and not _open(target.gate, frame):
+            self._waited += dt
+            self.failed = self._waited > target.gate.wait
+            self.done = self.failed
+            return
+        self._waited = 0.0
+        if self._number + 1 < len(self._targets):
+            self._from, self._time = target.position, self._time - duration
+            self._number += 1
+        else:
+            self.done = self._time >= duration + SETTLE
+
+
+def _open(gate: Gate, frame: SensorFrame) -> bool:
+    roll, pitch = frame.angle
+    return gate.pitch[0] <= pitch <= gate.pitch[1] and gate.roll[0] <= roll <= gate.roll[1]

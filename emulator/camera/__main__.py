@@ -1,0 +1,15 @@
+"""The cameras of one robot: `python -m emulator.camera ROBOT ENDPOINT BODY DESCRIPTOR`.
+
+Started by `bridge.adapters.naoqi.eyes`, which has the messages.
+"""
+
+import os
+import sys
+
+if __name__ == "__main__":
+    # Before numpy is imported: its threads would take the robot's processor.
+    os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+    os.nice(10)
+    from emulator.camera.process import main
+
+    main(sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4]))

@@ -1,0 +1,144 @@
+"""The process that draws what a robot's cameras see, from the ground truth on the link.
+
+It is apart from the robot's process and below it in priority, so that a picture costs no cycle. Boxes and
+things are asked for `WORLD_RATE` times a second; the robot itself is where the newest ground truth has it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import threading
+import time
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from bridge.adapters.naoqi.pipe import Pipe
+from bridge.body import load_body
+from bridge.errors import NaoHilError
+from bridge.link import keys
+from bridge.link.session import open_client, subscribe
+from bridge.link.world_client import WorldClient
+from bridge.messages import TruthFrame, decode
+from bridge.messages.world import Status
+from bridge.messages.world_state import WorldReply
+from bridge.types import Array
+from emulator.camera.colours import encode_picture
+from emulator.camera.picture import draw, hidden
+from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
+from emulator.camera.shapes import NEAR
+
+WORLD_RATE: Final = 5.0
+"""Questions a second for what stands in the world."""
+SIGHT_RATE: Final = 20.0
+"""Reports a second of the things that the cameras see."""
+_CONNECT: Final = 10.0
+"""s to wait for the robot."""
+
+
+class CameraProcess:
+    """Draws on request, and reports what can be seen.
+
+    Args:
+        robot: id.
+        endpoint: of the robot.
+        body: name or path of its data sheet.
+        pipe: to whoever asks for pictures.
+    """
+
+    def __init__(self, robot: str, endpoint: str, body: str, pipe: Pipe) -> None:
+        self._scene = CameraScene(load_body(body))
+        self._pipe = pipe
+        self._truth: tuple[float, bytes] | None = None
+        self._world: WorldReply | None = None
+        self._session = open_client(endpoint, _CONNECT)
+        subscribe(self._session, keys.key(robot, keys.TRUTH), self._keep)
+        self._client = WorldClient(robot, endpoint)
+        for work in (self._ask_world, self._report):
+            threading.Thread(target=work, daemon=True).start()
+
+    def _keep(self, payload: bytes) -> None:
+        self._truth = time.time(), payload
+
+    def _ask_world(self) -> None:
+        while True:
+            with contextlib.suppress(NaoHilError):  # the robot is gone, or gone again
+                self._world = self._client.send(Status())
+            time.sleep(1.0 / WORLD_RATE)
+
+    def _now(self) -> tuple[float, TruthFrame, WorldReply] | None:
+        """When the newest ground truth came (s since 1970), and what the world is like."""
+        if self._truth is None or self._world is None:
+            return None
+        moment, payload = self._truth
+        return moment, decode(payload, TruthFrame), self._world
+
+    def serve(self) -> None:
+        """Answer requests until the other end is gone."""
+        while (message := self._pipe.receive()) is not None:
+            number, *request = message
+            deadline = time.monotonic() + _CONNECT
+            while (now := self._now()) is None and time.monotonic() < deadline:
+                time.sleep(0.02)
+            if now is None:
+                self._pipe.send(
+                    [
+                        number,
+                        False,
+                        "The robot tells nobody where it is; only an emulated one has cameras here.",
+                    ]
+                )
+            else:
+                moment, truth, world = now
+                links = self._scene.links(truth)
+                self._pipe.send([number, True, [moment, self._picture(links, world, *request)]])
+
+    def _picture(
+        self, links: dict[str, Array], world: WorldReply, camera: int, width: int, height: int, space: int
+    ) -> bytes:
+        solids = [*self._scene.limbs(links), *boxes_of(world), *map(thing_of, world.things)]
+        rgb = draw(self._scene.view(camera, links), floor_of(world), solids, width, height)
+        return encode_picture(rgb, space)
+
+    def _report(self) -> None:
+        told: list[Any] = []
+        while True:
+            time.sleep(1.0 / SIGHT_RATE)
+            now = self._now()
+            seen = [] if now is None else self._sights(*now[1:])
+            if seen or told:
+                self._pipe.send([0, seen])
+            told = seen
+
+    def _sights(self, truth: TruthFrame, world: WorldReply) -> list[Any]:
+        """Camera, kind, name, place in the camera's frame (m) and diameter of what nothing hides."""
+        if not world.things:
+            return []
+        links = self._scene.links(truth)
+        others = [*self._scene.limbs(links), *boxes_of(world)]
+        found = []
+        for camera in (0, 1):
+            view = self._scene.view(camera, links)
+            for thing in world.things:
+                place = np.array(thing.position)
+                before = [*others, *(thing_of(t) for t in world.things if t is not thing)]
+                if facing_away(thing, view.eye) or view.seen(place)[0] <= NEAR or hidden(place, view, before):
+                    continue
+                found.append([camera, thing.kind, thing.name, view.seen(place).tolist(), thing.size])
+        return found
+
+
+def main(robot: str, endpoint: str, body: str, descriptor: int) -> None:
+    """Serve one robot's cameras."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the serving process ends this one
+    pipe = Pipe(socket.socket(fileno=descriptor))
+    try:
+        cameras = CameraProcess(robot, endpoint, body, pipe)
+        cameras.serve()
+    except (NaoHilError, msgspec.MsgspecError) as error:
+        pipe.send([-1, False, str(error)])
+    os._exit(0)  # threads wait for messages

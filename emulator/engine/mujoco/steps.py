@@ -1,0 +1,67 @@
+"""Physics steps of drives, stops, MuJoCo and contacts as machine code, without Python's lock."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.compiled import compiled
+from emulator.drives import run_drives
+from emulator.engine.mujoco.contacts import add_contacts
+from emulator.engine.mujoco.native import Layout, mj_step
+from emulator.engine.stops import brake_joints
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@partial(compiled, nogil=True)
+def run_steps(
+    steps: int,
+    drives: NDArray[Any],
+    torque: Vector,
+    model: int,
+    data: int,
+    layout: Layout,
+    angles: Places,
+    dofs: Places,
+    qpos: Vector,
+    qvel: Vector,
+    force: Vector,
+    pushes: Vector,
+    stops: tuple[Vector, Vector, Vector, float],
+    contacts: tuple[NDArray[Any], ...],
+) -> None:
+    """Run steps.
+
+    Args:
+        steps: How many.
+        drives: Of `emulator.drives.DRIVE`, (n,); none of them: the torques are given.
+        torque: Of the drives, (n,), N m; overwritten.
+        model: Address of MuJoCo's model.
+        data: Address of its state.
+        layout: `native.LAYOUT`.
+        angles: Places of the joints in `qpos`, (n,).
+        dofs: Places of the joints in `qvel` and `force`, (n,).
+        qpos: MuJoCo's positions.
+        qvel: MuJoCo's velocities.
+        force: MuJoCo's applied torques.
+        pushes: MuJoCo's applied forces of bodies, (bodies, 6); they act in the first step.
+        stops: `Stops.constants`.
+        contacts: `ContactPoints.arrays`.
+    """
+    position, velocity = np.empty(len(angles)), np.empty(len(angles))
+    for _ in range(steps):
+        for i in range(len(angles)):
+            position[i], velocity[i] = qpos[angles[i]], qvel[dofs[i]]
+        if len(drives) > 0:
+            run_drives(drives, position, velocity, torque)
+        brake_joints(*stops, position, velocity, torque)
+        for i in range(len(angles)):
+            force[dofs[i]] = torque[i]
+        mj_step(model, data)
+        pushes[:] = 0.0
+        add_contacts(data, layout, *contacts)
