@@ -8,7 +8,7 @@ from typing import Any, Final
 from bridge.adapters.naoqi.arguments import flag
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
-from bridge.guard.config import FallSettings
+from bridge.guard.config import FallSettings, StanceSettings
 from bridge.guard.fall import FallMonitor
 from bridge.messages import SensorFrame
 
@@ -26,12 +26,17 @@ class FallManager:
 
     def __init__(self, joints: Joints, motion: JointMotion) -> None:
         self._joints, self._motion = joints, motion
-        self._monitor = FallMonitor(FallSettings())
+        self._monitor = FallMonitor(joints.body, FallSettings(), StanceSettings())
         self.enabled = True
 
-    def update(self, frame: SensorFrame) -> None:
-        """One cycle."""
-        if not self._monitor.update(frame) or not self.enabled:
+    def update(self, frame: SensorFrame, *, leaning: bool) -> None:
+        """One cycle.
+
+        Args:
+            frame: newest.
+            leaning: a motion to a posture wants the torso to lean; that is no fall.
+        """
+        if not self._monitor.update(frame) or leaning or not self.enabled:
             return
         self._motion.end_all()
         for joint in self._joints.names.all:

@@ -7,30 +7,43 @@ switched on that it has no effect.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, Final
+
+from bridge.adapters.naoqi.arguments import flag, text
+from bridge.adapters.naoqi.methods import Table
+from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
 
-MOTION: Final = (
-    "BreathEnabled",
-    "IdlePostureEnabled",
-    "SmartStiffnessEnabled",
-    "PushRecoveryEnabled",
-    "DiagnosisEffectEnabled",
-    "CollisionProtectionEnabled",
-    "ExternalCollisionProtectionEnabled",
-    "BreathConfig",
-    "OrthogonalSecurityDistance",
-    "TangentialSecurityDistance",
+MOTION: Final[dict[str, Any]] = {
+    "BreathEnabled": False,
+    "IdlePostureEnabled": False,
+    "SmartStiffnessEnabled": False,
+    "PushRecoveryEnabled": False,
+    "DiagnosisEffectEnabled": False,
+    "CollisionProtectionEnabled": False,
+    "ExternalCollisionProtectionEnabled": False,
+    "BreathConfig": [["Bpm", 30.0], ["Amplitude", 1.0]],
+    "OrthogonalSecurityDistance": 0.4,
+    "TangentialSecurityDistance": 0.1,
+}
+"""Of `ALMotion`, with what is read before it is set: each has a `set...` and a `get...`."""
+OF_A_PART: Final = frozenset(
+    {
+        "BreathEnabled",
+        "IdlePostureEnabled",
+        "CollisionProtectionEnabled",
+        "ExternalCollisionProtectionEnabled",
+    }
 )
-"""Of `ALMotion`: each has a `set...` and a `get...`."""
-ABILITIES: Final[dict[str, Sequence[str]]] = {
-    "ALAutonomousBlinking": ("Enabled",),
-    "ALBackgroundMovement": ("Enabled",),
-    "ALBasicAwareness": ("Enabled", "EngagementMode", "TrackingMode", "StimulusDetectionEnabled"),
-    "ALListeningMovement": ("Enabled",),
-    "ALSpeakingMovement": ("Enabled", "Mode"),
+"""Settings of one chain or protection each, which is named first."""
+ABILITIES: Final[dict[str, Mapping[str, Any]]] = {
+    "ALAutonomousBlinking": {"Enabled": False},
+    "ALBackgroundMovement": {"Enabled": False},
+    "ALListeningMovement": {"Enabled": False},
+    "ALSpeakingMovement": {"Enabled": False, "Mode": "contextual"},
+    "ALAutonomousMoves": {"ExpressiveListeningEnabled": False, "BackgroundStrategy": "none"},
 }
 """Service -> its settings."""
 MAX_KEPT: Final = 1000
@@ -43,25 +56,26 @@ class InertSettings:
     def __init__(self) -> None:
         self._values: dict[tuple[Any, ...], Any] = {}
 
-    def methods(self, service: str, names: Sequence[str]) -> dict[str, Callable[..., Any]]:
+    def methods(self, service: str, settings: Mapping[str, Any]) -> Table:
         """`setX`, `getX` and, for `...Enabled`, `isXEnabled`."""
-        table: dict[str, Callable[..., Any]] = {}
-        for name in names:
-            table[f"set{name}"] = self._setter(service, name)
-            table[f"get{name}"] = self._getter(service, name)
+        table: Table = {}
+        for name, default in settings.items():
+            table[f"set{name}"] = self._setter(service, name, default)
+            table[f"get{name}"] = self._getter(service, name, default)
             if name.endswith("Enabled"):
                 table[f"is{name}"] = table[f"get{name}"]
         return table
 
-    def arms(self) -> dict[str, Callable[..., Any]]:
+    def arms(self) -> Table:
         """`setMoveArmsEnabled(left, right)` and its older name; read back by arm."""
 
         def put(left: Any, right: Any) -> None:
-            self._put("ALMotion", "MoveArmsEnabled", ("LArm",), left)
-            self._put("ALMotion", "MoveArmsEnabled", ("RArm",), right)
+            for side, value in (("LArm", left), ("RArm", right)):
+                enabled = flag(value, f"ALMotion.setMoveArmsEnabled: {side}")
+                self._put("ALMotion", "MoveArmsEnabled", (side,), enabled)
 
         def get(arm: Any = "Arms") -> bool:
-            sides = ("LArm", "RArm") if arm == "Arms" else (arm,)
+            sides = ("LArm", "RArm") if arm == "Arms" else (text(arm, "ALMotion.getMoveArmsEnabled: chain"),)
             return all(self._values.get(("ALMotion", "MoveArmsEnabled", side), False) for side in sides)
 
         return {
@@ -71,16 +85,28 @@ class InertSettings:
             "getWalkArmsEnabled": lambda: [get("LArm"), get("RArm")],
         }
 
-    def _setter(self, service: str, name: str) -> Callable[..., bool]:
+    def _setter(self, service: str, name: str, default: Any) -> Callable[..., bool]:
+        where = f"{service}.set{name}"
+
         def put(*arguments: Any) -> bool:
             *of, value = arguments or (None,)
-            self._put(service, name, tuple(map(str, of)), value)
+            if len(of) != (name in OF_A_PART) or not arguments:
+                raise NaoqiRefused(f"{where} takes {'a name and ' if name in OF_A_PART else ''}one value.")
+            part = tuple(text(one, f"{where}: name") for one in of)
+            self._put(service, name, part, flag(value, where) if isinstance(default, bool) else value)
             return True
 
         return put
 
-    def _getter(self, service: str, name: str) -> Callable[..., Any]:
-        return lambda *of: self._values.get((service, name, *map(str, of)), False)
+    def _getter(self, service: str, name: str, default: Any) -> Callable[..., Any]:
+        where = f"{service}.get{name}"
+
+        def get(*of: Any) -> Any:
+            if len(of) != (name in OF_A_PART):
+                raise NaoqiRefused(f"{where} takes {'one name' if name in OF_A_PART else 'nothing'}.")
+            return self._values.get((service, name, *(text(one, f"{where}: name") for one in of)), default)
+
+        return get
 
     def _put(self, service: str, name: str, of: tuple[str, ...], value: Any) -> None:
         key = (service, name, *of)

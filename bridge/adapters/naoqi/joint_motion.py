@@ -17,7 +17,7 @@ from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks, RunningTask
 from bridge.adapters.naoqi.names import CHAINS
 from bridge.adapters.naoqi.sensors import TOUCH_KEYS
-from bridge.body.quantities import HANDS, total_mass
+from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
 
 A = TypeVar("A")
@@ -198,18 +198,6 @@ class JointMotion:
         ]
         return "\n".join([f"Model: {self._config.table()[1][0]}", head, *rows]) + "\n"
 
-    def _mass(self, name: Any) -> float:
-        body = self._joints.body
-        if name in ("Body", "Joints"):
-            return total_mass(body)
-        if isinstance(name, str) and name in body.links:
-            return body.links[name].mass
-        if isinstance(name, str) and name in CHAINS:
-            return sum(body.links[joint].mass for joint in CHAINS[name] if joint in body.links)
-        raise NaoqiRefused(
-            f"ALMotion.getMass: {name!r:.40} is no joint of {body.name}; a joint, {', '.join(CHAINS)} or Body."
-        )
-
     def reading(self) -> dict[str, Callable[..., Any]]:
         """Methods that move nothing."""
         return {
@@ -221,7 +209,6 @@ class JointMotion:
             "getSensorNames": lambda: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS],
             "getRobotConfig": self._config.table,
             "getSummary": self.get_summary,
-            "getMass": self._mass,
             "getMotionCycleTime": lambda: CYCLE,
             "getTaskList": self.task_list,
             "areResourcesAvailable": self.available,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import MAX_DURATION, number, text
+from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, number, text
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
 from bridge.dcm.actuators import led_names
@@ -22,20 +22,51 @@ _NAMED: Final = {
     "magenta": 0xFF00FF,
     "cyan": 0x00FFFF,
 }
-_PARTS: Final = {
-    "AllLeds": "",
-    "FaceLeds": "Face/",
-    "EarLeds": "Ears/",
-    "ChestLeds": "ChestBoard/",
-    "BrainLeds": "Head/",
-    "FeetLeds": "Foot/",
-    "LeftFaceLeds": "/Left/",
-    "RightFaceLeds": "/Right/",
-    "LeftEarLeds": "Ears/Led/Left/",
-    "RightEarLeds": "Ears/Led/Right/",
-    "LeftFootLeds": "LFoot/",
-    "RightFootLeds": "RFoot/",
-}
+_SIDES: Final = ("Left", "Right")
+MAX_GROUPS: Final = 1000
+_PICTURE: Final = 0.1
+"""s of one picture of random eyes (assumed)."""
+
+
+def led_groups() -> dict[str, list[str]]:
+    """Groups of LEDs by name (vendor's page on ALLeds); the eyes' LEDs count from 0 deg on (assumed)."""
+    every = led_names()
+
+    def having(*parts: str) -> list[str]:
+        return [led for led in every if all(part in led for part in parts)]
+
+    groups = {
+        "AllLeds": list(every),
+        "BrainLeds": having("Head/"),
+        "EarLeds": having("Ears/"),
+        "FaceLeds": having("Face/"),
+        "ChestLeds": having("ChestBoard/"),
+        "FeetLeds": having("Foot/"),
+        **{f"AllLeds{colour}": having(f"/{colour}") for colour in _COLOURS},
+        "BrainLedsFront": having("Head/", "Front/"),
+        "BrainLedsMiddle": having("Head/", "Middle/"),
+        "BrainLedsBack": having("Head/", "Rear/"),
+    }
+    for side in _SIDES:
+        ear = having(f"Ears/Led/{side}/")
+        groups |= {
+            f"BrainLeds{side}": having("Head/", f"/{side}/"),
+            f"{side}EarLeds": ear,
+            f"{side}EarLedsEven": ear[::2],
+            f"{side}EarLedsOdd": ear[1::2],
+            f"{side}FaceLeds": having("Face/", f"/{side}/"),
+            **{f"{side}FaceLeds{colour}": having("Face/", f"/{colour}/{side}/") for colour in _COLOURS},
+            f"{side}FootLeds": having(f"{side[0]}Foot/"),
+            **{f"{side}EarLed{i + 1}": [led] for i, led in enumerate(ear)},
+            **{f"{side}FaceLed{i + 1}": having("Face/", f"/{side}/{45 * i}Deg") for i in range(8)},
+            **{f"{side}FootLeds{colour}": having(f"{side[0]}Foot/", colour) for colour in _COLOURS},
+        }
+    groups |= {f"FaceLeds{colour}": having("Face/", f"/{colour}/") for colour in _COLOURS}
+    groups |= {f"ChestLeds{colour}": having("ChestBoard/", colour) for colour in _COLOURS}
+    groups |= {f"FaceLedLeft{i}": groups[f"LeftFaceLed{i + 1}"] for i in range(8)}
+    groups |= {f"FaceLedRight{i}": groups[f"RightFaceLed{8 - i}"] for i in range(8)}
+    groups |= {f"FaceLed{i}": groups[f"FaceLedLeft{i}"] + groups[f"FaceLedRight{i}"] for i in range(8)}
+    return groups | {f"Brain{i}": [led] for i, led in enumerate(groups["BrainLeds"])}
 
 
 class Leds:
@@ -49,17 +80,27 @@ class Leds:
     def __init__(self, joints: Joints, tasks: MotionTasks) -> None:
         self._joints, self._tasks = joints, tasks
         self._all = led_names()
+        self._groups = led_groups()
 
     def _group(self, name: Any) -> list[str]:
         """LEDs of a group, or the one of that name (with or without `/Actuator/Value`)."""
         wanted = text(name, "LED name").removesuffix("/Actuator/Value").removeprefix("Device/SubDeviceList/")
-        part = _PARTS.get(wanted, wanted)
-        found = [led for led in self._all if part in led]
-        if wanted in ("LeftFaceLeds", "RightFaceLeds"):
-            found = [led for led in found if led.startswith("Face/")]
-        if not found or (wanted not in _PARTS and wanted not in self._all):
-            raise NaoqiRefused(f"ALLeds: {wanted!r:.60} is no LED and no group; groups: {', '.join(_PARTS)}.")
-        return found
+        if wanted in self._groups:
+            return self._groups[wanted]
+        if wanted in self._all:
+            return [wanted]
+        raise NaoqiRefused(
+            f"ALLeds: {wanted!r:.60} is no LED and no group; AllLeds, FaceLeds, EarLeds, ChestLeds, FeetLeds "
+            "and BrainLeds are some of listGroups()."
+        )
+
+    def _create(self, name: Any, leds: Any) -> None:
+        group = text(name, "ALLeds.createGroup: name")
+        if not isinstance(leds, list):
+            raise NaoqiRefused(f"ALLeds.createGroup: {leds!r:.60} was given; a list of LEDs is expected.")
+        members = [led for one in leds for led in self._group(one)]
+        if len(self._groups) < MAX_GROUPS or group in self._groups:
+            self._groups[group] = members
 
     def fade(self, name: Any, intensity: Any, duration: Any) -> Future[Any]:
         """All LEDs of a group to one brightness (0 to 1) in a time (s); waits for the end."""
@@ -95,11 +136,59 @@ class Leds:
             paths.append((led, list(zip(times, values, strict=True))))
         return self._tasks.begin(self._go(paths))
 
-    def _go(self, paths: list[tuple[str, list[tuple[float, float]]]]) -> MotionTask:
+    def _go(self, paths: list[tuple[str, list[tuple[float, float]]]], least: float = 0.0) -> MotionTask:
         for led, points in paths:
             self._joints.put(f"{led}/Actuator/Value", points)
-        last = max((points[-1][0] for _, points in paths if points), default=0.0)
+        last = max((points[-1][0] for _, points in paths if points), default=least)
         yield self._joints.now + round(1000.0 * last)
+
+    def _pattern(self, method: str, seconds: Any, step: float, shade: Callable[[int, int], int]) -> Future[Any]:
+        """Show pictures on both eyes, one after the other; waits for the end.
+
+        Args:
+            method: that was called.
+            seconds: of the whole.
+            step: of one picture, s.
+            shade: colour (0x00RRGGBB) of each of the eight places in a picture, by their numbers.
+        """
+        count = round(number(seconds, f"{method}: duration", 0.0, MAX_DURATION) / step)
+        places = [(place, led) for place in range(8) for led in self._group(f"FaceLed{place}")]
+
+        def task() -> MotionTask:
+            for picture in range(count):
+                for place, led in places:
+                    part = next(i for i, name in enumerate(_COLOURS) if f"/{name}" in led)
+                    self._joints.put(f"{led}/Actuator/Value", [(0.0, _colour(shade(place, picture))[part])])
+                yield self._joints.now + round(1000.0 * step)
+
+        return self._tasks.begin(task())
+
+    def _random(self, duration: Any) -> Future[Any]:
+        shades = list(_NAMED.values())
+        return self._pattern("ALLeds.randomEyes", duration, _PICTURE, lambda i, n: shades[(5 * i + n * n) % 7])
+
+    def _rotate(self, colour: Any, turn: Any, duration: Any) -> Future[Any]:
+        _colour(colour)
+        shade = _NAMED[colour] if isinstance(colour, str) else colour
+        step = number(turn, "ALLeds.rotateEyes: time for a rotation", 0.16, MAX_DURATION) / 8.0
+        return self._pattern("ALLeds.rotateEyes", duration, step, lambda i, n: shade if n % 8 == i else 0)
+
+    def _rasta(self, duration: Any) -> Future[Any]:
+        shades = (_NAMED["green"], _NAMED["yellow"], _NAMED["red"])
+        return self._pattern("ALLeds.rasta", duration, 0.5, lambda _, n: shades[n % 3])
+
+    def _ears(self, degrees: Any, duration: Any, leave: Any) -> Future[Any]:
+        """Light the ears up to an angle."""
+        angle = number(degrees, "ALLeds.earLedsSetAngle: degrees", -360.0, 360.0)
+        seconds = number(duration, "ALLeds.earLedsSetAngle: duration", 0.0, MAX_DURATION)
+        stays = 1.0 if flag(leave, "ALLeds.earLedsSetAngle: leaveOnAtEnd") else 0.0
+        paths: list[tuple[str, list[tuple[float, float]]]] = []
+        for side in _SIDES:
+            for i, led in enumerate(self._group(f"{side}EarLeds")):
+                on = 36.0 * i <= abs(angle)
+                at = seconds * min(1.0, 36.0 * i / max(1.0, abs(angle)))
+                paths.append((led, [(at, 1.0), (seconds + 0.01, stays)] if on else [(0.0, 0.0)]))
+        return self._tasks.begin(self._go(paths, seconds))
 
     def intensity(self, name: Any) -> float:
         """Mean brightness of a group, 0 to 1."""
@@ -118,7 +207,13 @@ class Leds:
             "fade": self.fade,
             "fadeRGB": self.fade_rgb,
             "fadeListRGB": self.fade_list,
-            "listGroups": lambda: list(_PARTS),
+            "randomEyes": self._random,
+            "rotateEyes": self._rotate,
+            "rasta": self._rasta,
+            "earLedsSetAngle": self._ears,
+            "createGroup": self._create,
+            "listGroups": lambda: list(self._groups),
+            "listLED": self._group,
             "listGroup": self._group,
             "listLEDs": lambda: list(self._all),
         }

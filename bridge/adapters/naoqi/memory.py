@@ -1,11 +1,15 @@
-"""ALMemory: sensors and actuators by name, data that programs put in, and events."""
+"""ALMemory's data: sensors and actuators by name, what programs put in, and what services tell of the robot."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from typing import Any, Final
 
-from bridge.adapters.naoqi.sensors import TOUCH_KEYS, getters
+from bridge.adapters.naoqi.arguments import text
+from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.sensors import getters
 from bridge.body import Body
 from bridge.dcm import Dcm
 from bridge.dcm.actuators import short
@@ -15,54 +19,26 @@ from bridge.messages.dcm import PREFIX
 
 MAX_DATA: Final = 10_000
 """Keys that programs may put in."""
-CONTACT: Final = 5.0
-"""N on both soles together from which a foot touches the ground (assumed)."""
-FALLEN: Final = 0.8
-"""rad of torso tilt from which `robotHasFallen` is raised (about 45 deg, as the walker's own limit)."""
-_EVENTS: Final = {
-    "ChestBoard/Button": "ChestButtonPressed",
-    "Head/Touch/Front": "FrontTactilTouched",
-    "Head/Touch/Middle": "MiddleTactilTouched",
-    "Head/Touch/Rear": "RearTactilTouched",
-    "LHand/Touch/Back": "HandLeftBackTouched",
-    "LHand/Touch/Left": "HandLeftLeftTouched",
-    "LHand/Touch/Right": "HandLeftRightTouched",
-    "RHand/Touch/Back": "HandRightBackTouched",
-    "RHand/Touch/Left": "HandRightLeftTouched",
-    "RHand/Touch/Right": "HandRightRightTouched",
-}
-_BUMPERS: Final = {"LFoot/Bumper": "LeftBumperPressed", "RFoot/Bumper": "RightBumperPressed"}
-_BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
 
 
 class Memory:
-    """Keys and events of one robot; not thread-safe, the caller locks.
+    """Data of one robot; not thread-safe, the caller locks.
 
     Args:
         body: Data sheet.
         dcm: Gives the actuators' values and the clock's; may be another one later.
         fixed: Keys that never change.
-        publish: Called with name and value of each event.
     """
 
-    def __init__(
-        self,
-        body: Body,
-        dcm: Callable[[], Dcm],
-        fixed: Mapping[str, Any],
-        publish: Callable[[str, Any], None],
-    ) -> None:
-        self._dcm, self._publish = dcm, publish
+    def __init__(self, body: Body, dcm: Callable[[], Dcm], fixed: Mapping[str, Any]) -> None:
+        self._dcm = dcm
         self._sensors = getters(body)
-        buttons = [*_EVENTS.values(), *_BUMPERS.values()]
-        self._data: dict[str, Any] = {**fixed, **dict.fromkeys(buttons, 0.0), "robotHasFallen": 0.0}
-        self._events: set[str] = {
-            "TouchChanged",
-            "footContactChanged",
-            "robotHasFallen",
-            *_EVENTS.values(),
-            *_BUMPERS.values(),
-        }
+        self._data: dict[str, Any] = dict(fixed)
+        self._live: dict[str, Callable[[], Any]] = {}
+        self._stamps: dict[str, float] = {}
+        self._descriptions: dict[str, str] = {}
+        self._waiting: dict[str, list[Future[Any]]] = {}
+        """Calls that wait for the next value of a key."""
         self._names = [
             *(PREFIX + name for name in self._sensors),
             *(PREFIX + actuator.name for actuator in dcm().table),
@@ -72,34 +48,21 @@ class Memory:
         ]
         self._known = set(self._names)
         self._frame: SensorFrame | None = None
-        self._fallen = False
-        self._contact: bool | None = None
-        """A foot touches the ground; None: before the first frame."""
 
     def update(self, frame: SensorFrame) -> None:
-        """A new sensor frame; raises the events that it brings."""
-        before, self._frame = self._frame, frame
-        if before is not None and frame.touch != before.touch:
-            self._touched(before.touch, frame.touch)
-        fallen = max(abs(angle) for angle in frame.angle) > FALLEN
-        if fallen and not self._fallen:
-            self.raise_event("robotHasFallen", 1.0)
-        self._fallen = fallen
-        contact = sum(frame.fsr) > CONTACT
-        if contact is not self._contact:
-            self._data["footContact"] = float(contact)
-            if self._contact is not None:
-                self.raise_event("footContactChanged", contact)
-        self._contact = contact
+        """A new sensor frame."""
+        self._frame = frame
 
-    def _touched(self, before: tuple[float, ...], now: tuple[float, ...]) -> None:
-        changed = []
-        for name, was, value in zip(_BUTTONS, before, now, strict=True):
-            if was != value:
-                changed.append([name, value > 0.5])
-                event = _EVENTS.get(name) or _BUMPERS[name.rpartition("/")[0]]
-                self.raise_event(event, value)
-        self.raise_event("TouchChanged", changed)
+    def provide(self, values: Mapping[str, Callable[[], Any]]) -> None:
+        """Keys whose values are asked for when they are read."""
+        self._live.update(values)
+
+    def put(self, key: str, value: Any) -> None:
+        """Store a value under a key of the robot's own, and let go the calls that wait for it."""
+        self._data[key] = value
+        self._stamps[key] = time.time()
+        for waiting in self._waiting.pop(key, []):
+            waiting.set_result(value)
 
     def get(self, key: Any) -> Any:
         """The value of a key, with or without the prefix.
@@ -107,18 +70,19 @@ class Memory:
         Raises:
             NaoqiRefused: no such key.
         """
-        if not isinstance(key, str):
-            raise NaoqiRefused(f"ALMemory: {key!r:.60} was given; a name is expected.")
-        if key in self._data:
-            return self._data[key]
-        getter = self._sensors.get(short(key))
+        name = text(key, "ALMemory: key")
+        if name in self._live:
+            return self._live[name]()
+        if name in self._data:
+            return self._data[name]
+        getter = self._sensors.get(short(name))
         if getter is not None and self._frame is not None:
             return getter(self._frame)
         try:
-            value = self._dcm().read([key], self._frame.position if self._frame else ())[0]
+            value = self._dcm().read([name], self._frame.position if self._frame else ())[0]
         except DcmRefused:
-            raise NaoqiRefused(f"ALMemory: there is no data under {key!r:.80}.") from None
-        return int(value) if key == "DCM/Time" else value
+            raise NaoqiRefused(f"ALMemory: there is no data under {name!r:.80}.") from None
+        return int(value) if name == "DCM/Time" else value
 
     def get_list(self, keys: Any) -> list[Any]:
         """Values of several keys; None for each unknown one.
@@ -126,9 +90,7 @@ class Memory:
         Raises:
             NaoqiRefused: not a list of names.
         """
-        if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
-            raise NaoqiRefused(f"ALMemory.getListData: {keys!r:.60} was given; a list of names is expected.")
-        return [self._get_or_none(key) for key in keys]
+        return [self._get_or_none(key) for key in _names(keys, "getListData")]
 
     def _get_or_none(self, key: str) -> Any:
         try:
@@ -136,19 +98,18 @@ class Memory:
         except NaoqiRefused:
             return None
 
-    def insert(self, key: str, value: Any) -> None:
+    def insert(self, key: Any, value: Any) -> None:
         """Put data in. On the robot, too, anyone may overwrite a sensor's key, until its next cycle.
 
         Raises:
             NaoqiRefused: a key of a sensor or an actuator, or too many keys.
         """
-        if not isinstance(key, str):
-            raise NaoqiRefused(f"ALMemory.insertData: {key!r:.60} was given; a name is expected.")
-        if key in self._known or PREFIX + key in self._known:
-            raise NaoqiRefused(f"ALMemory.insertData: {key!r} belongs to the robot; take another name.")
-        if key not in self._data and len(self._data) >= MAX_DATA:
+        name = text(key, "ALMemory.insertData: key")
+        if name in self._known or PREFIX + name in self._known or name in self._live:
+            raise NaoqiRefused(f"ALMemory.insertData: {name!r:.80} belongs to the robot; take another name.")
+        if name not in self._data and len(self._data) >= MAX_DATA:
             raise NaoqiRefused(f"ALMemory: there are {MAX_DATA} keys already; remove some with removeData.")
-        self._data[key] = value
+        self.put(name, value)
 
     def insert_list(self, pairs: Any) -> None:
         """Put several in: `[[key, value], ...]`.
@@ -179,54 +140,57 @@ class Memory:
         Raises:
             NaoqiRefused: not a text.
         """
-        if not isinstance(part, str):
-            raise NaoqiRefused(f"ALMemory.getDataList: {part!r:.60} was given; a part of a name is expected.")
-        return [name for name in (*self._names, *self._data) if part in name]
+        wanted = text(part, "ALMemory.getDataList: filter")
+        return [name for name in (*self._names, *self._live, *self._data) if wanted in name]
 
-    def declare_event(self, name: Any, *_: Any) -> None:
-        """Make an event known before it is raised.
+    def stamped(self, key: Any) -> list[Any]:
+        """`[value, s, us]`: a value and the wall-clock time at which it was written; of a sensor now."""
+        value = self.get(key)
+        whole, part = divmod(self._stamps.get(key, time.time()), 1.0)
+        return [value, int(whole), int(1e6 * part)]
 
-        Raises:
-            NaoqiRefused: not a name, or too many.
-        """
-        self._know_event("declareEvent", name)
+    def next_value(self, key: Any, _deprecated: Any = 0) -> Future[Any]:
+        """The next value that is written under a key; waits for it."""
+        done: Future[Any] = Future()
+        if sum(map(len, self._waiting.values())) >= MAX_DATA:
+            raise NaoqiRefused(f"ALMemory.getDataOnChange: {MAX_DATA} calls wait already.")
+        self._waiting.setdefault(text(key, "ALMemory.getDataOnChange: key"), []).append(done)
+        return done
 
-    def events(self) -> list[str]:
-        """Names of the events that were declared or raised."""
-        return sorted(self._events)
+    def describe(self, key: Any, description: Any) -> None:
+        """Keep a description of a key."""
+        if len(self._descriptions) < MAX_DATA:
+            name = text(key, "ALMemory.setDescription: name")
+            self._descriptions[name] = text(description, "ALMemory.setDescription: description")
 
-    def raise_event(self, name: Any, value: Any) -> None:
-        """Store the value under the event's name and tell its subscribers.
+    def descriptions(self, keys: Any) -> list[list[str]]:
+        """`[[key, description], ...]` of those that have one."""
+        wanted = _names(keys, "getDescriptionList")
+        return [[key, self._descriptions[key]] for key in wanted if key in self._descriptions]
 
-        Raises:
-            NaoqiRefused: not a name, or too many.
-        """
-        self._know_event("raiseEvent", name)
-        self._data[name] = value
-        self._publish(name, value)
+    def _type(self, key: Any) -> str:
+        kinds = {bool: "Bool", int: "Int", float: "Float", str: "String"}
+        return kinds.get(type(self.get(key)), "ALValue")
 
-    def _know_event(self, method: str, name: Any) -> None:
-        if not isinstance(name, str) or (len(self._events) >= MAX_DATA and name not in self._events):
-            raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
-        self._events.add(name)
-
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """Methods of the service `ALMemory`; `subscriber` is in `qi_process`."""
+    def methods(self) -> Table:
+        """Methods of `ALMemory` for data; those for events are in `Events`."""
         return {
             "getData": lambda key, *_: self.get(key),
             "getListData": self.get_list,
+            "getDataOnChange": self.next_value,
             "insertData": self.insert,
             "insertListData": self.insert_list,
             "removeData": self.remove,
             "getDataList": self.names,
             "getDataListName": self.names,
-            "declareEvent": self.declare_event,
-            "getEventList": self.events,
-            "raiseEvent": self.raise_event,
-            "raiseMicroEvent": self.raise_event,
+            "getTimestamp": self.stamped,
+            "setDescription": self.describe,
+            "getDescriptionList": self.descriptions,
             "getType": self._type,
         }
 
-    def _type(self, key: Any) -> str:
-        kinds = {bool: "Bool", int: "Int", float: "Float", str: "String"}
-        return kinds.get(type(self.get(key)), "ALValue")
+
+def _names(keys: Any, method: str) -> list[str]:
+    if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
+        raise NaoqiRefused(f"ALMemory.{method}: {keys!r:.60} was given; a list of names is expected.")
+    return keys

@@ -1,21 +1,24 @@
-"""Methods of a service, and who may call them when."""
+"""Methods of a service: who may call them when, which ones the vendor's has, and how far ours go."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
 
-from bridge.config import load_toml
+from bridge.config import read_toml
 from bridge.errors import NaoqiRefused
+from bridge.validation import convert
 
 Kind = Literal["read", "joints", "posture", "walk"]
 """`read` needs nothing; `joints` commands them, and is refused during a walk; `posture` ends a walk for it;
 `walk` is for the walker."""
+Table = dict[str, Callable[..., Any]]
+"""Name of a method -> what carries it out."""
 
 
 @dataclass(frozen=True)
@@ -25,21 +28,24 @@ class Method:
     call: Callable[..., Any]
     kind: Kind
     signature: inspect.Signature
+    offered: bool = True
+    """Otherwise it only refuses."""
 
 
-class _VendorMethods(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    ALMotion: list[str]
-    ALMemory: list[str]
-    DCM: list[str]
-    ALRobotPosture: list[str]
-    ALLeds: list[str]
-    ALSonar: list[str]
+class VendorService(msgspec.Struct, frozen=True):
+    """What the vendor's service has."""
+
+    methods: list[str]
+    partly: dict[str, str] = {}
+    """Method -> what ours leaves out or assumes."""
+    no: dict[str, str] = {}
+    """Method -> why it is refused."""
 
 
-VENDOR: Final[dict[str, list[str]]] = msgspec.structs.asdict(
-    load_toml(Path(__file__).with_name("methods.toml"), _VendorMethods)
+VENDOR: Final[dict[str, VendorService]] = convert(
+    read_toml(Path(__file__).with_name("methods.toml")), dict[str, VendorService]
 )
-"""Module -> methods that the real one has."""
+"""By service; those of every module are under `ALModule`."""
 
 
 def of_kind(kind: Kind, table: Mapping[str, Callable[..., Any]]) -> dict[str, Method]:
@@ -52,15 +58,23 @@ def of_kind(kind: Kind, table: Mapping[str, Callable[..., Any]]) -> dict[str, Me
     return {name: Method(call, kind, inspect.signature(call)) for name, call in table.items()}
 
 
-def refused(service: str, method: str) -> Method:
-    """A method that the vendor's service has and this one refuses.
+def refusals(service: str, methods: Iterable[str], offered: Iterable[str]) -> dict[str, Method]:
+    """Methods that the vendor's service has and this one refuses.
 
     Args:
         service: name of the service.
-        method: name of the method.
+        methods: of the vendor's.
+        offered: methods that this one offers.
     """
+    there = sorted(set(offered))
+    return {name: _refusal(service, name, there) for name in methods if name not in there}
+
+
+def _refusal(service: str, method: str, offered: list[str]) -> Method:
+    reasons = VENDOR[service].no if service in VENDOR else {}
+    reason = reasons.get(method) or f"{service} offers {', '.join(offered) or 'nothing'}"
 
     def refuse(*_: Any) -> None:
-        raise NaoqiRefused(f"{service}.{method} is not offered by nao-hil; docs/naoqi.md lists what is.")
+        raise NaoqiRefused(f"{service}.{method} is not offered by nao-hil: {reason}.")
 
-    return Method(refuse, "read", inspect.signature(refuse))
+    return Method(refuse, "read", inspect.signature(refuse), offered=False)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+import itertools
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from typing import Any
@@ -34,11 +35,15 @@ class RunningTask:
 
 
 class MotionTasks:
-    """Runs tasks along the robot's cycles; not thread-safe, the caller locks."""
+    """Runs tasks along the robot's cycles; not thread-safe, the caller locks.
 
-    def __init__(self) -> None:
+    Args:
+        numbers: of the tasks; None: from 1 on.
+    """
+
+    def __init__(self, numbers: Iterator[int] | None = None) -> None:
         self._running: list[RunningTask] = []
-        self._count = 0
+        self._numbers = itertools.count(1) if numbers is None else numbers
 
     def begin(self, task: MotionTask, name: str = "", joints: Sequence[str] = ()) -> Future[Any]:
         """Run a task to its first wait; the future gets its result or its exception.
@@ -48,15 +53,18 @@ class MotionTasks:
             name: of the method that begins it; nothing: not a motion of joints.
             joints: that it moves or stiffens.
         """
-        self._count += 1
         done: Future[Any] = Future()
-        self._advance(RunningTask(self._count, name, tuple(joints), 0, task, done))
+        self._advance(RunningTask(next(self._numbers), name, tuple(joints), 0, task, done))
         return done
 
     @property
     def motions(self) -> list[RunningTask]:
         """Tasks that use joints, oldest first."""
         return [task for task in self._running if task.joints]
+
+    def of(self, done: Future[Any]) -> list[RunningTask]:
+        """The task whose result a future gets, if it has not ended."""
+        return [task for task in self._running if task.done is done]
 
     def run(self, now: int) -> None:
         """A cycle at `now`, ms: go on with whatever has waited for it."""

@@ -1,4 +1,4 @@
-"""ALRobotPosture, and ALMotion's waking and resting: the published postures, reached joint by joint."""
+"""ALRobotPosture, and ALMotion's waking and resting: the published postures, and the ways to them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from bridge.adapters.naoqi.arguments import fraction, text
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.posture_ways import Family, PostureWays
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.postures import POSTURES
 from bridge.errors import NaoqiRefused
 
-FAMILIES: Final = {
+FAMILIES: Final[dict[str, Family]] = {
     "Stand": "Standing",
     "StandInit": "Standing",
     "StandZero": "Standing",
@@ -32,8 +33,6 @@ _MAX_DEVIATION: Final = 0.25
 """rad that the legs may be off a posture to be said to be in it (assumed)."""
 _STIFFENING: Final = 0.5
 """s in which waking and resting change the stiffness."""
-_UPRIGHT: Final = 0.8
-"""rad of torso tilt up to which a robot stands or sits (assumed)."""
 _SETTLING: Final = 300
 """ms after which the joints are where they were sent, by the sensors (assumed)."""
 REST_SPEED: Final = 0.6
@@ -54,6 +53,7 @@ class Postures:
 
     def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks) -> None:
         self._joints, self._motion, self._tasks = joints, motion, tasks
+        self._ways = PostureWays(joints)
         self._all = joints.names.all
         self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
         """Whether the robot was woken up and not laid to rest since."""
@@ -71,21 +71,28 @@ class Postures:
         """The family of `now`, or `Unknown`."""
         return FAMILIES.get(self.now(), "Unknown")
 
+    @property
+    def leaning(self) -> bool:
+        """The torso leans because a way to a posture wants it to: no fall."""
+        return self._ways.under_way
+
     def go_to(self, name: Any, speed: Any) -> Future[Any]:
-        """Go to a posture whose way is known to be safe; true when it was reached.
+        """Go to a posture: get up, sit down or lie down first, then joint by joint; true when it was reached.
 
         Raises:
-            NaoqiRefused: unknown posture, or one of another family than the robot is in.
+            NaoqiRefused: unknown posture, or a body without a motion that the way needs.
         """
         posture = _known(name)
         speed_fraction = fraction(speed, "ALRobotPosture.goToPosture: maxSpeedFraction")
-        here, there = self._family_or_upright(), FAMILIES[posture]
-        if here != there:
-            raise NaoqiRefused(
-                f"ALRobotPosture.goToPosture: {posture} is {there}, the robot is {here}, and ways from one to "
-                "the other are not planned; applyPosture moves the joints there as they are."
-            )
-        return self._tasks.begin(self._stiffen_and_reach(posture, speed_fraction), "goToPosture", self._all)
+        way = self._ways.to(FAMILIES[posture])
+
+        def task() -> MotionTask:
+            if not (yield from way):
+                return False
+            self.awake = True
+            return (yield from self._stiffen_and_reach(posture, speed_fraction))
+
+        return self._tasks.begin(task(), "goToPosture", self._all)
 
     def apply(self, name: Any, speed: Any) -> Future[Any]:
         """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
@@ -108,18 +115,12 @@ class Postures:
         """Crouch, if the robot is upright, and switch the stiffness off."""
 
         def task() -> MotionTask:
-            if self._family_or_upright() == "Standing" and self.now() != "Crouch":
+            if self._ways.family() == "Standing" and self.now() != "Crouch":
                 yield from self._reach("Crouch", REST_SPEED)
             yield from self._stiffen(0.0, legs=LEGS_AT_REST)
             self.awake = False
 
         return self._tasks.begin(task(), "rest", self._all)
-
-    def _family_or_upright(self) -> str:
-        """The family; a robot between postures with its torso upright stands."""
-        family = self.family()
-        upright = max(abs(angle) for angle in self._joints.frame.angle) < _UPRIGHT
-        return "Standing" if family == "Unknown" and upright else family
 
     def _stiffen(self, value: float, legs: float) -> MotionTask:
         values = [[legs if joint in _LEGS else value] for joint in self._all]
@@ -132,9 +133,7 @@ class Postures:
             self.awake = True
         yield from self._reach(posture, speed_fraction)
         yield self._joints.now + _SETTLING
-        upright = max(abs(angle) for angle in self._joints.frame.angle) < _UPRIGHT
-        wanted = FAMILIES[posture]
-        return self._deviation(posture) <= _MAX_DEVIATION and upright is not wanted.startswith("Lying")
+        return self._deviation(posture) <= _MAX_DEVIATION and self._ways.family() == FAMILIES[posture]
 
     def _deviation(self, posture: str) -> float:
         """Farthest leg joint from a posture by the sensors, rad."""

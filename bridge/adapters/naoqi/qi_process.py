@@ -10,6 +10,7 @@ Started by `calls` as `python -m bridge.adapters.naoqi.qi_process URL DESCRIPTOR
 from __future__ import annotations
 
 import os
+import queue
 import signal
 import socket
 import sys
@@ -35,16 +36,19 @@ class CallForwarder:
         self._number = 0
         self._waiting: dict[int, Any] = {}
         self._signals: dict[str, Any] = {}
+        self._session: Any = None
+        self._callbacks: queue.SimpleQueue[tuple[str, Any, list[list[str]]]] = queue.SimpleQueue()
 
-    def listen(self, url: str, services: Mapping[str, Sequence[str]]) -> Any:
-        """Open the directory, register the services and say so; gives the session, which must be kept."""
+    def listen(self, url: str, services: Mapping[str, Sequence[str]]) -> None:
+        """Open the directory, register the services and say so."""
         session = self._qi.Session()
         with self._lock:  # the first call comes after the first message, however fast a client is
             session.listenStandalone(url)
             for name, methods in services.items():
                 session.registerService(name, self._service(name, methods))
             self._pipe.send([0, True, session.endpoints()])
-        return session
+        self._session = session
+        threading.Thread(target=self._call_modules, name="modules", daemon=True).start()
 
     def _service(self, name: str, methods: Sequence[str]) -> Any:
         members: dict[str, Any] = {method: self._method(name, method) for method in methods}
@@ -80,17 +84,42 @@ class CallForwarder:
     def run(self) -> None:
         """Keep promises until the served robot is gone."""
         while (message := self._pipe.receive()) is not None:
-            number, second, third = message
+            number, second, third, *callbacks = message
             if number == 0:
                 subscriber = self._signals.get(second)
                 if subscriber is not None:
                     subscriber.signal(third)
+                if callbacks[0]:
+                    self._callbacks.put((second, third, callbacks[0]))
                 continue
             promise = self._waiting.pop(number)
             if second:
-                promise.setValue(third)
+                promise.setValue(_with_text(third))
             else:
                 promise.setError(third)
+
+    def _call_modules(self) -> None:
+        """Call the modules that subscribed to events, in the order of the events; one that is gone is left out.
+
+        In a thread of its own: to ask where a module is takes a while.
+        """
+        modules: dict[str, Any] = {}
+        while True:
+            event, value, callbacks = self._callbacks.get()
+            for name, method, message in callbacks:
+                try:
+                    if name not in modules:
+                        modules[name] = self._session.service(name)
+                    getattr(modules[name], method)(event, value, message, _async=True)
+                except (RuntimeError, AttributeError):
+                    modules.pop(name, None)
+
+
+def _with_text(value: Any) -> Any:
+    """A result without bytes, which qi's package for Python cannot send: a character for each instead."""
+    if isinstance(value, list):
+        return [part.decode("latin-1") if isinstance(part, bytes) else part for part in value]
+    return value
 
 
 def main(url: str, descriptor: int, priority: int) -> None:
@@ -107,7 +136,7 @@ def main(url: str, descriptor: int, priority: int) -> None:
         return
     forwarder = CallForwarder(qi, pipe)
     try:
-        _session = forwarder.listen(url, table[0])
+        forwarder.listen(url, table[0])
     except RuntimeError as error:
         pipe.send([0, False, f"qi cannot listen on {url}: {str(error).splitlines()[0]}"])
         # qi aborts when a session that failed to listen is taken apart.

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from bridge.adapters.naoqi.address import require_free
 from bridge.adapters.naoqi.calls import CallServer
 from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.eyes import DrawnEyes
+from bridge.adapters.naoqi.frames import LinkFrames
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
@@ -20,6 +22,7 @@ from bridge.link import ControllerLink
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Info, SensorFrame
 from bridge.realtime import quiet_process
+from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
 
@@ -34,8 +37,11 @@ class NaoqiServer:
         link: open link, controller side.
         url: where qi listens.
         gait: for `moveTo` and its like.
-        speed: of that gait on a body, m/s.
+        full: of that gait on a body, see `WalkingMethods`.
         start_walker: starts a walker that serves.
+        links: forward kinematics of a body.
+        cameras: command that draws pictures of an emulated robot's world; ROBOT, ENDPOINT, BODY and a socket's
+            number follow.
         stop: becomes true when the server is to end.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
 
@@ -49,15 +55,18 @@ class NaoqiServer:
         link: ControllerLink,
         url: str,
         gait: str,
-        speed: Callable[[Body], float],
+        full: Callable[[Body], Vec3],
         start_walker: Callable[[], StartedWalker],
+        links: Callable[[Body], LinkFrames],
+        cameras: Sequence[str],
         stop: Callable[[], bool],
         priority: int | None = None,
     ) -> None:
         require_free(url)
         self._priority = priority
         self._link, self._url, self._stop = link, url, stop
-        self._gait, self._speed, self._start_walker = gait, speed, start_walker
+        self._gait, self._full, self._start_walker, self._links = gait, full, start_walker, links
+        self._cameras = cameras
         self._lock = threading.RLock()
         self._commanding = False
         """Whether actuator frames are sent: this side has the joints, not the walker."""
@@ -102,7 +111,8 @@ class NaoqiServer:
         if frame is None:
             return
         priority = self._priority if info.mode == "real-time" else None
-        services, handover = self._begin(load_body(info.body), frame, priority)
+        eyes = self._eyes(info)
+        services, handover = self._begin(load_body(info.body), frame, priority, eyes)
         if info.mode == "real-time":
             quiet_process(priority)
         self._send(services)
@@ -111,8 +121,16 @@ class NaoqiServer:
             self._cycle(services, receive)
         finally:
             handover.close()
+            if eyes is not None:
+                eyes.close()
             with self._lock:
                 services.abandon()
+
+    def _eyes(self, info: Info) -> DrawnEyes | None:
+        """Of an emulated robot; they start when they are first needed."""
+        if info.side != "emulator":
+            return None
+        return DrawnEyes([*self._cameras, info.robot, self._link.endpoint, info.body])
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> None:
         """Answer frames until stopped, or until the robot goes away or begins anew."""
@@ -149,7 +167,9 @@ class NaoqiServer:
                 return frame
         return None
 
-    def _begin(self, body: Body, frame: SensorFrame, priority: int | None) -> tuple[Services, WalkerHandover]:
+    def _begin(
+        self, body: Body, frame: SensorFrame, priority: int | None, eyes: DrawnEyes | None
+    ) -> tuple[Services, WalkerHandover]:
         """Services for a new boot of a robot; the qi process, if it runs already, keeps its methods."""
         link = self._link
         handover = WalkerHandover(
@@ -159,10 +179,12 @@ class NaoqiServer:
             RobotConfig(body, link.robot),
             frame,
             self._lock,
-            WalkingMethods(handover, self._speed(body)),
+            WalkingMethods(handover, self._full(body)),
+            self._links,
             self._require_lease,
             self._answer_anew,
             self._publish,
+            eyes,
         )
         with self._lock:
             self._services = services
@@ -223,6 +245,6 @@ class NaoqiServer:
             raise NaoqiRefused(f"{service}.{method}: the robot is not there; waiting for it to come back.")
         return services.call(service, method, arguments)
 
-    def _publish(self, event: str, value: Any) -> None:
+    def _publish(self, event: str, value: Any, callbacks: list[list[str]]) -> None:
         if self._call_server is not None:
-            self._call_server.publish(event, value)
+            self._call_server.publish(event, value, callbacks)

@@ -2,24 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from threading import RLock
 from typing import Any
 
+from bridge.adapters.naoqi.arguments import text
+from bridge.adapters.naoqi.audio import AudioPlayer
+from bridge.adapters.naoqi.behaviors import behavior_methods
+from bridge.adapters.naoqi.cartesian import Cartesian
 from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.dcm_service import dcm_methods
+from bridge.adapters.naoqi.events import Events, Publish
+from bridge.adapters.naoqi.eyes import Eyes, NoEyes
 from bridge.adapters.naoqi.fall_manager import FallManager
+from bridge.adapters.naoqi.following import Following
+from bridge.adapters.naoqi.frames import LinkFrames, RobotFrames
+from bridge.adapters.naoqi.hearing import SpeechRecognition
 from bridge.adapters.naoqi.inert_settings import ABILITIES, MOTION, InertSettings
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.leds import Leds
+from bridge.adapters.naoqi.life import AutonomousLife, Awareness
 from bridge.adapters.naoqi.memory import Memory
-from bridge.adapters.naoqi.methods import VENDOR, Method, of_kind, refused
+from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
 from bridge.adapters.naoqi.motion_tasks import MotionTasks, robot_gone
+from bridge.adapters.naoqi.posts import Posts
 from bridge.adapters.naoqi.postures import Postures
-from bridge.adapters.naoqi.small_services import dcm_methods, small_services
+from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection
+from bridge.adapters.naoqi.robot_events import RobotEvents
+from bridge.adapters.naoqi.sensing import Sonar, sensing_services
+from bridge.adapters.naoqi.speech import Speech
+from bridge.adapters.naoqi.stage import Stage
+from bridge.adapters.naoqi.system import system_services
+from bridge.adapters.naoqi.tracker import Tracker
+from bridge.adapters.naoqi.video import VideoDevice
+from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
 from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
+from bridge.validation import unknown_name
+
+STAGE = "NaoHil"
+"""Service that the vendor does not have: what is around the robot."""
 
 
 class Services:
@@ -30,9 +57,11 @@ class Services:
         frame: its first one.
         lock: held while joints and memory are touched.
         walking: walks, and hands the joints back and forth.
+        links: forward kinematics of a body.
         require_lease: raises `NaoHilError` unless the joints may be commanded.
         commanded: called, with the lock held, when a call may have changed the joints' commands.
-        publish: called with name and value of each event of ALMemory.
+        publish: called for each event of ALMemory.
+        eyes: its cameras.
     """
 
     def __init__(
@@ -41,35 +70,76 @@ class Services:
         frame: SensorFrame,
         lock: RLock,
         walking: WalkingMethods,
+        links: Callable[[Body], LinkFrames],
         require_lease: Callable[[], None],
         commanded: Callable[[], None],
-        publish: Callable[[str, Any], None],
+        publish: Publish,
+        eyes: Eyes | None = None,
     ) -> None:
         self._config, self._lock, self._walking = config, lock, walking
         self._require_lease, self._commanded = require_lease, commanded
         self.joints = Joints(config.body, frame)
-        self._tasks = MotionTasks()
+        numbers = itertools.count(1)
+        self._tasks, self._others = MotionTasks(numbers), MotionTasks(numbers)
+        """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
+        self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
         self._postures = Postures(self.joints, self.motion, self._tasks)
         self._falls = FallManager(self.joints, self.motion)
-        self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys(), publish)
+        self._protection = WalkProtection(self.joints)
+        self._walks = walking.methods()
+        self._frames = RobotFrames(self.joints, links(config.body), self._robot_place)
+        self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.update(frame)
+        self.events = Events(self.memory, publish)
+        self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
+        self._recognition = SpeechRecognition(self.events)
+        eyes = eyes or NoEyes()
+        self._stage = Stage(config.body, self._frames, eyes, self._recognition.hear)
+        self._video = VideoDevice(config.body, eyes)
+        self._sonar = Sonar(self.joints, self.events)
+        seeing = (self._stage, self._frames, self.events)
+        self._detections = (
+            Faces(*seeing),
+            LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
+            Detection("ALRedBallDetection", "ball", "redBallDetected", *seeing),
+        )
+        neck = config.body.lengths.NeckOffsetZ
+        walk = self._walks.get("move")
+        self._following = Following(self._stage, self._frames, self.motion, self.events, neck, walk)
         self._table = self._build()
+
+    def _robot_place(self) -> Sequence[float]:
+        position = self._walks.get("getRobotPosition")
+        place: Sequence[float] = position(False) if position else (0.0, 0.0, 0.0)
+        return place
 
     def cycle(self, frame: SensorFrame) -> None:
         """A new frame; the lock is held."""
         self.joints.cycle(frame)
         self.memory.update(frame)
-        self._falls.update(frame)
-        self._tasks.run(self.joints.dcm.clock.previous)
+        self._robot_events.update(frame)
+        self._falls.update(frame, leaning=self._postures.leaning)
+        now = self.joints.dcm.clock.previous
+        for detection in self._detections:
+            detection.update(now)
+        self._following.update(now)
+        self._sonar.update()
+        self._tasks.run(now)
+        self._others.run(now)
 
     def abandon(self) -> None:
         """The robot is gone: calls that wait for a motion fail; the lock is held."""
         self._tasks.end(robot_gone())
+        self._others.end(robot_gone())
 
     def names(self) -> dict[str, list[str]]:
         """Service -> methods, those included that only refuse."""
         return {name: list(methods) for name, methods in self._table.items()}
+
+    def offered(self, service: str) -> list[str]:
+        """Methods of a service that do more than refuse."""
+        return sorted(name for name, method in self._table[service].items() if method.offered)
 
     def call(self, service: str, method: str, arguments: list[Any]) -> Any:
         """Carry out a call: its result, or a future of it.
@@ -82,16 +152,27 @@ class Services:
         Raises:
             NaoHilError: it cannot be carried out; one sentence.
         """
-        entry = self._table.get(service, {}).get(method)
+        if service not in self._table:
+            raise NaoqiRefused(f"NAOqi: {unknown_name('service', service, self._table)}.")
+        entry = self._table[service].get(method)
         if entry is None:
-            raise NaoqiRefused(f"{service}.{method} is not known here.")
+            raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")
         try:
             entry.signature.bind(*arguments)
         except TypeError as error:
             raise NaoqiRefused(
                 f"{service}.{method}: {len(arguments)} arguments do not fit ({error})."
             ) from None
+        if service == "ALMotion" and method in BEGINNING and entry.offered:
+            with self._lock:
+                if not self._walking.handover.has_robot:
+                    self._protection.require(method)
         return self._carry_out(entry, arguments)
+
+    def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
+        """Begin a call and do not wait for it; its number."""
+        name, *rest = method if isinstance(method, list) and method else [method, *arguments]
+        return self._posts.add(self.call(service, text(name, f"{service}.pCall: method"), rest))
 
     def _carry_out(self, entry: Method, arguments: list[Any]) -> Any:
         if entry.kind == "walk":
@@ -113,45 +194,74 @@ class Services:
 
     def _build(self) -> dict[str, dict[str, Method]]:
         settings = InertSettings()
-        moving_postures: dict[str, Callable[..., Any]] = {
+        tracker = Tracker(self.joints, self.motion, self._frames, self._following)
+        speech = Speech(self._others, self.events, lambda: self.joints.now)
+        audio = AudioPlayer(self._others, lambda: self.joints.now)
+        reading: dict[str, Table] = {
+            "ALMemory": self.memory.methods() | self.events.methods(),
+            "ALLeds": Leds(self.joints, self._others).methods(),
+            "ALTextToSpeech": speech.methods(),
+            "ALAnimatedSpeech": speech.animated_methods(),
+            "ALAudioPlayer": audio.methods(),
+            "ALAudioDevice": audio.device_methods(),
+            "ALBehaviorManager": behavior_methods(),
+            "ALAutonomousLife": AutonomousLife().methods(),
+            "ALSpeechRecognition": self._recognition.methods(),
+            "ALFaceDetection": self._detections[0].methods(),
+            "ALLandMarkDetection": self._detections[1].methods(),
+            "ALRedBallDetection": self._detections[2].methods(),
+            "ALVideoDevice": self._video.methods(),
+            STAGE: self._stage.methods(),
+            "ALBasicAwareness": Awareness().methods(),
+            **{name: settings.methods(name, of) for name, of in ABILITIES.items()},
+        }
+        table: dict[str, dict[str, Method]] = {
+            "ALMotion": self._motion_methods(settings),
+            "DCM": dcm_methods(self.joints),
+            "ALRobotPosture": self._posture_methods(),
+            "ALTracker": of_kind("read", tracker.methods()) | of_kind("joints", tracker.moving()),
+            **sensing_services(self.joints, self.events, self._sonar),
+            **system_services(self._config),
+            **{name: of_kind("read", methods) for name, methods in reading.items()},
+        }
+        for name in [*table, *(name for name in VENDOR if name != "ALModule")]:
+            methods = table.get(name, {})
+            vendor = [m for m in VENDOR[name].methods if m != "subscriber"] if name in VENDOR else []
+            missing = refusals(name, [*vendor, *VENDOR["ALModule"].methods], methods)
+            posting = of_kind("walk", {"pCall": partial(self._post, name)})
+            table[name] = missing | posting | of_kind("read", self._common(name, methods)) | methods
+        return table
+
+    def _posture_methods(self) -> dict[str, Method]:
+        moving: Table = {
             "goToPosture": self._postures.go_to,
             "applyPosture": self._postures.apply,
             "stopMove": self.motion.end_all,
         }
-        table: dict[str, dict[str, Method]] = {
-            "ALMotion": self._motion_methods(settings),
-            "ALMemory": of_kind("read", self.memory.methods()),
-            "DCM": dcm_methods(self.joints),
-            "ALRobotPosture": of_kind("read", self._postures.methods()) | of_kind("posture", moving_postures),
-            "ALLeds": of_kind("read", Leds(self.joints, self._tasks).methods()),
-            **small_services(self._config, self.joints),
-        }
-        table |= {name: of_kind("read", settings.methods(name, of)) for name, of in ABILITIES.items()}
-        for name, methods in table.items():
-            common = of_kind("read", self._common(name, methods))
-            missing = {m: refused(name, m) for m in VENDOR.get(name, ()) if m != "subscriber"}
-            table[name] = missing | common | methods
-        return table
+        return of_kind("read", self._postures.methods()) | of_kind("posture", moving)
 
     def _motion_methods(self, settings: InertSettings) -> dict[str, Method]:
-        ending_walks: dict[str, Callable[..., Any]] = {
+        ending_walks: Table = {
             "wakeUp": self._postures.wake_up,
             "rest": lambda *_: self._postures.rest(),
             "killAll": self.motion.end_all,
             "killTasksUsingResources": self.motion.end_using,
             "killTask": self.motion.end_task,
-            "stop": self.motion.end_task,
         }
-        reading = self.motion.reading() | {"robotIsWakeUp": lambda: self._postures.awake}
+        reading = self.motion.reading() | {
+            "robotIsWakeUp": lambda: self._postures.awake,
+            "setMotionConfig": self._protection.configure,
+        }
+        cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
         return (
             of_kind("read", reading | settings.methods("ALMotion", MOTION) | settings.arms())
-            | of_kind("read", self._falls.methods())
-            | of_kind("joints", self.motion.moving())
+            | of_kind("read", self._falls.methods() | self._frames.methods())
+            | of_kind("joints", self.motion.moving() | cartesian.methods())
             | of_kind("posture", ending_walks)
-            | of_kind("walk", self._walking.methods())
+            | of_kind("walk", self._walks)
         )
 
-    def _common(self, service: str, methods: Mapping[str, Method]) -> dict[str, Callable[..., Any]]:
+    def _common(self, service: str, methods: Mapping[str, Method]) -> Table:
         """Methods of every service."""
         return {
             "ping": lambda: True,
@@ -159,6 +269,7 @@ class Services:
             "getBrokerName": lambda: "naoqi",
             "getMethodList": lambda: sorted(methods),
             "getModuleHelp": lambda: [f"{service}, served by nao-hil", []],
-            "isRunning": lambda _number: False,
-            "wait": lambda *_: True,
+            "isRunning": self._posts.running,
+            "wait": self._posts.wait,
+            "stop": self._posts.stop,
         }

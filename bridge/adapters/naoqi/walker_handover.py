@@ -122,7 +122,7 @@ class WalkerHandover:
         Args:
             velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
         """
-        return self._submit(lambda: self._walk(velocity, None))
+        return self._submit(lambda: self._walk({"velocity": velocity}))
 
     def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
         """Walk a distance; the future is done at the end of the walk.
@@ -131,15 +131,27 @@ class WalkerHandover:
             velocity: as for `walk`.
             distance: m, not negative; 0: nothing happens.
         """
+        return self._walk_to_end({"velocity": velocity, "distance": distance} if distance else None)
+
+    def walk_to(self, target: Vec3, velocity: Vec3) -> Future[Any]:
+        """Walk to a place; the future is done at the end of the walk.
+
+        Args:
+            target: x, y (m) and yaw (rad) in the robot's frame.
+            velocity: the walk makes use of as much of the gait's limits as this one.
+        """
+        return self._walk_to_end({"velocity": velocity, "target": target} if any(target) else None)
+
+    def _walk_to_end(self, order: dict[str, Any] | None) -> Future[Any]:
+        """Walk as ordered; the call ends with the walk, or with its refusal. None: nowhere."""
         ended: Future[Any] = Future()
 
         def job() -> None:
-            """Walk; the call ends with the walk, or with its refusal."""
-            if distance == 0.0:
+            if order is None:
                 ended.set_result(None)
                 return
             try:
-                self._walk(velocity, distance)
+                self._walk(order)
             except NaoHilError as error:
                 ended.set_exception(error)
             else:
@@ -159,7 +171,7 @@ class WalkerHandover:
         return ended
 
     def position(self) -> list[float]:
-        """Where the robot is by the plans of its walks since the start: x, y, yaw; m and rad."""
+        """Where the robot is by the odometry of its walks since the start: x, y, yaw; m and rad."""
         here = self._status.position if self._status else (0.0, 0.0, 0.0)
         x, y, yaw = self._origin
         return [
@@ -227,13 +239,13 @@ class WalkerHandover:
             if self._status is not None and self._status.state == "fallen":
                 raise NaoqiRefused("the robot has fallen.")
 
-    def _walk(self, velocity: Vec3, distance: float | None) -> None:
-        if not any(velocity):
+    def _walk(self, order: dict[str, Any]) -> None:
+        if not any(order["velocity"]):
             self._stop_walk()
             return
         self._ensure_walker()
         assert self._client is not None
-        status = self._client.walk(velocity, distance=distance, gait=self._gait)
+        status = self._client.walk(gait=self._gait, **order)
         began = status.seq
         deadline = time.monotonic() + _MAX_WAIT
         # The walk is accepted before the first step begins; until then the walker still stands.
