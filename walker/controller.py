@@ -9,23 +9,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
-from bridge.types import Pose
+from bridge.motion import GetUp, get_up_motions
+from bridge.types import Pose, Vec3
 from walker.estimation import Contacts, Corrections, Estimate, Estimator
+from walker.estimation.heading import GyroscopeHeading
+from walker.estimation.odometry import Odometry, middle_of_soles
+from walker.model.floating_base import FloatingBase
 from walker.planning import Foothold, Gait, Plan, SolePose
-from walker.planning.motion import lying
 from walker.planning.order import WalkOrder
 from walker.planning.planner import WalkPlanner
+from walker.planning.steering import Steering
 from walker.stabilization.parameters import ControllerParameters, controller_parameters
 from walker.states import Approaching, Fallen, Moving, Standing, State, StateName, Walking
 from walker.states.ready import ReadyWalk, ready_walk
-from walker.states.recovery import REST, TRIES, Recovery
 
 __all__ = ["Controller", "WalkOrder"]
+
+REST: Final = 2.0
+"""s that a robot lies before it gets up: longer than its guard takes no command after a fall."""
 
 
 class Controller:
@@ -60,12 +66,12 @@ class Controller:
         self._planner = WalkPlanner(gait, walk.order)
         self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer)
         after = self._walking if order is not None else Standing(walk.goal, walk.stabilizer, Corrections())
-        self._state: State = Approaching(walk.goal, after)
+        self._state: State = Approaching(walk.goal, after, walk.stabilizer.holding)
         self._next: ReadyWalk | None = None
         self._hold = math.inf
         self._fell = self._limp = False
-        self._recovery = Recovery.of(body) if recover else None
-        self._tries = 0
+        self._motions = get_up_motions(body) if recover else {}
+        self._gave_up = False
         self._resume = False
         """The robot walked when it fell: the order goes on once it stands."""
         self._began = self.plan
@@ -73,7 +79,13 @@ class Controller:
         """How often the robot got up after a fall."""
         self.interruptions = 0
         """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
-        self._estimator = Estimator(body, p, cycle)
+        self._kinematics = FloatingBase(body)
+        self._odometry = Odometry(self._kinematics, gyroscope=GyroscopeHeading.of(body))
+        self._steering: Steering | None = None
+        """To the order's target, once the walk has begun."""
+        self.here = Foothold()
+        """Middle between the feet by the odometry since the first tick."""
+        self._estimator = self._make_estimator(p)
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
 
@@ -114,7 +126,7 @@ class Controller:
 
     @property
     def place(self) -> Foothold:
-        """Middle between the planned feet since the first tick."""
+        """Middle between the planned feet since the first tick: the origin of plans, not of the world."""
         return self.plan.middle
 
     @property
@@ -134,7 +146,7 @@ class Controller:
         self._hold = hold
         if isinstance(self._state, Walking) and self._in_stride(walk):
             self.adjust(walk)
-            self._planner.order = walk.order
+            self._planner.order, self._steering = walk.order, None
         else:
             self._next = walk
             self._walking.stop()  # also one that is yet to begin, behind an approach
@@ -150,10 +162,33 @@ class Controller:
         if walk.parameters != now.parameters:
             state.switch(walk.stabilizer, walk.support_machine())
             now = replace(now, parameters=walk.parameters, stabilizer=walk.stabilizer)
-        if walk.step is not None and now.gait.adjustable:
-            self._planner.velocity = walk.velocity
-            now = replace(now, step=walk.step, velocity=walk.velocity)
         self._walk = now
+        if walk.step is not None and now.gait.adjustable:
+            self._walk = replace(now, step=walk.step)
+            self.steer(walk.velocity)
+
+    def steer(self, velocity: Vec3) -> None:
+        """Go on at another velocity from the next step on, by a gait that is `adjustable`.
+
+        Args:
+            velocity: forward and to the left, m/s, and turn, rad/s.
+        """
+        self._planner.velocity = velocity
+        self._walk = replace(self._walk, velocity=velocity)
+
+    def _steer_to_target(self) -> None:
+        """The velocity towards the order's target; at the target the feet close."""
+        order, limits = self._planner.order, self._walk.gait.limits
+        if order.target is None or limits is None:
+            return
+        if self._steering is None:
+            x, y, turn = order.target
+            goal = Foothold(*self.here.point(x, y), self.here.yaw + turn)
+            self._steering = Steering(limits, goal, order.share)
+        if self._steering.arrived(self.here):
+            self._walking.stop()
+        else:
+            self.steer(self._steering.velocity(self.here))
 
     def stop(self) -> None:
         """Close the feet and stand; drops a walk that has not begun."""
@@ -169,6 +204,7 @@ class Controller:
                 goes on from a stand.
         """
         dt = self._elapsed(frame.seq)
+        self.here = middle_of_soles(self._kinematics, self._odometry.update(frame))
         walking = isinstance(self._state, Walking)
         self._estimate = self._estimator.update(frame, dt, self.plan, self._state.corrections, walking=walking)
         if walking:
@@ -177,17 +213,19 @@ class Controller:
                 self.stop()
         if self._estimate.falling and self._state.name not in ("fallen", "motion"):
             self._next = None
-            self._limp = False
+            self._limp = self._gave_up = False
             self._resume = self._state.name in ("walk", "approach") and not self._stands_by(self._state)
-            self._state = Fallen(frame.position, self._walk.parameters.fall.stiffness)
+            self._state = Fallen(frame, self._walk.parameters.fall, braces=bool(self._motions))
         else:
             self._recover(frame)
             if self._put_up(frame):
-                self._stand_again(frame)
+                self._stand_again()
             if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.max_gap:
-                self._interrupt(self._state, frame)
+                self._interrupt(self._state)
             if self._next is not None and self._may_begin():
-                self._start(self._next, frame)
+                self._start(self._next)
+            if self._state.name == "walk":
+                self._steer_to_target()
             self._state = self._state.advance(frame, self._estimate, dt)
         return ActuatorFrame(
             reply_to=frame.seq,
@@ -195,10 +233,15 @@ class Controller:
             stiffness=(self._state.stiffness,) * N_JOINTS,
         )
 
+    def _make_estimator(self, parameters: ControllerParameters) -> Estimator:
+        """One that remembers nothing; a robot that can get up foresees its falls."""
+        on, foresees = parameters.switches, bool(self._motions)
+        return Estimator(self._body, parameters, self._cycle, on, foresees=foresees)
+
     @property
     def _recovers(self) -> bool:
         """The robot lies, and is about to try to get up."""
-        return self._recovery is not None and self._state.name == "fallen" and self._tries < TRIES
+        return bool(self._motions) and self._state.name == "fallen" and not self._gave_up
 
     def _stands_by(self, state: State) -> bool:
         """It approaches a stand and no walk."""
@@ -208,25 +251,21 @@ class Controller:
         """Begin to get up, or see what came of it."""
         state = self._state
         if isinstance(state, Moving) and state.player.done:
-            if lying(frame.angle) == "upright":
-                self._tries = 0
-                self.recoveries += 1
-                self._go_on(frame)
+            self._gave_up = state.player.failed
+            if self._gave_up:
+                self._state = Fallen(frame, self._walk.parameters.fall)
             else:
-                self._state = Fallen(frame.position, self._walk.parameters.fall.stiffness)
+                self.recoveries += 1
+                self._go_on()
         elif isinstance(state, Fallen) and self._recovers and state.settled >= REST:
-            assert self._recovery is not None
-            player = self._recovery.player(frame)
-            self._tries += 1
-            lies = Fallen(frame.position, self._walk.parameters.fall.stiffness)
-            self._state = lies if player is None else Moving(player, frame.position)
+            self._state = Moving(GetUp(self._motions, self._body), frame.position)
 
-    def _go_on(self, frame: SensorFrame) -> None:
+    def _go_on(self) -> None:
         """On its feet again: to the end of the order, or stand and wait."""
         if self._resume or not self._serves:
-            self._begin_anew(self._walking, frame)
+            self._begin_anew(self._walking)
         else:
-            self._stand_again(frame)
+            self._stand_again()
 
     def _elapsed(self, seq: int) -> float:
         """Time since the last frame, s."""
@@ -257,20 +296,21 @@ class Controller:
         # by the robot's own angle: the walker's still turns up from where the robot lay
         return self._limp and stiff and math.hypot(*frame.angle) < self._walk.parameters.fall.angle
 
-    def _stand_again(self, frame: SensorFrame) -> None:
+    def _stand_again(self) -> None:
         """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""
-        self._estimator = Estimator(self._body, self._walk.parameters, self._cycle)
+        self._estimator = self._make_estimator(self._walk.parameters)
         self._planner = WalkPlanner(self._walk.gait, self._walk.order, self.place, self.plan.step)
-        standing = Standing(self._walk.goal, self._walk.stabilizer, Corrections())
-        self._state, self._fell = Approaching(self._walk.goal, standing, frame.position), True
+        walk = self._walk
+        standing = Standing(walk.goal, walk.stabilizer, Corrections())
+        self._state, self._fell = Approaching(walk.goal, standing, walk.stabilizer.holding), True
 
-    def _interrupt(self, walking: Walking, frame: SensorFrame) -> None:
+    def _interrupt(self, walking: Walking) -> None:
         """A gap that was too long to go on in stride."""
-        self._begin_anew(walking, frame)
+        self._begin_anew(walking)
         self._estimate = self._estimate._replace(delay=0.0)  # the mean begins anew
         self.interruptions += 1
 
-    def _begin_anew(self, walking: Walking, frame: SensorFrame) -> None:
+    def _begin_anew(self, walking: Walking) -> None:
         """From wherever the joints are into the stand, and from there walk on to the end of the order."""
         walk = self._walk = self._walk.anew(self._body, self._cycle)
         before = self._planner
@@ -278,12 +318,12 @@ class Controller:
         self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, walked=walking.walked)
         if walking.name == "stopping":
             self._walking.stop()
-        self._state = Approaching(walk.goal, self._walking, frame.position)
-        self._estimator = Estimator(self._body, walk.parameters, self._cycle)
+        self._state = Approaching(walk.goal, self._walking, walk.stabilizer.holding)
+        self._estimator = self._make_estimator(walk.parameters)
 
-    def _start(self, walk: ReadyWalk, frame: SensorFrame) -> None:
+    def _start(self, walk: ReadyWalk) -> None:
         """Begin a walk where the robot is: from its stand, or by way of the new gait's."""
-        self._next = None
+        self._next = self._steering = None
         before, lay = self._walk, self._state.name == "fallen"
         fell, self._fell = lay or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
@@ -296,9 +336,11 @@ class Controller:
         self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, state if same else None)
         self._state = self._walking
         if not same:
-            self._state = Approaching(walk.goal, self._walking, frame.position if lay else state.position)
+            held = state.position
+            begin = walk.stabilizer.holding if lay else lambda _: held
+            self._state = Approaching(walk.goal, self._walking, begin)
         if fell:
-            self._estimator = Estimator(self._body, walk.parameters, self._cycle)
+            self._estimator = self._make_estimator(walk.parameters)
 
     @property
     def telemetry(self) -> WalkTelemetry:
@@ -307,6 +349,7 @@ class Controller:
         return WalkTelemetry(
             seq=self._seq or 0,
             state=self._state.name,
+            place=self.here,
             phase=p.phase,
             step=p.step,
             steps=self._planner.order.steps,

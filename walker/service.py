@@ -21,10 +21,11 @@ from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.types import Vec3
 from walker.controller import Controller
 from walker.planning import Gait, gait_parameters, make_gait
-from walker.planning.order import WalkOrder
+from walker.planning.order import WalkOrder, target_order
 from walker.planning.parameters import GaitParameters, clipped_in_words
 from walker.planning.walkable import check_walkable
-from walker.stabilization.parameters import ControllerParameters, controller_parameters
+from walker.stabilization.parameters import ControllerParameters, controller_parameters, merged
+from walker.stabilization.switches import switch_changes
 from walker.states.ready import ReadyWalk, ready_walk
 
 _TAKEN: Final = 1.0
@@ -87,7 +88,8 @@ class WalkService:
         self._due: list[_Order] = []
         self._robot: tuple[Body, float] | None = None
         self._seen: _Seen | None = None
-        self._distance_bound = False
+        self._goes_to: str | None = None
+        """What bounds the way of the walk under way."""
         self._walkable: dict[tuple[str, GaitParameters], Gait[Any]] = {}
         self._gait_parameters(self._wish)
         self._controllers(self._wish)
@@ -122,12 +124,12 @@ class WalkService:
             seq=seq,
             state=controller.state,
             gait=walk.gait.name,
-            torso=walk.parameters.torso,
-            admittance=walk.parameters.admittance,
+            torso=walk.parameters.switches.torso,
+            admittance=walk.parameters.switches.leg_admittance,
             velocity=walk.velocity if moving else (0.0, 0.0, 0.0),
             steps=controller.plan.step,
             distance=controller.walked,
-            position=controller.place,
+            position=controller.here,
         )
         self._seen = _Seen(status, controller.lies)
         for order in self._due:
@@ -165,7 +167,8 @@ class WalkService:
         if self._seen.lies:
             raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
         walk = self._prepare(wish, command)
-        self._wish, self._distance_bound = wish, command.distance is not None
+        self._wish = wish
+        self._goes_to = next((n for n in ("target", "distance") if getattr(command, n) is not None), None)
         hold = command.hold if command.hold is not None else math.inf
         self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
         first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
@@ -173,11 +176,12 @@ class WalkService:
 
     def _set(self, wish: Wish, command: WalkCommand) -> WalkStatus:
         assert self._seen is not None
-        if command.steps is not None or command.distance is not None or command.hold is not None:
-            raise WalkRefused("`set` begins no walk: steps, distance and hold belong to `walk`.")
-        if self._distance_bound and command.velocity and self._seen.status.state == "walk":
+        if any(each is not None for each in (command.steps, command.distance, command.target, command.hold)):
+            raise WalkRefused("`set` begins no walk: steps, distance, target and hold belong to `walk`.")
+        if self._goes_to and command.velocity and self._seen.status.state == "walk":
             raise WalkRefused(
-                "A walk over a distance is under way, its steps cut to fit; stop it to change its velocity."
+                f"A walk with a {self._goes_to} is under way, its steps made to fit; stop it to change its "
+                "velocity."
             )
         walk = self._prepare(wish, command)
         self._wish = wish
@@ -205,9 +209,11 @@ class WalkService:
         parameters = self._gait_parameters(wish)
         gait = self._gait(wish, parameters)
         step, order = parameters.periodic_step, _steps(command.steps or 0)
-        if command.distance is not None:
-            if parameters.OMNIDIRECTIONAL:
-                raise WalkRefused(f"The {wish.gait} gait walks by velocity and steps; leave the distance out.")
+        if parameters.limits is not None:
+            order = _with_target(order, command, parameters)
+        elif command.target is not None:
+            raise WalkRefused(f"The {wish.gait} gait walks straight ahead; a target takes the gait `omni`.")
+        elif command.distance is not None:
             if not step.length:
                 raise WalkRefused(f"The {wish.gait} gait stays where it is; leave the distance out.")
             count = math.ceil(command.distance / step.length - 1e-9)
@@ -226,8 +232,8 @@ class WalkService:
 
     def _controllers(self, wish: Wish) -> ControllerParameters:
         own = dict(self._controller_changes) if wish.gait == self._first else {}
-        switches = (("torso", wish.torso), ("admittance", wish.admittance))
-        return controller_parameters(wish.gait, own | {k: v for k, v in switches if v is not None})
+        changes = switch_changes(torso=wish.torso, admittance=wish.admittance)
+        return controller_parameters(wish.gait, merged(own, changes))
 
     def _gait(self, wish: Wish, parameters: GaitParameters) -> Gait[Any]:
         """The gait; refuses what the body cannot walk, and checks each walk once."""
@@ -270,9 +276,9 @@ class WalkService:
         assert self._seen is not None
         status = self._seen.status
         if status.state in ("stand", "fallen"):
-            p = self._controllers(self._wish)
+            on = self._controllers(self._wish).switches
             status = msgspec.structs.replace(
-                status, gait=self._wish.gait, torso=p.torso, admittance=p.admittance
+                status, gait=self._wish.gait, torso=on.torso, admittance=on.leg_admittance
             )
         return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`.")
 
@@ -289,9 +295,27 @@ def _steps(steps: int) -> WalkOrder:
     return WalkOrder(steps=steps)
 
 
+def _with_target(order: WalkOrder, command: WalkCommand, parameters: GaitParameters) -> WalkOrder:
+    """The order of a walk to a place, or over a distance along a velocity; as fast as the velocity."""
+    target, (x, y, turn) = command.target, parameters.velocity
+    if command.distance is not None:
+        speed = math.hypot(x, y)
+        if target is not None:
+            raise WalkRefused("A walk has a target or a distance, not both.")
+        if turn or not speed:
+            raise WalkRefused(
+                f"A distance takes a velocity without a turn, not {x:g} m/s, {y:g} m/s and {turn:g} rad/s; a "
+                "target takes any."
+            )
+        target = (command.distance * x / speed, command.distance * y / speed, 0.0)
+    return order if target is None else target_order(order, target, parameters)
+
+
 def _in_words(walk: ReadyWalk) -> str:
     assert walk.step is not None
     bound = f"{walk.order.steps} steps" if walk.order.steps else "until it is told to stop"
+    if walk.order.target is not None:
+        bound = "to {:.3g} m ahead, {:.3g} m to the left, {:.3g} rad".format(*walk.order.target)
     x, y, turn = walk.velocity
     speed = f"{x:.3f} m/s" if y == turn == 0.0 else f"{x:.3f} m/s, {y:.3f} m/s to the left, {turn:.3f} rad/s"
     return f"by the {walk.gait.name} gait at {speed}, {bound}"

@@ -18,9 +18,9 @@ from walker.model.gravity import GRAVITY
 
 
 class AttitudeParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How fast the fused torso angle follows the mean of the accelerometer; both 0: not at all."""
+    """How fast the fused torso angle follows the mean of the accelerometer."""
 
-    proportional: NotNegative = 0.3
+    proportional: Positive = 0.3
     """1/s: the mean is over 3 s, three strides of the dynamic gait."""
     integral: NotNegative = 0.02
     """1/s^2: finds a constant drift within half a minute."""
@@ -35,10 +35,10 @@ class Attitude:
     mean of the components is still gravity's, that of the angles is not.
 
     Args:
-        parameters: how fast it corrects.
+        parameters: how fast it corrects; None: not at all.
     """
 
-    def __init__(self, parameters: AttitudeParameters) -> None:
+    def __init__(self, parameters: AttitudeParameters | None) -> None:
         self._p = parameters
         self._offset = [0.0, 0.0]
         self._drift = [0.0, 0.0]
@@ -53,6 +53,9 @@ class Attitude:
         Returns:
             Roll and pitch, rad.
         """
+        p = self._p
+        if p is None:
+            return frame.angle
         x, y, _ = frame.accelerometer
         roll, pitch = (fused + offset for fused, offset in zip(frame.angle, self._offset, strict=True))
         errors = (
@@ -60,7 +63,7 @@ class Attitude:
             -x / GRAVITY - math.sin(pitch),
         )
         for i, error in enumerate(errors):
-            limited = min(max(error, -self._p.max_error), self._p.max_error)
-            self._drift[i] += self._p.integral * limited * dt
-            self._offset[i] += (self._p.proportional * limited + self._drift[i]) * dt
+            limited = min(max(error, -p.max_error), p.max_error)
+            self._drift[i] += p.integral * limited * dt
+            self._offset[i] += (p.proportional * limited + self._drift[i]) * dt
         return roll, pitch

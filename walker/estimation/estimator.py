@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import msgspec
 
@@ -14,10 +14,13 @@ from walker.estimation.attitude import Attitude, AttitudeParameters
 from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
 from walker.estimation.corrections import Corrections
 from walker.estimation.delay import DelayEstimator
+from walker.estimation.deviation import DeviationEstimator, DeviationParameters
 from walker.estimation.fall import FallDetector, FallParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
+from walker.estimation.lean import Lean, LeanParameters
 from walker.model.transforms import Transform, homogeneous
 from walker.model.zmp import FootForces
+from walker.planning.feedback import NONE, Feedback
 from walker.planning.plan import Plan, SolePose
 
 
@@ -27,7 +30,33 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     contact: ContactParameters = ContactParameters()
     attitude: AttitudeParameters = AttitudeParameters()
     ground: GroundParameters = GroundParameters()
+    lean: LeanParameters = LeanParameters()
+    deviation: DeviationParameters = DeviationParameters()
     fall: FallParameters = FallParameters()
+
+
+class EstimatorSwitches(Protocol):
+    """Which estimates are made."""
+
+    @property
+    def attitude_correction(self) -> bool:
+        """The fused angle is corrected."""
+        ...
+
+    @property
+    def gyroscope_lean(self) -> bool:
+        """The lean is predicted by the gyroscope."""
+        ...
+
+    @property
+    def foothold_feedback(self) -> bool:
+        """The deviation of the capture point is estimated."""
+        ...
+
+    @property
+    def foot_placement(self) -> bool:
+        """It is learnt where the feet come down."""
+        ...
 
 
 class Estimate(NamedTuple):
@@ -45,6 +74,11 @@ class Estimate(NamedTuple):
     """By which answers are late at the robot, in the mean, s."""
     gap: float = 0.0
     """By which the answer in force was older than that, s."""
+    lean: Vec2 | None = None
+    """Torso roll and pitch by the gyroscope less their mean when this command is carried out, rad;
+    None: off."""
+    feedback: Feedback = NONE
+    """For the gait, in the walk frame."""
 
 
 class Estimator:
@@ -54,16 +88,36 @@ class Estimator:
         body: places of the force sensors.
         parameters: of the single estimates.
         cycle: of the robot, s.
+        on: which estimates are made.
+        foresees: as in `FallDetector`.
     """
 
-    def __init__(self, body: Body, parameters: EstimatorParameters, cycle: float) -> None:
-        self._attitude = Attitude(parameters.attitude)
+    def __init__(
+        self,
+        body: Body,
+        parameters: EstimatorParameters,
+        cycle: float,
+        on: EstimatorSwitches,
+        *,
+        foresees: bool = False,
+    ) -> None:
+        self._attitude = Attitude(parameters.attitude if on.attitude_correction else None)
         self._contact = ContactEstimator(parameters.contact)
-        self._fall = FallDetector(parameters.fall)
+        self._fall = FallDetector(parameters.fall, foresees=foresees)
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body)
         self._height = body.lengths.FootHeight
         self._delay = DelayEstimator(cycle)
+        self._deviation = DeviationEstimator(
+            parameters.deviation,
+            body,
+            cycle,
+            deviation=on.foothold_feedback,
+            placement=on.foot_placement,
+        )
+        self._lean = Lean(parameters.lean)
+        self._heading: float | None = None
+        self._predicts = on.gyroscope_lean
 
     def update(
         self,
@@ -86,11 +140,25 @@ class Estimator:
         contacts = self._contact.update(frame.fsr)
         angle = self._attitude.update(frame, dt)
         zmp = self._zmp(frame, contacts, plan)
-        falling = self._fall.update(angle, contacts, dt, walking=walking)
+        falling = self._fall.update(angle, frame.gyroscope[:2], contacts, dt, walking=walking)
         moves = plan.phase != "stand"
         ground = self._ground.update(frame, angle, corrections, dt, walking=moves)
         self._delay.update(frame)
-        return Estimate(contacts, zmp, angle, falling, ground, self._delay.mean, self._delay.gap)
+        heading = plan.middle.yaw
+        turn = (heading - self._heading) / dt if self._heading is not None and dt > 0.0 else 0.0
+        self._heading = heading
+        lean = self._lean.update(frame.gyroscope, angle, turn, dt)
+        return Estimate(
+            contacts,
+            zmp,
+            angle,
+            falling,
+            ground,
+            self._delay.mean,
+            self._delay.gap,
+            self._lean.swing if self._predicts else None,
+            self._deviation.update(frame.position, lean, plan, dt),
+        )
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:
         feet: dict[Side, Transform] = {}

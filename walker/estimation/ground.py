@@ -24,10 +24,10 @@ _SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the ground's tilt is found; part of the admittance."""
+    """How the ground's tilt is found."""
 
-    time_constant: NotNegative = 0.7
-    """Of the mean over the standing soles before the first step, s; 0: the ground is taken to be level."""
+    time_constant: Positive = 0.7
+    """Of the mean over the standing soles before the first step, s."""
     walking_time_constant: Positive = 6.0
     """Of the mean in the walk, s: over two strides of the static gait, so that a foot that landed askew on an
     obstacle does not turn the plan under the other one."""
@@ -73,8 +73,6 @@ class GroundTilt:
         """
         p = self._p
         self._tilt = self._tilt[0] + corrections.common[0], self._tilt[1] + corrections.common[1]
-        if not p.time_constant:
-            return self._tilt
         torso = rotation(angle[0], angle[1], 0.0)
         roll = pitch = load = 0.0
         for side, cells, off in zip(_SIDES, (frame.fsr[:4], frame.fsr[4:]), corrections.soles, strict=True):

@@ -1,7 +1,8 @@
 """Odometry: pose of the robot in the world by forward kinematics, the fused angle and the foot that stands.
 
-No sensor of a NAO measures position or heading. The foot with the larger load is taken to stand still, and the
-motion of the other links follows from it. Slip, bent joints and the gyroscope's drift are not seen.
+No sensor of a NAO measures position. The foot with the larger load is taken to stand still, and the motion of
+the other links follows from it. Slip and bent joints are not seen. A gyroscope with a vertical axis sees a foot
+that spins; without one the foot is taken to keep its heading, too.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from bridge.messages import SensorFrame
 from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import Array, Side
+from walker.estimation.heading import GyroscopeHeading
 from walker.model.floating_base import SIDES, FloatingBase, RobotPose
 from walker.model.transforms import Transform, homogeneous
 from walker.planning.plan import Foothold
@@ -57,14 +59,22 @@ class Odometry:
     Args:
         robot: Kinematics of the body.
         start: Where the middle of the soles is at the first frame.
+        gyroscope: Tells the torso's heading; None: the standing foot does.
     """
 
-    def __init__(self, robot: FloatingBase, start: Foothold = Foothold()) -> None:  # noqa: B008 (frozen)
-        self._robot = robot
+    def __init__(
+        self,
+        robot: FloatingBase,
+        start: Foothold = Foothold(),  # noqa: B008 (frozen)
+        gyroscope: GyroscopeHeading | None = None,
+    ) -> None:
+        self._robot, self._gyroscope = robot, gyroscope
         self._start: Foothold | None = start
         self.stance: Side = "L"
         """The foot that is taken to stand."""
         self._at = Foothold()
+        self._begun = 0.0
+        """The torso's heading at the first frame, rad."""
 
     def update(self, frame: SensorFrame, ground: GroundPlane = LEVEL) -> RobotPose:
         """One frame; the lowest corner of the standing sole is put on the ground.
@@ -76,12 +86,16 @@ class Odometry:
         in_torso = self._robot.in_torso(frame.position)
         tilt = homogeneous(rotation(*frame.angle, 0.0), (0.0, 0.0, 0.0))
         pose = self._robot.place(in_torso, tilt)
+        sole = self._of_sole(pose)
         if self._start is not None:
             torso = _carried(middle_of_soles(self._robot, pose), self._start)
             self._start = None
             self._at = self._of_sole(self._robot.place(in_torso, torso @ tilt))
-        # The standing sole keeps its place and heading.
-        torso = _carried(self._of_sole(pose), self._at)
+            self._begun = self._at.yaw - sole.yaw
+        if self._gyroscope is not None:
+            self._at = self._at._replace(yaw=sole.yaw + self._begun + self._gyroscope.update(frame))
+        # The standing sole keeps its place, and its heading unless the gyroscope says otherwise.
+        torso = _carried(sole, self._at)
         pose = self._on_ground(in_torso, torso @ tilt, ground)
         left, right = sum(frame.fsr[:4]), sum(frame.fsr[4:])
         heavier: Side = "L" if left > right else "R"
@@ -97,9 +111,9 @@ class Odometry:
 
     def _on_ground(self, in_torso: Array, torso: Transform, ground: GroundPlane) -> RobotPose:
         foot = self._robot.place(in_torso, torso).feet[self.stance]
-        corners = self._robot.sole_in_world(self.stance, foot)
+        corners, n = self._robot.sole_in_world(self.stance, foot), ground.normal
         raised = torso.copy()
-        raised[2, 3] += max(ground.at(x, y) - z for x, y, z in corners)
+        raised[2, 3] += ground.height - float(np.min(corners @ n)) / float(n[2])
         return self._robot.place(in_torso, raised)
 
 
@@ -110,9 +124,10 @@ def middle_of_soles(robot: FloatingBase, pose: RobotPose) -> Foothold:
         robot: Kinematics of the body.
         pose: in the frame of the result.
     """
-    x, y = np.mean([(pose.feet[side] @ robot.centres[side])[:2] for side in SIDES], axis=0)
-    forward = np.sum([pose.feet[side][:2, 0] for side in SIDES], axis=0)
-    return Foothold(float(x), float(y), math.atan2(forward[1], forward[0]))
+    left, right = (pose.feet[side] for side in SIDES)
+    x, y = (0.5 * (left @ robot.centres["L"] + right @ robot.centres["R"])[:2]).tolist()
+    ahead, aside = (left[:2, 0] + right[:2, 0]).tolist()
+    return Foothold(x, y, math.atan2(aside, ahead))
 
 
 def on_ground(at: Foothold) -> Transform:

@@ -25,7 +25,7 @@ OTHER: Final[dict[Side, Side]] = {"L": "R", "R": "L"}
 
 
 class TouchDownParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What happens when the plan puts a foot down and there is no ground; part of the admittance."""
+    """What happens when the plan puts a foot down and there is no ground."""
 
     max_wait: NotNegative = 0.0
     """Time for which the plan waits for the ground, s."""

@@ -8,8 +8,10 @@ from typing import Any, Protocol, TypeVar
 
 from bridge.body import Body
 from bridge.types import Vec3
+from walker.planning.feedback import NONE, Feedback
 from walker.planning.parameters import GaitParameters
 from walker.planning.plan import Plan
+from walker.planning.steering import Limits
 
 S = TypeVar("S")
 
@@ -26,6 +28,8 @@ class GaitCommand:
     `adjustable`, within what the gait and the body can walk. None: as the gait's parameters have it."""
     last_step: int = 0
     """Number of the step that ends the walk, for gaits that slow down over several steps; 0: no bound."""
+    feedback: Feedback = NONE
+    """Of gaits whose plans have a pendulum."""
 
 
 class Gait(Protocol[S]):
@@ -44,6 +48,11 @@ class Gait(Protocol[S]):
     @property
     def adjustable(self) -> bool:
         """Whether the velocity may change while it walks."""
+        ...
+
+    @property
+    def limits(self) -> Limits | None:
+        """Of the velocity, where the gait walks in any direction; None: it does not."""
         ...
 
     def initial(self) -> S:

@@ -9,6 +9,7 @@ import msgspec
 
 from bridge.errors import ConfigurationError
 from bridge.types import Vec3
+from walker.planning.steering import Limits
 
 P = TypeVar("P", bound="GaitParameters")
 
@@ -32,13 +33,16 @@ class GaitParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
     LENGTH: ClassVar[str | None] = None
     """Name of the parameter to which the length of a step is proportional; None: the length is fixed."""
-    OMNIDIRECTIONAL: ClassVar[bool] = False
-    """The gait walks backward and sideways and turns, too."""
 
     @property
     def periodic_step(self) -> PeriodicStep:
         """The step that these parameters mean."""
         raise NotImplementedError
+
+    @property
+    def limits(self) -> Limits | None:
+        """Of the velocity, where the gait walks backward and sideways and turns, too; None: straight only."""
+        return None
 
     @property
     def velocity(self) -> Vec3:

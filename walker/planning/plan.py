@@ -93,6 +93,25 @@ class SolePose:
         return replace(self, x=x, y=y, yaw=self.yaw - origin.yaw)
 
 
+class Pendulum(NamedTuple):
+    """The inverted pendulum that a plan follows, as far as feedback needs it."""
+
+    com: tuple[float, float]
+    """Its mass in the walk frame, m. The planned centre of mass may still be on its way there."""
+    omega: float
+    """Natural frequency, 1/s."""
+    target: Foothold
+    """Where the step under way ends."""
+    moved: tuple[float, float] = (0.0, 0.0)
+    """Way by which it was put elsewhere since the beginning, with footholds that feedback moved, m."""
+
+    def seen_from(self, origin: Foothold) -> Pendulum:
+        """The same in the frame in which this one's origin is `origin`."""
+        target = Foothold(*origin.point(*self.target[:2]), self.target.yaw + origin.yaw)
+        moved = Foothold(yaw=origin.yaw).point(*self.moved)
+        return Pendulum(origin.point(*self.com), self.omega, target, moved)
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
     """What a gait plans for one instant, in the walk frame, SI units."""
@@ -112,6 +131,8 @@ class Plan:
     """m"""
     hip_height: float
     """Height of the hip joints (frame 0 of the legs) above the nominal ground, m."""
+    pendulum: Pendulum | None = None
+    """Of gaits that take `Feedback`; None: the others."""
 
     @property
     def middle(self) -> Foothold:
@@ -133,4 +154,5 @@ class Plan:
             right=self.right.moved(origin),
             com=origin.point(*self.com),
             zmp=origin.point(*self.zmp),
+            pendulum=self.pendulum.seen_from(origin) if self.pendulum else None,
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bridge.types import Vec3
+from walker.planning.feedback import NONE, Feedback
 from walker.planning.gait import Gait, GaitCommand, standing_plan
 from walker.planning.order import WalkOrder
 from walker.planning.plan import Foothold, Plan
@@ -35,14 +36,16 @@ class WalkPlanner:
         self.plan = standing_plan(gait).moved(origin, steps)
         """The newest one."""
 
-    def step(self, dt: float, *, walk: bool) -> Plan:
+    def step(self, dt: float, *, walk: bool, feedback: Feedback = NONE) -> Plan:
         """The next plan.
 
         Args:
             dt: time since the last one, s.
             walk: as in `GaitCommand`.
+            feedback: as in `GaitCommand`, in the walk frame.
         """
+        local = feedback.turned(-self._origin.yaw)
         last = max(self.order.steps - self._steps, 0)
-        plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last))
+        plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last, local))
         self.plan = plan.moved(self._origin, self._steps)
         return self.plan

@@ -22,19 +22,23 @@ import numpy as np
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, LEG_JOINTS
 from bridge.body.quantities import limits
+from bridge.messages import SensorFrame
+from bridge.rotations import rotation
 from bridge.types import Array, Fraction, NotNegative, Positive, Side
 from walker.model.com import CentreOfMass
 from walker.model.gravity import GRAVITY
 from walker.planning.plan import Foothold, Plan
 
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
+_HELD_BY_FRICTION: Final = [0, 1, 5]
+"""HipYawPitch, HipRoll and AnkleRoll, which do not yield while both feet stand side by side."""
 
 
 class JointComplianceParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Compliance of the legs' drives, and how it is adapted."""
 
     gain: Fraction = 1.0
-    """Fraction of the deflection that is compensated; 0 switches the compensation off."""
+    """Fraction of the deflection that is compensated."""
     coefficient: NotNegative = 0.018
     """Compliance of a joint, loop and gear together, rad/(N m)."""
     half_backlash: NotNegative = 0.011
@@ -73,6 +77,7 @@ class JointCompliance:
         self._weight = float(self._mass.sum()) * GRAVITY
         self._rows = {s: np.array([names.index(j) for j in LEG_JOINTS[s]]) for s in _SIDES}
         self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in _SIDES}
+        self._cells = [np.array(places)[:, :2] for places in (body.fsr.L, body.fsr.R)]
         self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(parameters.latency / cycle))
         self.ratio = np.ones(6)
         self._cycle = cycle
@@ -113,17 +118,53 @@ class JointCompliance:
             angles: 25 slots, rad.
             plan: the plan; its ZMP divides the weight between the feet.
         """
-        torques = self.torques(angles, self._left_fraction(plan))
-        torques[:, 0] = torques[:, 0].sum()  # one motor for both hips
+        self._model = self.deflections(self.torques(angles, self._left_fraction(plan)))
         p = self._p
-        self._model = p.coefficient * torques + p.half_backlash * np.tanh(torques / p.backlash_torque)
         self._ramp = min(self._ramp + self._cycle / p.ramp_time, 1.0)
-        deflections = self._ramp * p.gain * self.ratio * self._model
+        self._add(angles, self._ramp * p.gain * self.ratio * self._model)
+
+    def _add(self, angles: list[float], deflections: Array) -> None:
         for side, deflection in zip(_SIDES, deflections, strict=True):
             lower, upper = self._limits[side]
             for i, slot in enumerate(self._legs[side].slots):
                 if side == "L" or i:  # RHipYawPitch shares its slot
                     angles[slot] = float(min(max(angles[slot] + deflection[i], lower[i]), upper[i]))
+
+    def holding(self, frame: SensorFrame) -> tuple[float, ...]:
+        """Joint angles to ask for so that a robot at rest stays as it is: those measured and the deflections.
+
+        Asked for the measured angles themselves, a standing robot would yield as much again.
+
+        Args:
+            frame: newest sensor frame. Where the feet bear less than half the weight, the measured angles.
+
+        Returns:
+            25 joint angles within their ranges, rad.
+        """
+        cells = np.maximum(frame.fsr, 0.0).reshape(2, 4)
+        forces = cells.sum(axis=1)
+        angles = list(frame.position)
+        if (total := float(forces.sum())) > 0.5 * self._weight:
+            points = np.array([leg.foot for leg in self._legs.values()])
+            for i, places in enumerate(self._cells):
+                if forces[i] > 0.0:
+                    points[i, :2] = cells[i] @ places / forces[i]
+            torso = rotation(*frame.angle, 0.0)
+            torques = self._torques(angles, forces / total, points, torso)
+            deflections = self.deflections(torques)
+            deflections[:, _HELD_BY_FRICTION] = 0.0
+            self._add(angles, deflections)
+        return tuple(angles)
+
+    def deflections(self, torques: Array) -> Array:
+        """By how much the joints yield to torques, the shape of the torques, rad.
+
+        Args:
+            torques: As `torques` gives them; one motor bears both HipYawPitch torques.
+        """
+        p, torques = self._p, torques.copy()
+        torques[:, 0] = torques[:, 0].sum()
+        return p.coefficient * torques + p.half_backlash * np.tanh(torques / p.backlash_torque)
 
     def torques(self, angles: Sequence[float], left_fraction: float) -> Array:
         """Torques that the legs' joints bear at rest, shape (2, 6): left and right, in chain order, N m.
@@ -134,14 +175,19 @@ class JointCompliance:
             angles: 25 slots, rad.
             left_fraction: of the weight, on the left foot, 0..1.
         """
-        frames = self._com.tree.frames(angles)
+        points = np.array([leg.foot for leg in self._legs.values()])
+        return self._torques(angles, np.array([left_fraction, 1.0 - left_fraction]), points, np.eye(3))
+
+    def _torques(self, angles: Sequence[float], fractions: Array, points: Array, torso: Array) -> Array:
+        """The same, with points of support in the AnkleRoll frames and a torso that leans."""
+        frames = torso @ self._com.tree.frames(angles)[:, :3]
         moments = (np.einsum("nij,nj->ni", frames[:, :2], self._centre) * self._mass[:, None]) * GRAVITY
         result = np.empty((2, 6))
-        for i, (side, fraction) in enumerate(zip(_SIDES, (left_fraction, 1.0 - left_fraction), strict=True)):
+        for i, side in enumerate(_SIDES):
             rows, leg = self._rows[side], self._legs[side]
             chain = frames[rows]
-            foot = chain[-1][:2, :3] @ leg.foot + chain[-1][:2, 3]
-            load = fraction * self._weight
+            foot = chain[-1][:2, :3] @ points[i] + chain[-1][:2, 3]
+            load = float(fractions[i]) * self._weight
             # What is borne beyond a joint: the ground's reaction less the weights from the joint to the foot.
             force = load - GRAVITY * np.cumsum(self._mass[rows][::-1])[::-1]
             moment = (

@@ -1,4 +1,4 @@
-"""Parameters of the controller: which blocks are on, and every number that is not the gait's."""
+"""Parameters of the controller: which mechanisms are on, and every number that is not the gait's."""
 
 from __future__ import annotations
 
@@ -15,20 +15,17 @@ from walker.planning.catalogue import gait_file
 from walker.stabilization.admittance import AnkleParameters, LegParameters
 from walker.stabilization.joint_compliance import JointComplianceParameters
 from walker.stabilization.swing_foot import SwingFootOrientationParameters
+from walker.stabilization.switches import Switches
 from walker.stabilization.torso.damping import DampingParameters
-from walker.stabilization.torso.designs import TorsoDesigns, TorsoMethod
+from walker.stabilization.torso.designs import TorsoDesigns
 from walker.stabilization.torso.filter import TorsoLimits
 
 
 class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Everything of the controller that may be switched or tuned, SI units and rad."""
 
-    admittance: bool
-    """Leg and ankle admittance (thesis 4.1), swing-foot orientation control, and the search for late ground."""
-    torso: TorsoMethod
-    """Torso control (thesis 4.2); with `robust` the gyroscope damps as well, see `damping`."""
-    ankle_admittance: bool = True
-    """False: of the admittances that of the legs alone."""
+    switches: Switches = Switches()
+    """Which mechanisms are on; the tables below are read where theirs is."""
     torso_design: TorsoDesigns = TorsoDesigns()
     """The designed torso controllers, from `torso.toml` of the gait or from `nao-hil design torso`."""
     torso_limits: TorsoLimits = TorsoLimits()
@@ -57,17 +54,17 @@ def controller_parameters(gait: str, changes: Mapping[str, Any] | None = None) -
     """
     shipped = msgspec.to_builtins(load_toml(gait_file(gait, "control.toml"), ControllerParameters))
     if (designs := gait_file(gait, "torso.toml")).exists():
-        shipped = _merged(shipped, read_toml(designs)["controller"])
-    return from_dict(_merged(shipped, changes or {}), "controller", ControllerParameters)
+        shipped = merged(shipped, read_toml(designs)["controller"])
+    return from_dict(merged(shipped, changes or {}), "controller", ControllerParameters)
 
 
-def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """`base` with `changes` laid over it, table by table."""
-    merged = dict(base)
+    result = dict(base)
     for key, value in changes.items():
-        below = merged.get(key)
+        below = result.get(key)
         if isinstance(below, Mapping) and isinstance(value, Mapping):
-            merged[key] = _merged(below, value)
+            result[key] = merged(below, value)
         else:
-            merged[key] = value
-    return merged
+            result[key] = value
+    return result

@@ -49,23 +49,28 @@ class Stabilizer:
 
     def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
         self._pose = pose
-        compliance = parameters.compliance
-        self._compliance = JointCompliance(compliance, body, cycle) if compliance.gain else None
+        on = parameters.switches
+        self._compliance = JointCompliance(parameters.compliance, body, cycle)
+        self._compensates = on.joint_compliance
         self._foot_height = body.lengths.FootHeight
         self._ranges = {side: AnkleRange(body, side) for side in _SIDES}
-        self._legs = self._ankles = None
-        if parameters.admittance:
+        self._legs = self._ankles = self._orientation = None
+        if on.leg_admittance:
             self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
-            self._orientation = SwingFootOrientation(parameters.swing_foot_orientation)
-        if parameters.admittance and parameters.ankle_admittance:
+        if on.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
-        self._common_rate = parameters.ground.common_rate if parameters.ground.time_constant else 0.0
-        self._ground_rate = parameters.ground.max_rate if parameters.admittance else 0.0
+        if on.swing_foot_orientation:
+            self._orientation = SwingFootOrientation(parameters.swing_foot_orientation)
+        self._common_rate = parameters.ground.common_rate if on.common_ankle_tilt else 0.0
+        self._ground_rate = parameters.ground.max_rate if on.ground_tilt else 0.0
         self._ground: Vec2 = (0.0, 0.0)
-        self._height_recovery_rate = parameters.height_recovery_rate
+        self._height_recovery_rate = parameters.height_recovery_rate if on.height_recovery else 0.0
         self._torso = _torso_control(parameters, cycle)
-        damps = parameters.torso == "robust" or parameters.damping.alone
-        self._damping = GyroDamping(parameters.damping, cycle) if damps else None
+        self._damping = GyroDamping(parameters.damping, cycle) if on.gyroscope_damping else None
+
+    def holding(self, frame: SensorFrame) -> tuple[float, ...]:
+        """See `JointCompliance.holding`."""
+        return self._compliance.holding(frame)
 
     def settle(self, estimate: Estimate) -> None:
         """One cycle that corrects nothing: the filters follow the estimate and are settled for the walk."""
@@ -88,8 +93,8 @@ class Stabilizer:
             25 joint angles within their ranges, rad, and the corrections in them.
         """
         swing = dict.fromkeys(_SIDES, SwingFootCorrection())
-        if self._legs is not None:
-            angle = estimate.angle if self._torso is not None else (estimate.angle[0], 0.0)
+        if self._orientation is not None:
+            angle = estimate.angle if estimate.lean is None else estimate.lean
             swing = self._orientation.update(angle, plan, support_state, estimate.contacts, dt)
         left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
         lift = left + swing["L"].lift, right + swing["R"].lift
@@ -105,7 +110,7 @@ class Stabilizer:
         righting = self._lay_on_ground(estimate, dt)
         common = self._release_common(dt)
         angles = self._solve(plan, lift)
-        if self._compliance is not None:
+        if self._compensates:
             if self._pose.by_pose:  # slow: the encoders lag by deflection, not by delay
                 self._compliance.adapt(frame.position, dt)
             self._compliance.compensate(angles, plan)
@@ -114,7 +119,7 @@ class Stabilizer:
             for i, side in enumerate(_SIDES)
         ]
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
-        if self._compliance is not None:
+        if self._compensates:
             self._compliance.sent(angles)
         roll, pitch = (left_roll, right_roll), (left_pitch, right_pitch)
         return tuple(angles), Corrections(lift, roll, pitch, torso, common, righting)
@@ -160,13 +165,12 @@ class Stabilizer:
         right.lower(by)
 
     def _lay_on_ground(self, estimate: Estimate, dt: float) -> bool:
-        """Turn the plan onto the ground as it was found. Pitch belongs to torso control.
+        """Turn the plan onto the ground as it was found.
 
         Returns:
             Whether the plan is still off the ground.
         """
-        found = estimate.ground if self._torso is not None else (estimate.ground[0], 0.0)
-        step = self._ground_rate * dt
+        found, step = estimate.ground, self._ground_rate * dt
         self._ground = tuple(  # type: ignore[assignment]
             now + min(max(goal - now, -step), step) for now, goal in zip(self._ground, found, strict=True)
         )
@@ -184,7 +188,7 @@ class Stabilizer:
         bound = self._common_rate * dt
         left, right = self._ankles["L"].held, self._ankles["R"].held
         roll = _common(left[0], right[0], bound)
-        pitch = _common(left[1], right[1], bound) if self._torso is not None else 0.0
+        pitch = _common(left[1], right[1], bound)
         for ankle in self._ankles.values():
             ankle.reduce(roll, pitch)
         self._ground = self._ground[0] + roll, self._ground[1] + pitch
@@ -249,7 +253,8 @@ def _raised(foot: SolePose, by: float) -> SolePose:
 
 
 def _torso_control(parameters: ControllerParameters, cycle: float) -> TorsoControl | None:
-    if parameters.torso == "none":
+    method = parameters.switches.torso
+    if method == "none":
         return None
-    controller = parameters.torso_design.controller(parameters.torso, cycle)
+    controller = parameters.torso_design.controller(method, cycle)
     return TorsoControl(controller, parameters.torso_limits)

@@ -6,8 +6,7 @@ ground; held in stance, the tilt would stay and grow with every step. So the swi
 stance foot against the measured angle of the torso while it is in the air, and the admittances see the ground
 alone. Once both feet stand the turn returns to zero, and the legs push the torso upright as planned.
 
-Not in the thesis; `gain = 0` switches it off. Roll is controlled whenever the admittance is on, since no other
-block controls it. Pitch belongs to torso control: without it the error of figure 4.9 grows as in the thesis.
+Not in the thesis.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 from bridge.messages import SensorFrame
@@ -18,7 +19,7 @@ class Approaching:
     Args:
         goal: joint angles to reach, 25 slots, rad.
         successor: the state that follows.
-        start: joint angles that were asked for so far, rad; None: begin where the joints are.
+        begin: joint angles to ask for at first, 25 slots, rad, by the first frame.
     """
 
     name: Final[StateName] = "approach"
@@ -29,12 +30,12 @@ class Approaching:
         self,
         goal: tuple[float, ...],
         successor: Walking | Standing,
-        start: tuple[float, ...] | None = None,
+        begin: Callable[[SensorFrame], tuple[float, ...]],
     ) -> None:
         self._goal = goal
         self.successor = successor
         """The state that follows."""
-        self._start = start
+        self._begin = begin
         self._approach: Approach | None = None
         self.position = goal
         self.stiffness = 1.0
@@ -42,7 +43,7 @@ class Approaching:
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle."""
         if self._approach is None:
-            self._approach = Approach(self._start or frame.position, self._goal)
+            self._approach = Approach(self._begin(frame), self._goal)
         elif self._approach.done:
             return self.successor.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)

@@ -4,28 +4,60 @@ from __future__ import annotations
 
 from typing import Final
 
+from bridge.body.joints import INDEX
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
+from walker.estimation.fall import FallParameters
 from walker.states.state import State, StateName
+
+_SQUAT: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
+"""Of both legs: the mass falls less far, and the soles stay level. HipRoll, AnkleRoll and HipYawPitch stay."""
+_HEAD: Final = {"front": -0.65, "back": 0.5}
+"""HeadPitch: the face away from the ground, or the chin on the chest (NaoTH turns it the same ways)."""
+_ARMS: Final = {"ShoulderPitch": 1.2, "ElbowRoll": -0.8}
+"""Of the left arm, mirrored for the right: ahead of the torso and bent, so that none lies under it."""
+
+
+def brace(frame: SensorFrame) -> tuple[float, ...]:
+    """The pose in which a robot is to meet the ground, 25 in frame order, rad.
+
+    Args:
+        frame: as the fall is noticed; the way of the torso says which side will be below.
+    """
+    position = list(frame.position)
+    position[INDEX["HeadYaw"]] = 0.0
+    forward = frame.angle[1] + 0.2 * frame.gyroscope[1] > 0.0
+    position[INDEX["HeadPitch"]] = _HEAD["front" if forward else "back"]
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        for joint, angle in _SQUAT.items():
+            position[INDEX[side + joint]] = angle
+        position[INDEX[f"{side}ShoulderPitch"]] = _ARMS["ShoulderPitch"]
+        position[INDEX[f"{side}ElbowRoll"]] = sign * _ARMS["ElbowRoll"]
+    return tuple(position)
 
 
 class Fallen:
-    """Holds the pose in which the fall was noticed, limply, so that gears and limbs yield to the ground.
+    """Lies limply, so that gears and limbs yield to the ground.
 
     Args:
-        position: measured joint angles, 25 slots, rad.
-        stiffness: to hold them with, 0..1.
+        frame: as the fall was noticed; the joints are held where they are.
+        parameters: stiffness, and how long to brace.
+        braces: first go into the pose of `brace`.
     """
 
     name: Final[StateName] = "fallen"
     corrections: Final = Corrections()
 
-    def __init__(self, position: tuple[float, ...], stiffness: float) -> None:
-        self.position = position
-        self.stiffness = stiffness
+    def __init__(self, frame: SensorFrame, parameters: FallParameters, *, braces: bool = False) -> None:
+        self._p, self._braces = parameters, braces
+        self.position = brace(frame) if braces else frame.position
+        self.stiffness = parameters.brace_stiffness if braces else parameters.stiffness
         self.settled = 0.0
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
-        """Lie still: nobody gets up by himself here."""
+        """Go into the pose, then lie still where the joints are; nobody gets up by himself here."""
         self.settled += dt
+        if self._braces and self.settled >= self._p.brace_time:
+            self._braces = False
+            self.position, self.stiffness = frame.position, self._p.stiffness
         return self

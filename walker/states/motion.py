@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from bridge.messages import SensorFrame
+from bridge.motion import GetUp, MotionPlayer
 from walker.estimation import Corrections, Estimate
-from walker.planning.motion import MotionPlayer
 from walker.states.state import State, StateName
 
 
@@ -22,7 +22,7 @@ class Moving:
     settled: Final = 0.0
     corrections: Final = Corrections()
 
-    def __init__(self, player: MotionPlayer, position: tuple[float, ...]) -> None:
+    def __init__(self, player: MotionPlayer | GetUp, position: tuple[float, ...]) -> None:
         self.player = player
         self.position = position
         self.stiffness = player.stiffness

@@ -44,7 +44,8 @@ class ReadyWalk:
 
     def support_machine(self) -> SupportStateMachine:
         """Phases against contacts."""
-        return SupportStateMachine(self.parameters.touch_down if self.parameters.admittance else None)
+        p = self.parameters
+        return SupportStateMachine(p.touch_down if p.switches.late_touch_down else None)
 
 
 def ready_walk(

@@ -64,7 +64,7 @@ class Walking:
         plan = self._planner.plan
         righting = self.corrections.righting and plan.phase == "stand"
         if not self._support_state.wait and not righting:
-            plan = self._planner.step(dt, walk=self._wants_step())
+            plan = self._planner.step(dt, walk=self._wants_step(), feedback=estimate.feedback)
         self._support_state = self._support_machine.update(plan, estimate.contacts, dt)
         self.position = self._angles(frame, estimate, dt)
         if self.name == "stopping" and plan.phase == "stand":

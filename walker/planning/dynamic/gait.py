@@ -69,6 +69,7 @@ class DynamicGait:
     name: Final = "dynamic"
     quasi_static: Final = False
     adjustable: Final = False
+    limits: Final = None
 
     def __init__(self, parameters: DynamicParameters, body: Body) -> None:
         check_distances(parameters)

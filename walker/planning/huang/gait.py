@@ -111,6 +111,7 @@ class HuangGait:
     name: Final = "huang"
     quasi_static: Final = False
     adjustable: Final = False
+    limits: Final = None
 
     def __init__(self, parameters: HuangParameters, body: Body) -> None:
         check_bounds(parameters)

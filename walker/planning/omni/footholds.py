@@ -11,17 +11,23 @@ from walker.planning.plan import SIGN, Foothold
 
 def approached(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
     """The velocity of the next step on the way to a wanted one, within the gait's accelerations."""
-    bounds = (a * p.T for a in p.max_acceleration)
     x, y, yaw = (
-        goal if abs(goal - v) < bound + 1e-9 else v + math.copysign(bound, goal - v)
-        for v, goal, bound in zip(now, wanted, bounds, strict=True)
+        _nearer(v, goal, up * p.T, down * p.T)
+        for v, goal, up, down in zip(now, wanted, p.max_acceleration, p.max_deceleration, strict=True)
     )
     return x, y, yaw
 
 
+def _nearer(v: float, goal: float, up: float, down: float) -> float:
+    """One component: a change of sign goes by way of rest."""
+    goal = goal if v * goal >= 0.0 else 0.0
+    bound = down if abs(goal) < abs(v) else up
+    return goal if abs(goal - v) < bound + 1e-9 else v + math.copysign(bound, goal - v)
+
+
 def steps_to_rest(p: OmniParameters, velocity: Vec3) -> int:
     """Number of steps after one at a velocity until one at rest, within the gait's accelerations."""
-    return max(math.ceil(abs(v) / (a * p.T) - 1e-9) for v, a in zip(velocity, p.max_acceleration, strict=True))
+    return max(math.ceil(abs(v) / (a * p.T) - 1e-9) for v, a in zip(velocity, p.max_deceleration, strict=True))
 
 
 def following(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) -> Foothold:

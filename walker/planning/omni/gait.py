@@ -23,7 +23,7 @@ from walker.planning.omni.capture_point import bounded_capture_point, transfer_w
 from walker.planning.omni.footholds import allowed, approached, following, steps_to_rest, zmp_under
 from walker.planning.omni.parameters import OmniParameters
 from walker.planning.pendulum import LinearPendulum
-from walker.planning.plan import OTHER_SIDE, SIGN, Foothold, Phase, Plan, SolePose
+from walker.planning.plan import OTHER_SIDE, SIGN, Foothold, Pendulum, Phase, Plan, SolePose
 from walker.planning.polynomial import quintic
 
 _HORIZON: Final = 6
@@ -32,6 +32,8 @@ _EPSILON: Final = 1e-9
 """s; phases end on cycle boundaries in spite of rounding."""
 _SETTLING: Final = 3.0
 """Duration of `stop` over that of the capture point's way to the middle."""
+_LANDING: Final = 0.03
+"""s before touch-down in which feedback moves the foothold no more."""
 _REST: Final[Vec3] = (0.0, 0.0, 0.0)
 
 
@@ -60,6 +62,12 @@ class OmniState:
     step: int = 0
     closing: bool = False
     """The step under way brings the feet side by side."""
+    adjustment: Vec2 = (0.0, 0.0)
+    """By which feedback moved the target, m."""
+    behind: Vec2 = (0.0, 0.0)
+    """Planned centre of mass less the pendulum's, m."""
+    moved: Vec2 = (0.0, 0.0)
+    """Way by which the pendulum was put elsewhere since the beginning, m."""
 
     @property
     def single(self) -> bool:
@@ -80,7 +88,7 @@ class OmniGait:
     adjustable: Final = True
 
     def __init__(self, parameters: OmniParameters, body: Body) -> None:
-        self._p = parameters
+        self._p = self.limits = parameters
         self._omega = LinearPendulum(parameters.z).nu
         self._rho = transfer_weight(self._omega, parameters.T_DSP)
         self._hip_height = parameters.l_GH + body.lengths.FootHeight
@@ -96,23 +104,23 @@ class OmniGait:
         """The plan and the state `dt` seconds later; see `Gait.step`."""
         if state.phase == "stand":
             if not command.walk:
-                return self._plan(state), state
+                return self._plan(state, command), state
             state = self._start(state)
         left = dt
         while state.phase != "stand" and left > _EPSILON:
             part = min(left, max(self._duration(state) - state.t, 0.0))
-            state = self._advance(state, part)
+            state = self._advance(state, part, command.feedback.deviation)
             left -= part
             if state.t >= self._duration(state) - _EPSILON:
                 state = self._next_phase(state, command)
-        return self._plan(state), state
+        return self._plan(state, command), state
 
     def _duration(self, state: OmniState) -> float:
         if state.single:
             return self._p.T
         return self._p.T_start * (_SETTLING if state.phase == "stop" else 1.0)
 
-    def _advance(self, state: OmniState, dt: float) -> OmniState:
+    def _advance(self, state: OmniState, dt: float, deviation: Vec2) -> OmniState:
         """The pendulum `dt` seconds later, over the ZMP of the middle of that time; and its foothold."""
         zmp = self._zmp(state, state.t + 0.5 * dt)
         grow, shrink = math.exp(self._omega * dt), math.exp(-self._omega * dt)
@@ -121,9 +129,16 @@ class OmniGait:
             (p + (c - p) * shrink + 0.5 * (x - p) * (grow - shrink), p + (x - p) * grow)
             for c, x, p in zip(state.com, state.xi, zmp, strict=True)
         )
-        state = replace(state, com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt)
+        keep = math.exp(-dt / self._p.catch_up_time)
+        behind = (state.behind[0] * keep, state.behind[1] * keep)
+        state = replace(state, com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt, behind=behind)
         if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
-            state = replace(state, target=self._target(state))
+            target = self._target(state)
+            by = state.adjustment
+            if state.t < self._p.T - _LANDING:
+                by = self._adjustment(state, target, deviation)
+            adjusted = Foothold(target.x + by[0], target.y + by[1], target.yaw)
+            state = replace(state, target=adjusted, adjustment=by)
         return state
 
     def _zmp(self, state: OmniState, t: float) -> Vec2:
@@ -164,6 +179,19 @@ class OmniGait:
         )
         return allowed(p, state.stance, side, Foothold(x, y, first.yaw))
 
+    def _adjustment(self, state: OmniState, target: Foothold, deviation: Vec2) -> Vec2:
+        """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m."""
+        p = self._p
+        grow = math.exp(self._omega * max(p.T - state.t, 0.0))
+        dx, dy = Foothold(yaw=-state.stance.yaw).point(*deviation)
+        wished = [
+            gain * grow * math.copysign(max(abs(d) - band, 0.0), d)
+            for d, gain, band in zip((dx, dy), p.foothold_gain, p.foothold_deadband, strict=True)
+        ]
+        x, y = Foothold(yaw=state.stance.yaw).point(wished[0], wished[1])
+        moved = allowed(p, state.stance, state.swing, Foothold(target.x + x, target.y + y, target.yaw))
+        return moved.x - target.x, moved.y - target.y
+
     def _start(self, state: OmniState) -> OmniState:
         """Push the capture point by a resting ZMP to where a walk on the spot begins.
 
@@ -185,13 +213,23 @@ class OmniGait:
         if state.phase == "stop":
             return replace(state, phase="stand", t=0.0, closing=False, velocity=_REST)
         stance_side = OTHER_SIDE[state.swing]
+        dx, dy = state.adjustment
+        state = replace(
+            state,
+            com=(state.com[0] + dx, state.com[1] + dy),
+            xi=(state.xi[0] + dx, state.xi[1] + dy),
+            moved=(state.moved[0] + dx, state.moved[1] + dy),
+            behind=(state.behind[0] - dx, state.behind[1] - dy),
+            adjustment=(0.0, 0.0),
+        )
+        old = zmp_under(self._p, stance_side, state.stance)
         landed = replace(
             state,
             stance=state.target,
             lifted=state.stance,
             target=state.stance,
             swing=stance_side,
-            zmp=zmp_under(self._p, stance_side, state.stance),
+            zmp=(old[0] + dx, old[1] + dy),
             step=state.step + 1,
         )
         return self._stop(landed) if state.closing else self._begin_step(landed, command)
@@ -218,11 +256,18 @@ class OmniGait:
         x, y = ((0.5 * (u + v) - xi * grow) / (1.0 - grow) for u, v, xi in zip(a, b, state.xi, strict=True))
         return replace(state, phase="stop", t=0.0, zmp=(x, y))
 
+    def _swung(self, state: OmniState) -> float:
+        """Fraction of the swing that has passed."""
+        return min(max((state.t - self._p.T_DSP) / (self._p.T - self._p.T_DSP), 0.0), 1.0)
+
+    def _way(self, state: OmniState) -> float:
+        """Fraction of its way that the swing foot has made."""
+        return quintic(0.0, 1.0, 1.0, self._swung(state)).position
+
     def _swinging(self, state: OmniState) -> SolePose:
         """The sole in the air: a quintic over the ground, (s (1 - s))^2 in height."""
         p, a, b = self._p, state.lifted, state.target
-        s = min(max((state.t - p.T_DSP) / (p.T - p.T_DSP), 0.0), 1.0)
-        way = quintic(0.0, 1.0, 1.0, s).position
+        s, way = self._swung(state), self._way(state)
         return SolePose(
             a.x + way * (b.x - a.x),
             a.y + way * (b.y - a.y),
@@ -230,11 +275,14 @@ class OmniGait:
             yaw=a.yaw + way * (b.yaw - a.yaw),
         )
 
-    def _plan(self, state: OmniState) -> Plan:
+    def _plan(self, state: OmniState, command: GaitCommand) -> Plan:
         stance = SolePose(state.stance.x, state.stance.y, yaw=state.stance.yaw)
         other = SolePose(state.lifted.x, state.lifted.y, yaw=state.lifted.yaw)
         if state.single:
             other = self._swinging(state)
+            ahead, way = command.feedback.placement, self._way(state)
+            other = _ahead(other, state.stance.yaw, way * ahead)
+            stance = _ahead(stance, state.stance.yaw, (1.0 - way) * ahead)
         left, right = (other, stance) if state.swing == "L" else (stance, other)
         return Plan(
             phase=state.phase,
@@ -243,7 +291,14 @@ class OmniGait:
             step=state.step,
             left=left,
             right=right,
-            com=state.com,
+            com=(state.com[0] + state.behind[0], state.com[1] + state.behind[1]),
             zmp=self._zmp(state, state.t),
             hip_height=self._hip_height,
+            pendulum=Pendulum(state.com, self._omega, state.target, state.moved),
         )
+
+
+def _ahead(sole: SolePose, yaw: float, by: float) -> SolePose:
+    """A sole moved along a heading."""
+    x, y = Foothold(sole.x, sole.y, yaw).point(by, 0.0)
+    return replace(sole, x=x, y=y)

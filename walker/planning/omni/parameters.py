@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -15,8 +15,6 @@ Share = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 
 class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Timing, geometry and limits of the steps, SI units and rad."""
-
-    OMNIDIRECTIONAL: ClassVar = True
 
     v_x: Finite
     """Forward velocity where none is commanded, m/s."""
@@ -47,13 +45,21 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     max_backward: Positive
     """Semi-axis backward, m/s."""
     max_acceleration: Vec3
-    """Fastest change of the velocity, m/s^2 and rad/s^2."""
+    """Fastest gain of velocity, m/s^2 and rad/s^2."""
+    max_deceleration: Vec3
+    """Fastest loss of it."""
     max_length: Positive
     """Longest way along x between two footholds, m."""
     min_width: Positive
     """Smallest distance of the ankles along y at touch-down, m: no foot treads on the other."""
     max_width: Positive
     """Largest one, m."""
+    foothold_gain: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    """Share of the capture point's deviation at touch-down by which the foothold is moved, along x and y."""
+    foothold_deadband: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    """Deviation now that is left alone, m."""
+    catch_up_time: Positive = 0.15
+    """Time constant with which the planned centre of mass follows the pendulum after a moved foothold, s."""
     turn_share: Share
     """Share of a turn made by the steps of the foot on the inner side, which turn the toes outward."""
     first_swing: Literal["L", "R"] = "R"
@@ -63,6 +69,11 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     def periodic_step(self) -> PeriodicStep:
         """A step at the velocity where none is commanded."""
         return PeriodicStep(self.v_x * self.T, self.T)
+
+    @property
+    def limits(self) -> OmniParameters:
+        """See `share`."""
+        return self
 
     @property
     def velocity(self) -> Vec3:
@@ -85,6 +96,15 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
             velocity: forward and to the left, m/s, and turn, rad/s.
         """
         x, y, turn = velocity
+        share = self.share(velocity)
+        return velocity if share <= 1.0 else (x / share, y / share, turn / share)
+
+    def share(self, velocity: Vec3) -> float:
+        """Part of the limits that a velocity takes up: 1 on the ellipsoid, over 1 outside.
+
+        Args:
+            velocity: forward and to the left, m/s, and turn, rad/s.
+        """
+        x, y, turn = velocity
         ahead = self.max_velocity[0] if x > 0.0 else self.max_backward
-        norm = math.hypot(x / ahead, y / self.max_velocity[1], turn / self.max_velocity[2])
-        return velocity if norm <= 1.0 else (x / norm, y / norm, turn / norm)
+        return math.hypot(x / ahead, y / self.max_velocity[1], turn / self.max_velocity[2])

@@ -65,6 +65,7 @@ class StaticGait:
     name: Final = "static"
     quasi_static: Final = True
     adjustable: Final = True
+    limits: Final = None
 
     def __init__(self, parameters: StaticParameters, body: Body) -> None:
         self._p = parameters

@@ -29,8 +29,6 @@ class DampingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Lean of the ankle against the torso's rate about x, s."""
     pitch: NotNegative = 0.0
     """The same about y, s."""
-    alone: bool = False
-    """Damp without torso control, too."""
     max_offset: Positive = 0.1
     """Largest offset, rad."""
     max_rate: Positive = 5.0

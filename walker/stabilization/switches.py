@@ -1,0 +1,80 @@
+"""Which mechanisms of the stabiliser are on: one switch each, and two named sets of them."""
+
+from __future__ import annotations
+
+from typing import Any, Final, Literal, get_args
+
+import msgspec
+
+from bridge.errors import ConfigurationError
+from bridge.validation import unknown_name
+from walker.stabilization.torso.designs import TorsoMethod
+
+
+class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One switch per mechanism; each acts alone. As constructed all are off: the bare plan."""
+
+    leg_admittance: bool = False
+    """Thesis 4.1.1: the swing leg gives way along z to the ground that it meets."""
+    ankle_admittance: bool = False
+    """Thesis 4.1.2: the swing foot turns until its sole lies on the ground."""
+    torso: TorsoMethod = "none"
+    """Torso control, thesis 4.2: notch and PI from the torso's pitch to the stance ankle."""
+    gyroscope_damping: bool = False
+    """Lean of the stance ankle against the torso's rate."""
+    joint_compliance: bool = False
+    """Compensation of the drives' deflection under the planned load."""
+    swing_foot_orientation: bool = False
+    """The swing foot is turned about the stance foot against the torso's measured tilt."""
+    ground_tilt: bool = False
+    """The plan is laid on the ground as the standing soles find it."""
+    common_ankle_tilt: bool = False
+    """What both ankle admittances hold in common becomes the ground's tilt."""
+    late_touch_down: bool = False
+    """A foot that is late stays a swing foot; it is lowered further, and the plan waits for it."""
+    height_recovery: bool = False
+    """What both leg admittances hold in common is taken out."""
+    attitude_correction: bool = False
+    """The fused angle is corrected by the mean of the accelerometer."""
+    gyroscope_lean: bool = False
+    """The swing foot is turned against the integral of the gyroscope instead of the fused angle."""
+    foothold_feedback: bool = False
+    """Footholds follow the measured capture point, in gaits that can move them."""
+    foot_placement: bool = False
+    """The swing foot is aimed beside its foothold by the way by which the feet missed theirs before."""
+
+
+StabilizerName = Literal["own", "thesis", "none"]
+"""The gait's own switches; the thesis' admittances and torso control and nothing else; all off."""
+NAMED: Final[dict[str, Switches]] = {
+    "thesis": Switches(leg_admittance=True, ankle_admittance=True, torso="thesis"),
+    "none": Switches(),
+}
+
+
+def differing(one: Switches, other: Switches) -> list[str]:
+    """Names of the switches in which two sets differ."""
+    return [name for name in Switches.__struct_fields__ if getattr(one, name) != getattr(other, name)]
+
+
+def switch_changes(
+    stabilizer: str | None = None, torso: str | None = None, admittance: bool | None = None
+) -> dict[str, Any]:
+    """Changes to a controller's parameters by the options that people and walk commands have.
+
+    Args:
+        stabilizer: A `StabilizerName`; None: as `own`.
+        torso: Torso control; None: as it is.
+        admittance: Of legs and ankles together; None: as it is.
+
+    Raises:
+        ConfigurationError: no such stabilizer.
+    """
+    if stabilizer not in (None, *get_args(StabilizerName)):
+        raise ConfigurationError(unknown_name("stabilizer", str(stabilizer), get_args(StabilizerName)))
+    table: dict[str, Any] = msgspec.to_builtins(NAMED[stabilizer]) if stabilizer in NAMED else {}
+    if torso is not None:
+        table["torso"] = torso
+    if admittance is not None:
+        table |= {"leg_admittance": admittance, "ankle_admittance": admittance}
+    return {"switches": table} if table else {}
