@@ -1,9 +1,9 @@
 """nao-hil: an emulated NAO robot, a walking controller for it, and the link between them.
 
-`Robot` is the emulated robot in this process, `walk` a whole walk of it. `connect` controls any robot on the
-link, emulated or real. `WalkClient` commands a walker, `WorldClient` the world of an emulated robot. `load`
-gives a recording as arrays. `JOINTS` names the 25 joints in the order of all frames; `NaoHilError` is the base
-of all errors, each with one sentence.
+`Robot` is the emulated robot in this process, `Batch` many of them, `walk` a whole walk. `connect` controls any
+robot on the link, emulated or real. `WalkClient` commands a walker, `WorldClient` the world of an emulated
+robot. `load` gives a recording as arrays. `JOINTS` names the 25 joints in the order of all frames; the base
+of all errors, each with one sentence, is `NaoHilError`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bridge.errors import NaoHilError
     from bridge.link.walk_client import WalkClient
     from bridge.link.world_client import WorldClient
+    from nao_hil.batch import Batch
     from nao_hil.connection import connect
     from nao_hil.recording import load
     from nao_hil.robot import Robot
@@ -23,10 +24,11 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["JOINTS", "NaoHilError", "Robot", "WalkClient", "WorldClient", "connect", "load", "walk"]
+__all__ = ["JOINTS", "Batch", "NaoHilError", "Robot", "WalkClient", "WorldClient", "connect", "load", "walk"]
 
 _HOME: Final = {
     "JOINTS": "bridge.body.joints",
+    "Batch": "nao_hil.batch",
     "NaoHilError": "bridge.errors",
     "Robot": "nao_hil.robot",
     "WalkClient": "bridge.link.walk_client",

@@ -5,8 +5,11 @@ from __future__ import annotations
 from types import TracebackType
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from bridge.messages import SensorFrame, TruthFrame
+from emulator.engine.values import Camera
 from nao_hil.commands import JointValues, actuator_frame
 from nao_hil.runs.build import build_robot, with_engine
 from nao_hil.runs.config import run_config
@@ -30,9 +33,12 @@ class Robot:
         wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
         engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
+        start: Pose to begin in: `stand`, `sit`, `crouch`, `lie-back`, `lie-front`, `lie-side`, `hang`; None:
+            the scenario's.
 
     Raises:
-        ConfigurationError: no such body, wear profile, scenario or engine, or one that is not installed.
+        ConfigurationError: no such body, wear profile, scenario, engine or pose, or an engine that is not
+        installed.
     """
 
     def __init__(
@@ -43,8 +49,11 @@ class Robot:
         wear: str = "nominal",
         scenario: str = "flat",
         engine: str = "auto",
+        start: str | None = None,
     ) -> None:
-        settings = run_config(None, robot=body, seed=seed, wear=wear, scenario=scenario, engine=engine)
+        settings = run_config(
+            None, robot=body, seed=seed, wear=wear, scenario=scenario, engine=engine, start=start
+        )
         self._config = with_engine(settings)
         self._robot = build_robot(self._config)
 
@@ -72,6 +81,15 @@ class Robot:
     def truth(self) -> TruthFrame:
         """Ground truth at the newest sensor frame."""
         return self._robot.truth()
+
+    def picture(self, width: int = 320, height: int = 240) -> NDArray[np.uint8]:
+        """The robot from ahead and its left, (height, width, 3), RGB.
+
+        Raises:
+            ConfigurationError: the engine cannot draw on this machine.
+        """
+        x, y, z = self._robot.engine.robot.torso().position
+        return self._robot.engine.picture(Camera((x + 1.0, y + 0.7, z + 0.3), (x, y, z), width, height, 0.8))
 
     def reset(self, seed: int | None = None) -> SensorFrame:
         """Begin anew at time 0.

@@ -14,7 +14,7 @@ from nao_hil.runs.summary import Summary
 
 
 def walk(
-    gait: str = "static",
+    gait: str = "omni",
     *,
     body: str = "nao-v3",
     seed: int = 0,

@@ -7,13 +7,15 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from nao_hil.bench import cycles, huang_search, lateness, lola, naoqi, page, round_trip, tick
+from nao_hil.bench import batch, cycles, huang_search, lateness, lola, naoqi, page, round_trip, servos, tick
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "round-trip": round_trip.measure,
     "lateness": lateness.measure,
     "tick": tick.measure,
     "cycles": cycles.measure,
+    "batch": batch.measure,
+    "servos": servos.measure,
     "huang-search": huang_search.measure,
     "page": page.measure,
     "lola": lola.measure,

@@ -1,7 +1,8 @@
-"""In-process emulator cycles per second on each engine, and the part of the engine's own step in them.
+"""In-process emulator cycles per second on each engine, and the engine's own steps beside them.
 
-And where the time of a cycle goes: each part's time is taken on its own, so that a profiler's own cost per call
-does not count against the parts with many small calls.
+Cycles take turns with as many of the engine's own steps of the same standing robot, nothing applied and nothing
+read: the floor. And where the time of a cycle goes: each part's time is taken on its own, so that a profiler's
+own cost per call does not count against the parts with many small calls.
 """
 
 from __future__ import annotations
@@ -18,8 +19,6 @@ from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 
 PROFILES: Final = ("ideal", "nominal", "worn")
-_BLOCK = 50
-"""Cycles per timed block."""
 
 
 def measure() -> dict[str, Any]:
@@ -35,12 +34,10 @@ def measure() -> dict[str, Any]:
 def where_the_time_goes(
     engine: str, body_name: str = "nao-v6", wear: str = "nominal", cycles: int = 500
 ) -> dict[str, float]:
-    """Fractions of a cycle's time, the robot standing; `rest` is commands, hands and loops."""
+    """Fractions of a cycle's time, the robot standing; `rest` is commands, heat and hands."""
     with EmulatedRobot(load_body(body_name), seed=0, wear=load_wear(wear), engine=engine) as robot:
         watches = {
-            "bare engine step": _Watch(robot.engine, "bare_step"),
-            "whole engine step": _Watch(robot.engine, "step"),
-            "drives": _Watch(robot.servo, "torque"),
+            "steps with drives, stops and contacts": _Watch(robot.engine, "run"),
             "sensors": _Watch(robot.sensors, "update"),
             "frame": _Watch(robot, "_sample"),
         }
@@ -55,8 +52,6 @@ def where_the_time_goes(
             for watch in watches.values():
                 watch.remove()
     fractions = {name: watch.spent / whole for name, watch in watches.items()}
-    stepping = fractions.pop("whole engine step")
-    fractions["torques, stops, contacts, joints"] = stepping - fractions["bare engine step"]
     return fractions | {"rest": 1.0 - sum(fractions.values())}
 
 
@@ -87,25 +82,26 @@ class _Watch:
 
 
 def measure_one(
-    engine: str, body_name: str = "nao-v6", wear: str = "ideal", blocks: int = 20
+    engine: str, body_name: str = "nao-v6", wear: str = "ideal", cycles: int = 1000
 ) -> dict[str, Any]:
-    """Time blocks of cycles, the robot standing, and the engine's own step within the same cycles.
+    """Time cycles, the robot standing, in turn with the engine's own steps.
 
     Returns:
-        Medians over the blocks: cycles per second, the ratio of the engine's step to the whole cycle, the
-        real-time factor, and that of the engine's step alone.
+        Medians over the cycles: cycles per second, the ratio of the engine's own steps to the whole cycle, the
+        real-time factor, and that of the engine's own steps alone.
     """
     body = load_body(body_name)
     full, bare = [], []
     with EmulatedRobot(body, seed=0, wear=load_wear(wear), engine=engine) as robot:
-        watch = _Watch(robot.engine, "bare_step")
-        for _ in range(blocks):
-            watch.spent, began = 0.0, time.perf_counter()
-            for _ in range(_BLOCK):
-                robot.advance(None)
-            full.append((time.perf_counter() - began) / _BLOCK)
-            bare.append(watch.spent / _BLOCK)
-        watch.remove()
+        steps = round(body.cycle / robot.engine.settings.step)
+        for _ in range(cycles):
+            began = time.perf_counter()
+            robot.advance(None)
+            between = time.perf_counter()
+            for _ in range(steps):
+                robot.engine.bare_step()
+            full.append(between - began)
+            bare.append(time.perf_counter() - between)
     cycle = statistics.median(full)
     return {
         "body": body_name,

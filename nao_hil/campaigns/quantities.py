@@ -30,8 +30,8 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
     Args:
         task: The walk.
         name: One of `QUANTITIES`; `duration`; or a path: a field of the configuration such as `gait`, `wear`,
-            `parameters.S_a0`, `controller.torso`; `scenario` or `scenario.floor.friction`; `wear.servo.delay`;
-            `body.lengths.TibiaLength`.
+            `parameters.S_a0`, `controller.switches.torso`; `scenario` or `scenario.floor.friction`;
+            `wear.servo.delay`; `body.lengths.TibiaLength`.
         value: Of it, in the unit of its table.
 
     Raises:

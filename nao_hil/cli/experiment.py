@@ -35,7 +35,12 @@ FirstSeed = Annotated[
 ]
 Duration = Annotated[
     float | None,
-    typer.Option("--duration", help="Seconds of one run, for `soak`; default: its own.", min=10.0, metavar="S"),
+    typer.Option(
+        "--duration",
+        help="Seconds of one run, for `soak`, `velocity` and `terrain`; default: its own.",
+        min=10.0,
+        metavar="S",
+    ),
 ]
 Wear = Annotated[
     str | None,
@@ -56,12 +61,19 @@ Config = Annotated[
 
 
 def experiment(
-    name: Annotated[str, typer.Argument(help="A name of `nao-hil experiments`, or `all`: the thesis' nine.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="A name of `nao-hil experiments`, or `all`: the thesis' nine.",
+            autocompletion=lambda incomplete: [n for n in (*EXPERIMENTS, ALL) if n.startswith(incomplete)],
+        ),
+    ],
     seeds: Seeds = None,
     first_seed: FirstSeed = 0,
     robot: options.Body = None,
     wear: Wear = None,
     engine: options.Engine = None,
+    gait: options.Gait = None,
     config: Config = None,
     cluster: options.Cluster = "local",
     duration: Duration = None,
@@ -80,7 +92,10 @@ def experiment(
         raise ConfigurationError(unknown_name("experiment", name, (*EXPERIMENTS, ALL)))
     if duration is not None and not math.isfinite(duration):
         raise ConfigurationError("--duration must be a finite number of seconds.")
-    changes = chosen_engine(_changes(config, robot, wear, engine), open_console())
+    if gait is not None and (name == ALL or not EXPERIMENTS[name].any_gait):
+        takes = ", ".join(f"`{each}`" for each, entry in EXPERIMENTS.items() if entry.any_gait)
+        raise ConfigurationError(f"--gait: {name} has gaits of its own; {takes} take one.")
+    changes = chosen_engine(_changes(config, robot, wear, engine, gait), open_console())
     directory = RunDirectory(out)
     directory.write_config(changes)
     stop = threading.Event()
@@ -94,7 +109,7 @@ def experiment(
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
     ):
-        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration)
+        runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration, gait)
         for each in [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]:
             progress.begin(each)
             runner.run(each, directory.path / each if name == ALL else directory.path)
@@ -111,9 +126,11 @@ def experiment(
     return 0 if runner.passed else 1
 
 
-def _changes(file: Path | None, robot: str | None, wear: str | None, engine: str | None) -> RunConfig:
+def _changes(
+    file: Path | None, robot: str | None, wear: str | None, engine: str | None, gait: str | None
+) -> RunConfig:
     """Robot, wear, engine and changed parameters; the robot is a nominal one unless someone says otherwise."""
-    settings = run_config(file, robot=robot, wear=wear, engine=engine)
+    settings = run_config(file, robot=robot, wear=wear, engine=engine, gait=gait)
     if wear is None and (file is None or "wear" not in msgspec.toml.decode(file.read_bytes())):
         settings = msgspec.structs.replace(settings, wear="nominal")
     return settings

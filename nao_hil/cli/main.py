@@ -21,13 +21,19 @@ from nao_hil import __version__
 from nao_hil.cli import (
     campaign,
     catalogue,
+    compare,
     config,
+    demo,
     design,
     doctor,
     drive,
     emulate,
+    excite,
     experiment,
+    export,
+    export_run,
     guard,
+    identify,
     info,
     keys,
     lola,
@@ -39,10 +45,13 @@ from nao_hil.cli import (
     record,
     replay,
     results,
+    run_choregraphe,
+    run_naoqi,
     tune,
     up,
     view,
     walk,
+    world,
 )
 from nao_hil.cli.certificates import add_keys
 from nao_hil.cli.logs import end_log
@@ -58,6 +67,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command()(demo.demo)
 app.command()(up.up)
 app.command()(emulate.emulate)
 app.command()(walk.walk)
@@ -67,8 +77,13 @@ app.command()(record.record)
 app.command()(replay.replay)
 app.command()(info.info)
 app.command()(plot.plot)
+app.command()(compare.compare)
+app.command()(excite.excite)
+app.command()(identify.identify)
 app.command()(doctor.doctor)
 app.command()(plan.plan)
+app.command("run-naoqi", context_settings={"allow_interspersed_args": False})(run_naoqi.run_naoqi)
+app.command("run-choregraphe")(run_choregraphe.run_choregraphe)
 app.command()(motion.motion)
 app.command()(experiment.experiment)
 app.command()(campaign.campaign)
@@ -97,6 +112,24 @@ designs = typer.Typer(
 )
 designs.command("torso")(design.torso)
 app.add_typer(designs, name="design")
+worlds = typer.Typer(
+    help="Put a ball, landmarks and faces before the cameras of an emulated robot.", no_args_is_help=True
+)
+worlds.command("ball")(world.ball)
+worlds.command("landmark")(world.landmark)
+worlds.command("face")(world.face)
+worlds.command("remove")(world.remove)
+worlds.command("list")(world.show)
+app.add_typer(worlds, name="world")
+exports = typer.Typer(
+    cls=export_run.RunUnlessNamed,
+    help="Write a recorded run as a page or a video, or the calibrated robot for other simulators.",
+    no_args_is_help=True,
+)
+exports.command("run")(export_run.export_run)
+exports.command("mjcf")(export.mjcf)
+exports.command("urdf")(export.urdf)
+app.add_typer(exports, name="export")
 configuration = typer.Typer(help="Show or check the configuration of a run.", no_args_is_help=True)
 configuration.command("show")(config.show)
 configuration.command("check")(config.check)

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
@@ -19,6 +19,7 @@ from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
+from bridge.types import Vec3
 from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
@@ -27,7 +28,9 @@ from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child
 
-GAITS = ("static", "dynamic")
+if TYPE_CHECKING:
+    from bridge.adapters.naoqi.frames import LinkFrames
+
 GRACE = 5.0
 """s a walker has to end by itself."""
 SWITCH_INTERVAL = 0.0005
@@ -60,8 +63,11 @@ def serve(
         str, typer.Option("--listen", help="Address that NAOqi programs connect to.", metavar="URL")
     ] = DEFAULT_URL,
     gait: Annotated[
-        str, typer.Option("--gait", help="Gait of moveTo, moveToward and move.", metavar="static|dynamic")
-    ] = "dynamic",
+        str,
+        typer.Option(
+            "--gait", help="Gait of moveTo, moveToward and move: a name of `nao-hil gaits`.", metavar="GAIT"
+        ),
+    ] = "omni",
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
@@ -71,11 +77,12 @@ def serve(
 
     Example: nao-hil serve naoqi --listen tcp://127.0.0.1:9559
     """
+    # Imported late: all commands would wait for them, scipy among them.
+    from bridge.adapters.naoqi.server import NaoqiServer
+    from walker.planning import GAITS
+
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
-    chosen = cast(Literal["static", "dynamic"], gait)
-    # Imported late: all commands would wait for it, scipy among it.
-    from bridge.adapters.naoqi.server import NaoqiServer
 
     log_to_stderr()
     stop = threading.Event()
@@ -90,9 +97,11 @@ def serve(
         server = NaoqiServer(
             link,
             url,
-            chosen,
-            lambda body: _speed(chosen, body),
-            lambda: ServingWalker(name, connect, chosen),
+            gait,
+            lambda _: _full(gait),
+            lambda: ServingWalker(name, connect, gait),
+            _links,
+            [sys.executable, "-m", "emulator.camera"],
             stop.is_set,
             CONTROLLER_PRIORITY if realtime_priority else None,
         )
@@ -102,11 +111,19 @@ def serve(
     return 0
 
 
-def _speed(gait: str, _body: Body) -> float:
+def _full(gait: str) -> Vec3:
+    """Full speed of a gait; the gait's own where it walks straight ahead."""
     # Imported late: only a served robot that walks needs the walker's packages.
     from walker.planning import gait_parameters
 
-    return gait_parameters(gait).periodic_step.velocity
+    parameters = gait_parameters(gait)
+    return parameters.limits.max_velocity if parameters.limits else parameters.velocity
+
+
+def _links(body: Body) -> LinkFrames:
+    from walker.model.tree import BodyTree
+
+    return BodyTree(body).link_frames
 
 
 def bridge(

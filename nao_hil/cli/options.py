@@ -108,6 +108,15 @@ Gait = Annotated[
         autocompletion=_among(_gaits),
     ),
 ]
+Stabilizer = Annotated[
+    str | None,
+    typer.Option(
+        "--stabilizer",
+        help="Mechanisms that are on: the gait's own, the thesis' alone (admittances, torso control), or none.",
+        metavar="own|thesis|none",
+        autocompletion=_among(lambda: ("own", "thesis", "none")),
+    ),
+]
 Torso = Annotated[
     str | None,
     typer.Option(
@@ -142,6 +151,14 @@ Velocity = Annotated[
         metavar="VX VY WZ",
     ),
 ]
+Target = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(
+        "--to",
+        help="Walk to a place, by the odometry: forward and to the left, m, and turn, rad. Gait `omni` only.",
+        metavar="X Y TURN",
+    ),
+]
 Mode = Annotated[
     str | None,
     typer.Option(
@@ -169,6 +186,7 @@ Cluster = Annotated[
     str,
     typer.Option(
         "--cluster",
+        envvar="NAO_HIL_CLUSTER",
         help="Where walks are walked: `local` (a process per core), `local:N`, `inline` (this process), or the "
         "address of a dask scheduler.",
         metavar="local[:N]|inline|tcp://HOST:PORT",

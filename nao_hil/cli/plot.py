@@ -41,8 +41,8 @@ def plot(
 ) -> int:
     """Draw plots of a recording, one file each, FILE-NAME.png.
 
-    Bands mark single supports (blue on the left foot, red on the right), dotted lines what happened in the
-    world, a red line the fall.
+    Three of them, or what --what names. Bands mark single supports (blue on the left foot, red on the right),
+    dotted lines what happened in the world, a red line the fall; the axes show the range before the fall.
 
     Example: nao-hil plot runs/20260101T120000Z/frames.mcap --what torso,zmp,fsr
 
@@ -55,6 +55,7 @@ def plot(
         from nao_hil.analysis.plots.tables import load
     except ModuleNotFoundError as error:
         raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[analysis]'.") from None
+    from nao_hil.analysis.run_title import run_title
     from nao_hil.runs.replay import recorded_body
 
     console = open_console()
@@ -64,13 +65,13 @@ def plot(
             raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
         folder = out if out is not None else file.parent
         _make(folder)
-        files = []
+        files, title = [], ", ".join(word for word in (run_title(file), file.name) if word)
         for name in names:
             if what == "all" and missing(tables, name):
                 continue
             status.update(f"drawing {name}")
             files.append(folder / f"{file.stem}-{name}.{form}")
-            draw(tables, name, files[-1], file.name)
+            draw(tables, name, files[-1], title)
     for path in files:
         console.print(f"written to {path}", soft_wrap=True)
     if as_json:

@@ -11,6 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.monitor import Monitor
 
 LINE_INTERVAL = 5.0
@@ -36,7 +37,9 @@ class WalkProgress:
         monitor.connect()
         values = self._values(monitor)
         for notice in monitor.take_notices():
-            if not notice.routine:
+            if notice.code == CAPTION:
+                self._console.print(notice.text, style="bold", highlight=False, soft_wrap=True)
+            elif not notice.routine:
                 self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
             self._live.update(_table(values), refresh=True)

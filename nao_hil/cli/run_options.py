@@ -17,6 +17,8 @@ OPTIONS: Final[dict[str, Any]] = {
     "start": options.Start,
     "gait": options.Gait,
     "velocity": options.Velocity,
+    "target": options.Target,
+    "stabilizer": options.Stabilizer,
     "torso": options.Torso,
     "admittance": options.Admittance,
     "mode": options.Mode,

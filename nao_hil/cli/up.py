@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from pathlib import Path
 
 import msgspec
 
@@ -17,6 +18,7 @@ from nao_hil.cli.progress import WalkProgress
 from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.demo import Demo
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 from nao_hil.runs.supervisor import Child, ChildResult
@@ -57,12 +59,51 @@ def up(
         open_console().print(clipped, highlight=False)
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
+    directory = new_folder(settings, out)
+    if settings.mode == "in-process":
+        return _in_process(settings, directory, as_json)
+    shown = port if view else None
+    return both_sides(settings, directory, name, listen, serve=serve, port=shown, as_json=as_json)
+
+
+def new_folder(settings: RunConfig, out: Path | None) -> RunDirectory:
+    """The folder of a run, with its configuration. Raises ConfigurationError where it cannot be made."""
     directory = RunDirectory(out)
     if directory.clear():
         open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)
     directory.write_config(settings)
-    if settings.mode == "in-process":
-        return _in_process(settings, directory, as_json)
+    return directory
+
+
+def both_sides(
+    settings: RunConfig,
+    directory: RunDirectory,
+    name: str,
+    listen: str,
+    *,
+    serve: bool,
+    port: int | None,
+    as_json: bool,
+    demo: Demo | None = None,
+) -> int:
+    """Robot and walker as two processes until one ends, a signal comes, or the demo is over.
+
+    Args:
+        settings: Of the run.
+        directory: Its folder.
+        name: Id of the robot.
+        listen: Zenoh endpoint of the robot.
+        serve: The walker waits for commands.
+        port: Of the page; None: no page.
+        as_json: End with one JSON object.
+        demo: Commands the walker.
+
+    Returns:
+        Exit code.
+
+    Raises:
+        NaoHilError: a side failed.
+    """
     file = str(directory.config)
     stop = threading.Event()
     on_signals(stop.set)
@@ -72,15 +113,17 @@ def up(
     )
     serving = ["--serve"] if serve else []
     walker = Child("walker", ["walk", "--connect", listen, *serving, *common], directory.path)
-    page = LivePage(name, listen, port, directory.path) if view else None
+    page = LivePage(name, listen, port, directory.path) if port is not None else None
     console = open_console()
     try:
         with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
-            while not stop.is_set() and emulator.running and walker.running:
+            while not stop.is_set() and emulator.running and walker.running and not (demo and demo.done):
                 stop.wait(0.2)
                 progress.show(monitor)
                 if page is not None:
                     page.tell(console)
+                if demo is not None:
+                    demo.go_on(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")
     finally:
         if page is not None:
             page.ask_to_end()

@@ -34,6 +34,10 @@ def view(
         Path | None,
         typer.Option("--replay", help="Show a recording with a timeline instead.", metavar="FILE"),
     ] = None,
+    run: Annotated[
+        Path | None,
+        typer.Option("--run", help="Folder of the robot's run, for downloads of its recording.", metavar="DIR"),
+    ] = None,
 ) -> int:
     """Show a robot, emulated or real, or a recording, in the browser; ends with Ctrl-C.
 
@@ -62,6 +66,6 @@ def view(
     else:
         from nao_hil.view.follow import Follower
 
-        Follower(server, name, connect, stop).run()
+        Follower(server, name, connect, stop, run).run()
     server.stop()
     return 0

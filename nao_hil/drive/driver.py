@@ -72,10 +72,10 @@ class Wheel:
     gait: str
     torso: str
     admittance: bool
-    forward: int = 0
-    """Notches."""
-    sideways: int = 0
-    turn: int = 0
+    forward: float = 0
+    """Notches; whole ones by keys."""
+    sideways: float = 0
+    turn: float = 0
     leave: bool = False
 
 
@@ -96,8 +96,11 @@ class Driver:
     def under_way(self, status: WalkStatus) -> Wheel:
         """The wheel of somebody who takes over a walk: the notch next to its speed."""
         notch = self.speeds.get(status.gait, 0.0) / NOTCHES
-        forward = max(1, round(status.velocity[0] / notch)) if notch > 0.0 else 1
-        return replace(self.at_rest(status), forward=forward)
+        forward = round(status.velocity[0] / notch) if notch > 0.0 else 1
+        if not any(status.velocity[1:]):
+            forward = max(1, forward)
+        sideways, turn = round(status.velocity[1] / SIDEWAYS), round(status.velocity[2] / TURN)
+        return replace(self.at_rest(status), forward=forward, sideways=sideways, turn=turn)
 
     def press(self, wheel: Wheel, key: str) -> Wheel:
         """The wheel after a key; keys without a meaning leave it as it is."""
@@ -110,7 +113,8 @@ class Driver:
         if key in STOPS:
             return replace(wheel, forward=0, sideways=0, turn=0)
         if key == "g":
-            return replace(wheel, gait=_next(sorted(self.speeds), wheel.gait), forward=min(wheel.forward, 1))
+            slow = min(max(wheel.forward, 0), 1)
+            return replace(wheel, gait=_next(sorted(self.speeds), wheel.gait), forward=slow, sideways=0, turn=0)
         if key == "t":
             return replace(wheel, torso=_next(_TORSOS, wheel.torso))
         if key == "m":
@@ -122,6 +126,12 @@ class Driver:
     def stick(self, wheel: Wheel, deflection: float) -> Wheel:
         """The wheel after the stick was moved, forwards by -1..1."""
         return replace(wheel, forward=notch_of(deflection))
+
+    def steer(self, wheel: Wheel, velocity: Vec3) -> Wheel:
+        """The wheel that asks for a velocity, m/s, m/s, rad/s."""
+        x, y, turn = velocity
+        notch = self.speeds[wheel.gait] / NOTCHES
+        return replace(wheel, forward=x / notch, sideways=y / SIDEWAYS, turn=turn / TURN)
 
     def velocity(self, wheel: Wheel) -> Vec3:
         """m/s, m/s, rad/s."""

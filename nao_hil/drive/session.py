@@ -7,6 +7,7 @@ from typing import Final, Protocol
 
 from bridge.errors import LinkError, WalkRefused
 from bridge.messages.walk import WalkCommand, WalkStatus
+from bridge.types import Vec3
 from nao_hil.drive.driver import Driver, Wheel
 from walker.planning import GAITS, gait_parameters
 
@@ -74,6 +75,10 @@ class Session:
                 self.wheel = self.driver.press(self.wheel, "x")
         else:
             self.status = self._walker.status()
+
+    def steer(self, velocity: Vec3) -> None:
+        """Walk at a velocity, m/s, m/s, rad/s; zeros stop. Raises as `take`."""
+        self._turn(self.driver.steer(self.wheel, velocity), "" if any(velocity) else "x")
 
     def _turn(self, wheel: Wheel, key: str = "") -> None:
         command = self.driver.command(self.wheel, wheel, key)

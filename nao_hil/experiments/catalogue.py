@@ -26,6 +26,8 @@ class Entry(NamedTuple):
     """Unless told otherwise."""
     thesis: bool = True
     """Part of `all`."""
+    any_gait: bool = False
+    """Takes `--gait`."""
 
     def load(self) -> Callable[[Context], Outcome]:
         """The function that does it."""
@@ -53,12 +55,27 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "dynamic-torso": Entry(
         "dynamic_torso", "R5: the dynamic gait without and with torso control, 60 s (4.16)", 20
     ),
-    "slope": Entry("slope", "R6: the steepest slope in four directions", 20),
+    "slope": Entry("slope", "R6: the steepest slope in four directions", 20, any_gait=True),
     "spring": Entry("spring", "the spring of the leg admittance and its pole (4.7)", 20),
+    "ablation": Entry(
+        "ablation", "each mechanism of the stabiliser alone, and each taken out, on R1, R2 and R5", 20, False
+    ),
     "huang-margin": Entry(
         "huang_margin", "Huang's gait: searched against badly chosen hip motion, a known step", 20, False
     ),
+    "get-up": Entry("get_up", "dropped limp, any side first: does the robot get up", 100, False),
+    "velocity": Entry(
+        "velocity", "commanded and measured velocity, odometry, random commands", 20, False, True
+    ),
+    "push-map": Entry(
+        "push_map", "impulse at which half fall, by direction and phase of the stride", 10, False, True
+    ),
+    "terrain": Entry(
+        "terrain", "slopes, tiles, plates, low friction, a load and wear, gait against gait", 20, False, True
+    ),
+    "falls": Entry("falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
+    "engines": Entry("engines", "torso step, drives and four gaits on PyBullet and on MuJoCo", 20, False),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
     "watchdog": Entry(
         "watchdog", "walks whose controller dies: does the guard bring the robot to rest", 50, False

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import msgspec
 
 from bridge.messages.world import PlateUnderFoot
-from emulator.scenarios import Scenario
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
+from walker.stabilization.parameters import controller_parameters, merged
+from walker.stabilization.switches import differing
 
 ENOUGH: Final = 20
 """Seeds for a comparison, unless told otherwise."""
+
+Plates: TypeAlias = tuple[tuple[float, PlateUnderFoot], ...]
+"""Plates by time of the walk, s."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +36,8 @@ class Context:
     """Robot, wear, engine, and the changed parameters of one gait and controllers; no more of it is read."""
     duration: float | None = None
     """s of one run, where an experiment takes one; None: its own."""
+    gait: str | None = None
+    """Name, where an experiment takes one; None: its own."""
 
     @property
     def robot(self) -> str:
@@ -61,8 +68,8 @@ class Context:
         Args:
             gait: Name.
             seed: Of the run.
-            switches: Of the controller, `torso` and `admittance`: what the arms of an experiment differ in.
-                They overrule the changes, which hold for their own gait.
+            switches: Fields of `walker.stabilization.switches.Switches`: what the arms of an experiment differ
+                in. They overrule the changes, which hold for their own gait.
         """
         same = gait == self.changes.gait
         return RunConfig(
@@ -73,7 +80,9 @@ class Context:
             seed=seed,
             steps=0,
             parameters=self.changes.parameters if same else {},
-            controller=(self.changes.controller if same else {}) | switches,
+            controller=merged(
+                self.changes.controller if same else {}, {"switches": switches} if switches else {}
+            ),
         )
 
     def walks(
@@ -83,19 +92,28 @@ class Context:
         duration: float,
         switches: dict[str, Any] | None = None,
         *,
-        scenario: Scenario | None = None,
-        plates: tuple[tuple[float, PlateUnderFoot], ...] = (),
-        keep_track: bool = True,
+        velocity: tuple[float, ...] = (),
+        plates: Callable[[int], Plates] | None = None,
+        **fields: Any,
     ) -> list[Walk]:
-        """One walk per seed; arguments as in `Walk` and `config`."""
+        """One walk per seed.
+
+        Args:
+            name: Of the arm.
+            gait: Name.
+            duration: Of the walk, s.
+            switches: As in `config`.
+            velocity: m/s, m/s, rad/s; empty: the gait's own.
+            plates: By seed, with their times of the walk.
+            fields: More of `Walk`.
+        """
         return [
             Walk(
                 name=name,
-                config=self.config(gait, seed, switches or {}),
+                config=msgspec.structs.replace(self.config(gait, seed, switches or {}), velocity=velocity),
                 duration=duration,
-                scenario=scenario or Scenario(),
-                plates=plates,
-                keep_track=keep_track,
+                happenings=plates(seed) if plates else (),
+                **fields,
             )
             for seed in self.seeds
         ]
@@ -103,13 +121,31 @@ class Context:
     def run(self, *arms: Sequence[Walk]) -> list[list[WalkOutcome]]:
         """Walk several arms in one go, seed by seed, so that a stop leaves about as many of each.
 
+        Each arm differs in one switch at most from the one before it, or in the gait with all that is the
+        gait's own: what differs is what the arms show.
+
         Raises:
             Interrupted: it was stopped before each arm had a run.
+            ValueError: two neighbouring arms differ in more than that.
             NaoHilError: a configuration that cannot be walked, or a run that failed.
         """
+        for one, other in pairwise(arms):
+            _check_one_difference(one[0], other[0])
         mixed = [walk for seed in zip(*arms, strict=True) for walk in seed]
         done = {(result.walk.name, result.seed): result for result in self.campaign.walk(mixed)}
         results = [[done[k] for w in arm if (k := (w.name, w.config.seed)) in done] for arm in arms]
         if not all(results):
             raise Interrupted
         return results
+
+
+def _check_one_difference(one: Walk, other: Walk) -> None:
+    if one.config.gait != other.config.gait:
+        if one.config.controller != other.config.controller:
+            raise ValueError(f"arms {one.name} and {other.name} differ in the gait and in the controller")
+        return
+    switches = (controller_parameters(w.config.gait, w.config.controller).switches for w in (one, other))
+    if len(names := differing(*switches)) > 1:
+        raise ValueError(
+            f"arms {one.name} and {other.name} differ in {len(names)} switches: {', '.join(names)}"
+        )

@@ -1,8 +1,12 @@
-"""R5: the dynamic gait without torso control, with the thesis' and with the robust one (figure 4.16)."""
+"""R5: the dynamic gait without torso control, with the thesis' and with the robust one (figure 4.16).
+
+All else is as shipped, damping by the gyroscope included; a fourth arm has the robust control without it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Final
 
 import msgspec
 
@@ -22,6 +26,15 @@ from nao_hil.experiments.arms import (
 )
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
+from nao_hil.experiments.thesis_arms import ThesisArms, thesis_arms
+
+SWITCHES: Final[dict[str, dict[str, Any]]] = {
+    "none": {"torso": "none", "gyroscope_damping": True},
+    "thesis": {"torso": "thesis", "gyroscope_damping": True},
+    "robust": {"torso": "robust", "gyroscope_damping": True},
+    "robust, undamped": {"torso": "robust", "gyroscope_damping": False},
+}
+"""By arm; each arm differs in one from the one before it, the first three in torso control alone."""
 
 
 @dataclass(frozen=True)
@@ -50,27 +63,33 @@ class DynamicTorsoResult(msgspec.Struct, frozen=True, kw_only=True):
     without: Arm
     thesis: Arm
     """With the thesis' own design in place of the robust one; no claim rests on it."""
+    undamped: Arm
+    """As `with`, without damping by the gyroscope."""
+    thesis_alone: ThesisArms
     paired: Paired
 
 
 def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outcome:
     """Three arms, figure 4.16, and the verdict."""
     setup = setup or DynamicTorsoSetup()
-    with_, without, thesis = context.run(
+    without, thesis, with_, undamped = context.run(
         *(
-            context.walks(f"dynamic-torso, {torso}", "dynamic", setup.duration, {"torso": torso})
-            for torso in ("robust", "none", "thesis")
+            context.walks(f"dynamic-torso, {name}", "dynamic", setup.duration, switches)
+            for name, switches in SWITCHES.items()
         )
     )
-    arms = arm(with_), arm(without, by=setup.falls_by), arm(thesis)
+    alone = thesis_arms(context, "dynamic-torso", "dynamic", setup.falls_by, {"torso": "none"})
+    arms = arm(with_), arm(without, by=setup.falls_by), arm(thesis), arm(undamped)
     pair = pairs(with_, without)
     claims = _claims(setup, arms[0], arms[1])
     body = load_body(context.robot)
     findings = (
+        alone.words("without its torso control"),
         pair_words(pair),
         falls_finding("Without", without, body),
         falls_finding("With the thesis' design", thesis, body),
         falls_finding("With the robust design", with_, body),
+        falls_finding("With the robust design, without damping", undamped, body),
         "" if claims[0].holds or context.campaign.interrupted else _probe(context, setup),
     )
     result = DynamicTorsoResult(
@@ -78,11 +97,13 @@ def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outc
         with_=arms[0],
         without=arms[1],
         thesis=arms[2],
+        undamped=arms[3],
+        thesis_alone=alone,
         paired=pair,
     )
     page = ReportPage(
         name="dynamic-torso",
-        title="R5: the dynamic gait with the switch `torso` on and off",
+        title="R5: the dynamic gait with three torso controls, all else as shipped",
         source=(
             "Thesis 4.2.3, figure 4.16: the dynamic gait falls after about 4 s without torso control and "
             "goes on stably with it."
@@ -91,7 +112,10 @@ def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outc
             context,
             [
                 ("gait", "dynamic"),
-                ("arms", "torso control: robust with its damping, none, and the thesis' design"),
+                (
+                    "arms",
+                    "torso control `none`, `thesis`, `robust`; `robust` without damping; the thesis alone",
+                ),
                 ("length", f"{setup.duration:g} s; without: to have fallen by {setup.falls_by:g} s"),
             ],
         ),
@@ -106,7 +130,17 @@ def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outc
                 "DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR.",
             ),
         ),
-        tables=(arms_table({"robust": arms[0], f"none, at {setup.falls_by:g} s": arms[1], "thesis": arms[2]}),),
+        tables=(
+            arms_table(
+                alone.table("torso control off")
+                | {
+                    f"none, at {setup.falls_by:g} s": arms[1],
+                    "thesis": arms[2],
+                    "robust": arms[0],
+                    "robust, no damping": arms[3],
+                }
+            ),
+        ),
         findings=tuple(text for text in findings if text),
     )
     return Outcome(result, page)

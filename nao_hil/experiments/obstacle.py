@@ -1,19 +1,19 @@
-"""R1: a plate of 1 cm under the swing foot in the static gait, without and with the admittances (thesis 4.1).
+"""R1: a plate of 1 cm under the swing foot in the static gait, with and without leg admittance (thesis 4.1).
 
 The thesis' robot is brought to fall by the force with which its swing foot treads on the plate; with the
-admittances the force stays small and it walks on. Both arms have the gait's own torso control.
+admittances the force stays small and it walks on. Size, place and angle of the plate are drawn for each seed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any, Final
 
 import msgspec
 
 from bridge.body import load_body
-from bridge.messages.world import PlateUnderFoot
 from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
 from nao_hil.analysis.statistics import Paired
 from nao_hil.experiments import axes
@@ -27,11 +27,20 @@ from nao_hil.experiments.arms import (
     pairs,
     survives_claim,
 )
-from nao_hil.experiments.context import Context
+from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.geometry import ankle_in_hip
 from nao_hil.experiments.landing_force import Force, ObstacleSetup, landing_forces, plot_feet, plot_force
+from nao_hil.experiments.plates import drawn_plate
 from nao_hil.experiments.setup import setup_rows
+from nao_hil.experiments.thesis_arms import ThesisArms, thesis_arms
 from nao_hil.runs.walk import WalkOutcome
+
+SWITCHES: Final[dict[str, dict[str, Any]]] = {
+    "with": {"leg_admittance": True, "ankle_admittance": True},
+    "without": {"leg_admittance": False, "ankle_admittance": True},
+    "neither": {"leg_admittance": False, "ankle_admittance": False},
+}
+"""By arm; each arm differs in one from the one before it."""
 
 
 class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -41,6 +50,10 @@ class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
     passed: bool
     with_: Arm = msgspec.field(name="with")
     without: Arm
+    """Without the leg admittance, all else as shipped."""
+    neither: Arm
+    """Without the ankle admittance, too."""
+    thesis: ThesisArms
     paired: Paired
     force_with: Force
     force_without: Force
@@ -52,45 +65,51 @@ class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
     """Lowest of the higher plates on which enough fall without it, m; None: not tried, or none of them."""
 
 
-def plate(setup: ObstacleSetup) -> tuple[tuple[float, PlateUnderFoot], ...]:
-    """Under the right foot, which swings in SSL; as in the scenario `obstacle`."""
-    size = (0.20, 0.08, setup.height)
-    return ((setup.plate_time, PlateUnderFoot(foot="right", size=size, shift=(0.03, 0.0))),)
+def plates(setup: ObstacleSetup) -> Callable[[int], Plates]:
+    """By seed: under the right foot, which swings in SSL."""
+    return lambda seed: ((setup.plate_time, drawn_plate(seed, setup.height)),)
 
 
 def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
-    """Both arms, the figures 4.1, 4.2 and 4.8, and the verdict."""
+    """The arms, the figures 4.1, 4.2 and 4.8, and the verdict."""
     setup = setup or ObstacleSetup()
-    with_, without = context.run(
-        context.walks("obstacle, with", "static", setup.duration, {"admittance": True}, plates=plate(setup)),
-        context.walks(
-            "obstacle, without", "static", setup.duration, {"admittance": False}, plates=plate(setup)
-        ),
+    laid = plates(setup)
+    with_, without, neither = context.run(
+        *(
+            context.walks(f"obstacle, {name}", "static", setup.duration, switches, plates=laid)
+            for name, switches in SWITCHES.items()
+        )
     )
+    thesis = thesis_arms(context, "obstacle", "static", setup.duration, SWITCHES["without"], laid)
     forces = landing_forces(with_, setup), landing_forces(without, setup)
     arms = arm(with_), arm(without)
     ratio = forces[0].median / forces[1].median if forces[1].median else math.nan
     pair = pairs(with_, without)
     claims = _claims(setup, arms, forces, ratio)
-    findings = [pair_words(pair)]
+    findings = [thesis.words("without its leg admittance"), pair_words(pair)]
     body = load_body(context.robot)
     survived = felling = None
     if not context.campaign.interrupted:
         if not claims[1].holds:
             survived = _highest(context, setup)
-            findings.append(_tried(setup.lower, setup, "with admittance every run walks over", survived))
+            findings.append(
+                _tried(setup.lower, setup, "with the leg admittance every run walks over", survived)
+            )
         if not claims[0].holds:
             felling = _lowest(context, setup)
-            findings.append(_tried(setup.higher, setup, "without admittance enough fall from", felling))
+            findings.append(_tried(setup.higher, setup, "without it enough fall from", felling))
     findings += [
         falls_finding("With", with_, body),
         falls_finding("Without", without, body),
+        falls_finding("Without both admittances", neither, body),
         _force_finding(context, forces, ratio, setup),
     ]
     result = ObstacleResult(
         passed=all(claim.holds for claim in claims),
         with_=arms[0],
         without=arms[1],
+        neither=arm(neither),
+        thesis=thesis,
         paired=pair,
         force_with=forces[0],
         force_without=forces[1],
@@ -100,7 +119,7 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
     )
     page = ReportPage(
         name="obstacle",
-        title="R1: a plate of 1 cm under the swing foot",
+        title="R1: plates of 1 cm under the swing foot, leg admittance on and off, all else as shipped",
         source=(
             "Thesis 4.1, figures 4.1, 4.2 and 4.8: at t = 17 s, in SSL, an object of 1 cm lies under the "
             "swing foot. Without admittance the contact force reaches 15 N and the robot falls at about 18 "
@@ -113,15 +132,21 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
                 ("gait", "static, T_DSP 2 s, T_SSP 1.5 s"),
                 (
                     "plate",
-                    f"{1e3 * setup.height:g} mm, under the right foot at {setup.plate_time:g} s of the walk",
+                    f"{1e3 * setup.height:g} mm, under the right foot at {setup.plate_time:g} s of the walk; "
+                    "size, place and angle drawn from the seed",
                 ),
                 ("length", f"{setup.duration:g} s"),
-                ("arms", "admittance on and off, torso control as the gait ships it"),
+                ("arms", "leg admittance on, off, and the ankle's off, too; the thesis' configuration"),
             ],
         ),
         claims=claims,
         pictures=_pictures(context, setup, with_[0], without[0]),
-        tables=(arms_table({"with admittance": arms[0], "without": arms[1]}),),
+        tables=(
+            arms_table(
+                thesis.table("leg admittance off")
+                | {"as shipped": arms[0], "leg admittance off": arms[1], "both off": result.neither}
+            ),
+        ),
         findings=tuple(text for text in findings if text),
     )
     return Outcome(result, page)
@@ -133,7 +158,7 @@ def _claims(
     with_, without = arms
     return (
         falls_claim(
-            f"Without admittance {100 * setup.falls:.0f} % or more fall",
+            f"Without the leg admittance {100 * setup.falls:.0f} % or more fall",
             without,
             setup.falls,
         ),
@@ -160,8 +185,8 @@ def _share(context: Context, setup: ObstacleSetup, height: float, *, admittance:
             f"obstacle, {arm_name}, {1e3 * height:g} mm",
             "static",
             setup.duration,
-            {"admittance": admittance},
-            plates=plate(replace(setup, height=height)),
+            {"leg_admittance": admittance},
+            plates=plates(replace(setup, height=height)),
             keep_track=False,
         )
     )
@@ -214,7 +239,7 @@ def _pictures(
     context: Context, setup: ObstacleSetup, with_: WalkOutcome, without: WalkOutcome
 ) -> tuple[Picture, ...]:
     seed = with_.seed
-    note = f"Seed {seed}; blue without, red with admittance."
+    note = f"Seed {seed}; blue without, red with the leg admittance."
     out, body = context.out, load_body(context.robot)
     return (
         Picture(
@@ -234,7 +259,7 @@ def _pictures(
                 ankle_in_hip(body, "L", with_.track["request"]),
                 ankle_in_hip(body, "R", with_.track["request"]),
             ),
-            "Figure 4.8: trajectories of the feet with admittance",
+            "Figure 4.8: trajectories of the feet with the leg admittance",
             f"Seed {seed}; ankles in the frames of their hips as requested, left solid, right dash-dotted; "
             "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
         ),

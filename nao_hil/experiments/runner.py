@@ -21,6 +21,14 @@ from walker.stabilization.parameters import controller_parameters
 
 GAITS: Final = ("static", "dynamic")
 """Whose parameters the report prints, beside the chosen one's."""
+ABOUT: Final = (
+    "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: what it claims, "
+    "beside what the emulated robot does. Shares have 95 % Wilson intervals. Arms that are compared walk with "
+    "the same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
+    "anything but a foot on the ground. A claim that does not come out stands here as such, with what the "
+    "robot does instead."
+)
+"""Above the report."""
 
 
 class Runner:
@@ -34,6 +42,7 @@ class Runner:
         seeds: Number of them; None: each experiment's own.
         first_seed: The first of them.
         duration: Of one run, s; None: each experiment's own.
+        gait: Of experiments that take one; None: each experiment's own.
     """
 
     def __init__(
@@ -45,11 +54,12 @@ class Runner:
         seeds: int | None = None,
         first_seed: int = 0,
         duration: float | None = None,
+        gait: str | None = None,
     ) -> None:
         self._campaign, self._console = campaign, console
         self._path, self._changes = path, changes
         self._seeds, self._first = seeds, first_seed
-        self._duration = duration
+        self._duration, self._gait = duration, gait
         self._pages: list[ReportPage] = []
         self.results: dict[str, dict[str, Any]] = {}
         """By name, what goes into the JSON."""
@@ -82,7 +92,7 @@ class Runner:
         out.mkdir(parents=True, exist_ok=True)
         try:
             outcome = EXPERIMENTS[name].load()(
-                Context(self._campaign, out, self.seeds(name), self._changes, self._duration)
+                Context(self._campaign, out, self.seeds(name), self._changes, self._duration, self._gait)
             )
         except Interrupted:
             self.missing.append((name, "interrupted; what was walked is kept and need not be walked again"))
@@ -131,7 +141,7 @@ class Runner:
         if self.interrupted:
             facts.append(("interrupted", "shares are of the runs that were done"))
         path = self._path / "report.html"
-        write_report(path, Report(title, self._pages, facts, _configuration(changes), self.missing))
+        write_report(path, Report(title, self._pages, facts, _configuration(changes), self.missing, ABOUT))
         return path
 
 

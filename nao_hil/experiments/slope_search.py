@@ -9,6 +9,7 @@ from typing import Final
 
 import msgspec
 
+from nao_hil.analysis.statistics import wilson
 from nao_hil.runs.walk import WalkOutcome
 
 STEP: Final = 0.5
@@ -24,8 +25,8 @@ class SlopeSetup:
     goal: float = 5.0
     steepest: float = 10.0
     """Where the search ends."""
-    share: float = 0.9
-    """That must walk on."""
+    share: float = 0.8
+    """That must walk on: by the ratio in the search, by the lower bound of the interval in the end."""
     few: int = 10
     """Most seeds of a trial in the search."""
     batch: int = 2
@@ -61,14 +62,18 @@ class Tally:
         return sum(result.end.survived for result in tried.values()), len(tried)
 
 
+def enough(n: int, share: float) -> int:
+    """Least number of `n` of which the lower bound of Wilson's interval is `share`; n where none is."""
+    return next((k for k in range(n) if wilson(k, n)[0] >= share), n)
+
+
 def trial(
-    slope: float, seeds: Sequence[int], share: float, batch: int
+    slope: float, seeds: Sequence[int], needed: int, batch: int
 ) -> Generator[Request, Sequence[bool], bool]:
-    """Try a slope seed by seed until it is sure whether `share` of all these seeds walk on.
+    """Try a slope seed by seed until it is sure whether `needed` of all these seeds walk on.
 
     Yields what to try next, is sent who survived, and returns the verdict.
     """
-    needed = math.ceil(share * len(seeds) - 1e-9)
     survived = fallen = 0
     while survived < needed and fallen <= len(seeds) - needed:
         begin = survived + fallen
@@ -81,14 +86,16 @@ def trial(
 def search(seeds: Sequence[int], setup: SlopeSetup) -> Search:
     """The steepest slope, degrees: bisection on half degrees from the goal on, confirmed with all seeds."""
     few = seeds[: setup.few]
+    most_of_few = math.ceil(setup.share * len(few) - 1e-9)
     low, high = 0, round(setup.steepest / STEP) + 1
     middle = round(setup.goal / STEP)
     while high - low > 1:
-        if (yield from trial(middle * STEP, few, setup.share, setup.batch)):
+        if (yield from trial(middle * STEP, few, most_of_few, setup.batch)):
             low = middle
         else:
             high = middle
         middle = (low + high) // 2
-    while not (yield from trial(low * STEP, seeds, setup.share, setup.batch)) and low > 0:
+    all_that_count = enough(len(seeds), setup.share)
+    while not (yield from trial(low * STEP, seeds, all_that_count, setup.batch)) and low > 0:
         low -= 1
     return low * STEP

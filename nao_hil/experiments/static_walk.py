@@ -26,6 +26,7 @@ from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.planning import Gait, Plan, dry_walk, gait_parameters, make_gait
+from walker.stabilization.switches import NAMED
 
 TOLERANCE = 0.01
 """Share by which a design value may differ from the thesis'."""
@@ -97,7 +98,7 @@ def experiment(context: Context, setup: StaticWalkSetup | None = None) -> Outcom
     setup = setup or StaticWalkSetup()
     context = context.first(setup.runs)
     body = load_body(context.robot)
-    bare = {"admittance": False, "torso": "none"}
+    bare = msgspec.to_builtins(NAMED["none"])
     (results,) = context.run(context.walks("static-walk", "static", setup.duration, bare))
     changes = context.config("static", 0, bare)
     gait = make_gait("static", gait_parameters("static", changes.parameters), body)

@@ -11,6 +11,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
+from walker.planning.order import target_order
 from walker.planning.parameters import GaitParameters, clipped_in_words
 from walker.planning.walkable import check_walkable
 from walker.process import MakeController
@@ -61,24 +62,29 @@ def build_robot(
     )
 
 
-def controller_maker(settings: RunConfig) -> MakeController:
+def controller_maker(settings: RunConfig, *, waits: bool = False) -> MakeController:
     """A function that makes the controller of a run, given the robot's body and cycle time (s).
 
     Args:
-        settings: Configuration; gait, velocity, parameters, controller, steps and duration are read.
+        settings: Configuration; gait, velocity, target, parameters, controller, steps and duration are read.
+        waits: It stands and waits for orders.
 
     Raises:
         ConfigurationError: a wrong parameter of the gait or the controller.
     """
     controllers = controller_parameters(settings.gait, settings.controller)
+    moving = _moving(settings, settings.parameters)  # refuses a wrong parameter before a robot is there
     order = WalkOrder(steps=settings.steps, duration=settings.duration or float("inf"))
-    _moving(settings, settings.parameters)  # refuses a wrong parameter before a robot is there
+    if settings.target:
+        x, y, turn = settings.target
+        order = target_order(order, (x, y, turn), moving)
 
     def make(body: Body, cycle: float) -> Controller:
         parameters = _moving(settings, ground_parameters(settings, body))
         check_walkable(body, make_gait(settings.gait, parameters, body))
         gait = make_gait(settings.gait, parameters, body)
-        return Controller(body, gait, order, cycle, controllers, recover=settings.recover)
+        wanted = None if waits else order
+        return Controller(body, gait, wanted, cycle, controllers, recover=settings.recover)
 
     return make
 

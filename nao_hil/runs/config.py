@@ -31,7 +31,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Pose to begin in: a name of `emulator.start.START_NAMES`; empty: the scenario's."""
     recover: bool = False
     """Get up after a fall and go on, on bodies that have motions for that."""
-    gait: str = "static"
+    gait: str = "omni"
     mode: Mode = "real-time"
     steps: Annotated[int, msgspec.Meta(ge=0)] = 10
     """Steps to walk, the closing step included; 0: no bound."""
@@ -39,22 +39,31 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Time to walk, s; 0: no bound."""
     velocity: tuple[Finite, ...] = ()
     """Forward and to the left, m/s, and turn, rad/s; empty: the gait's own."""
+    target: tuple[Finite, ...] = ()
+    """Where to walk, from where the robot stands: forward and to the left, m, and turn, rad; empty: nowhere."""
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     parameters: dict[str, Any] = {}
     """Gait parameters that differ from the shipped ones."""
     controller: dict[str, Any] = {}
-    """Controller parameters that differ from the gait's shipped ones: `torso`, `admittance`, and tables."""
+    """Controller parameters that differ from the gait's shipped ones: `switches` and other tables."""
     guard: GuardSettings = GuardSettings()
     """Bounds and times of the guard on the robot's side."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a velocity that is no triple."""
+        """Raises ValueError for a velocity or a target that is no triple."""
         if len(self.velocity) not in (0, 3):
             raise ValueError(f"velocity has {len(self.velocity)} numbers; it takes three: vx, vy, omega")
+        if len(self.target) not in (0, 3):
+            raise ValueError(f"target has {len(self.target)} numbers; it takes three: x, y, turn")
 
 
 def run_config(
-    file: Path | None, *, torso: str | None = None, admittance: bool | None = None, **options: Any
+    file: Path | None,
+    *,
+    stabilizer: str | None = None,
+    torso: str | None = None,
+    admittance: bool | None = None,
+    **options: Any,
 ) -> RunConfig:
     """The defaults, overridden by the file, overridden by the options that are not None.
 
@@ -62,19 +71,23 @@ def run_config(
 
     Args:
         file: TOML.
-        torso: into the table `controller`.
-        admittance: into the table `controller`.
-        options: fields of `RunConfig`; a duration without steps bounds the walk by time alone.
+        stabilizer: a named set of switches, `walker.stabilization.switches.StabilizerName`.
+        torso: torso control; into the table `controller.switches`, as the next.
+        admittance: of legs and ankles.
+        options: fields of `RunConfig`; a duration or a target without steps bounds the walk alone.
 
     Raises:
         ConfigurationError: unreadable file, unknown key, or an impossible value.
     """
+    # imported late: help and completion need not wait for the walk
+    from walker.stabilization.parameters import merged
+    from walker.stabilization.switches import switch_changes
+
     base = load_toml(file, RunConfig) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}
-    if given.get("duration"):
+    if given.get("duration") or given.get("target"):
         given.setdefault("steps", 0)
-    switches = {k: v for k, v in (("torso", torso), ("admittance", admittance)) if v is not None}
-    given["controller"] = base.controller | switches
+    given["controller"] = merged(base.controller, switch_changes(stabilizer, torso, admittance))
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
     files = {field: _absolute(getattr(config, field)) for field in ("robot", "wear", "scenario")}
     config = msgspec.structs.replace(config, **files)

@@ -18,7 +18,13 @@ from bridge.recording.recorder import later_file
 
 _RESULT: Final = re.compile(r"summary\.json|frames(-\d+)?\.mcap")
 """Files of a run that do not exist before it."""
+RECORDING: Final = "frames.mcap"
 PACKAGES: Final = ("nao-hil", "pybullet", "mujoco", "numba", "numpy", "scipy", "eclipse-zenoh", "msgspec")
+
+
+def recording_of(run: Path) -> Path:
+    """The recording that a run's folder holds; a path that is no folder is taken for a recording's."""
+    return run / RECORDING if run.is_dir() else run
 
 
 class RunDirectory:
@@ -44,7 +50,7 @@ class RunDirectory:
     @property
     def recording(self) -> Path:
         """All frames of the run, up to its first reset."""
-        return self.path / "frames.mcap"
+        return self.path / RECORDING
 
     def last_recording(self, resets: int) -> Path:
         """All frames since the last of so many resets."""

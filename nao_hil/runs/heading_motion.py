@@ -20,6 +20,7 @@ class HeadingMotion:
         self._last: TruthFrame | None = None
         self._from = math.inf
         self._x = self._y = self._turn = self._time = 0.0
+        self._marked: Vec3 | None = None
         self.turned = 0.0
         """Since the first frame, rad."""
 
@@ -27,10 +28,15 @@ class HeadingMotion:
         """A walk begins at a time of the robot, s."""
         self._from = time + SETTLING
         self._x = self._y = self._turn = self._time = 0.0
+        self._marked = None
 
     def end(self) -> None:
         """The walk is over."""
         self._from = math.inf
+
+    def mark(self) -> None:
+        """The walk may turn out to have ended here: until the next mark the velocity is that of now."""
+        self._marked = self._mean()
 
     def add(self, truth: TruthFrame) -> None:
         """The next boundary of the cycle."""
@@ -52,6 +58,9 @@ class HeadingMotion:
     @property
     def velocity(self) -> Vec3:
         """Mean, forward and to the left, m/s, and turn, rad/s; zeros where nothing was summed up."""
+        return self._mean() if self._marked is None else self._marked
+
+    def _mean(self) -> Vec3:
         if self._time <= 0.0:
             return 0.0, 0.0, 0.0
         return self._x / self._time, self._y / self._time, self._turn / self._time

@@ -9,11 +9,20 @@ import msgspec
 
 from bridge.body.joints import N_JOINTS
 from bridge.messages import ActuatorFrame
+from bridge.motion import GetUp, MotionPlayer, lying
 from emulator.robot import EmulatedRobot
-from walker.planning.motion import Motion, MotionPlayer, lying
 
-LONGEST: Final = 30.0
+LONGEST: Final = 60.0
 """s after which a motion is given up."""
+
+BEGINS: Final = {
+    "back": "lie-back",
+    "front": "lie-front",
+    "left": "lie-side",
+    "right": "lie-side",
+    "upright": "stand",
+}
+"""Start pose of a motion, by what of the robot is below."""
 
 
 class MotionResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -29,7 +38,9 @@ class MotionResult(msgspec.Struct, frozen=True, kw_only=True):
     """Of the motion, s."""
     tries: int
     temperature: float
-    """Of the hottest motor, degrees Celsius."""
+    """Of the hottest motor at any time, degrees Celsius."""
+    current: float
+    """Largest of any motor at any time, as a share of its stall current."""
     overlap: float
     """Deepest overlap of two limbs at any frame, m."""
 
@@ -37,49 +48,43 @@ class MotionResult(msgspec.Struct, frozen=True, kw_only=True):
 def play(
     robot: EmulatedRobot,
     name: str,
-    choose: Callable[[str], Motion | None],
+    player: MotionPlayer | GetUp,
     *,
-    tries: int = 1,
+    longest: float = LONGEST,
     watch: Callable[[EmulatedRobot], None] | None = None,
 ) -> MotionResult:
-    """Play the motion that fits how the robot lies, again until it stands, or as often as allowed.
+    """Play a motion to its end.
 
     Args:
         robot: where it lies; moved.
         name: of the motion, for the result.
-        choose: the motion for what is below; None: there is none.
-        tries: at most.
+        player: at its beginning.
+        longest: time after which it is given up, s.
         watch: called after each cycle.
     """
     began = lying(robot.frame.angle)
-    start, count, overlap = robot.time, 0, 0.0
-    for _ in range(tries):
-        motion = choose(lying(robot.frame.angle))
-        if motion is None:
+    start, overlap = robot.time, 0.0
+    temperature = current = 0.0
+    for cycle in range(round(longest / robot.body.cycle)):
+        position = player.advance(robot.frame, robot.body.cycle)
+        if player.done:
             break
-        count += 1
-        player = MotionPlayer(motion, robot.body)
-        for cycle in range(round(LONGEST / robot.body.cycle)):
-            position = player.advance(robot.frame, robot.body.cycle)
-            command = ActuatorFrame(
-                reply_to=robot.seq, position=position, stiffness=(player.stiffness,) * N_JOINTS
-            )
-            robot.advance(command)
-            if cycle % 10 == 0:
-                overlap = max(overlap, robot.engine.robot.overlap())
-            if watch is not None:
-                watch(robot)
-            if player.done:
-                break
-        if not robot.truth().fell:
-            break
+        stiffness = (player.stiffness,) * N_JOINTS
+        robot.advance(ActuatorFrame(reply_to=robot.seq, position=position, stiffness=stiffness))
+        temperature = max(temperature, *robot.frame.temperature)
+        current = max(current, float((robot.servo.current() / robot.servo.stall_current).max()))
+        if cycle % 10 == 0:
+            overlap = max(overlap, robot.engine.robot.overlap())
+        if watch is not None:
+            watch(robot)
     return MotionResult(
         motion=name,
         began=began,
         ended=lying(robot.frame.angle),
         stands=not robot.truth().fell,
         time=robot.time - start,
-        tries=count,
-        temperature=max(robot.frame.temperature),
+        tries=len(player.began) if isinstance(player, GetUp) else 1,
+        temperature=temperature,
+        current=current,
         overlap=overlap,
     )

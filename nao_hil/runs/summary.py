@@ -13,10 +13,15 @@ from bridge.recording.observer import Observer
 from bridge.rotations import tilt
 from bridge.types import Vec3
 from nao_hil.runs.heading_motion import HeadingMotion
+from nao_hil.runs.seen_walk import SeenWalk
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
-    """Result of one run, over all resets of its world; the JSON of `nao-hil up`."""
+    """Result of one run, over all resets of its world; the JSON of `nao-hil up`.
+
+    Where the controller says nothing of its walk, the ground truth takes the place of the walker's word: a walk
+    is from the first foot that leaves the ground to the last that comes back.
+    """
 
     fell: bool
     """The ground truth says that the robot fell, at least once."""
@@ -78,6 +83,8 @@ class RunStatistics(Observer):
         self._before = _Sums()
         self._torso_max = 0.0
         self._hash = FrameHash()
+        self._told = False
+        """The controller says what it does."""
         self._last_frame: SensorFrame | None = None
         self._begin()
 
@@ -92,6 +99,7 @@ class RunStatistics(Observer):
         self._walk: tuple[float, float] | None = None
         self._has_walked = False
         self._motion = HeadingMotion()
+        self._seen = SeenWalk()
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         """Take in one boundary of the DCM cycle."""
@@ -108,8 +116,25 @@ class RunStatistics(Observer):
             self._way_end = truth
             self._motion.add(truth)
         self._fell = self._fell or truth.fell
+        if not self._told:
+            self._look(truth)
         if self._has_walked:
             self._torso_max = max(self._torso_max, float(tilt(truth.torso_orientation)))
+
+    def _look(self, truth: TruthFrame) -> None:
+        """Take in what the ground truth shows of a walk that nobody tells of."""
+        event = self._seen.update(truth)
+        if event == "lifted":
+            self._walk, self._has_walked = (truth.time, truth.time), True
+            self._motion.begin(truth.time)
+        elif event == "step" and self._walk is not None:
+            self._step += 1
+            self._walk = (self._walk[0], truth.time)
+            self._motion.mark()
+        elif event == "over" and self._walk is not None:
+            self._walked += self._walk[1] - self._walk[0]
+            self._walk = None
+            self._motion.end()
 
     def _sums(self) -> _Sums:
         """So far, over all resets."""
@@ -133,6 +158,7 @@ class RunStatistics(Observer):
         """Take in what the walker says of its walk."""
         if self._last_frame is None or message.seq > self._last_frame.seq:
             return  # said of the robot before it began anew
+        self._told = True
         self._recoveries += self._state == "motion" and message.state not in ("motion", "fallen")
         self._state = message.state
         if message.step < self._step:  # another walk

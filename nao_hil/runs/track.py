@@ -32,6 +32,7 @@ CHANNELS: Final[dict[str, int]] = {
     "force": 2,
     "zmp": 2,
     "com": 3,
+    "place": 3,
     "plan_zmp": 2,
     "plan_com": 2,
     "plan_left": 6,
@@ -44,9 +45,9 @@ CHANNELS: Final[dict[str, int]] = {
     "request": len(LEG_COLUMNS),
 }
 """Name -> width. `time` is that of the walk, s. World frame: torso's place and orientation (x, y, z, w),
-vertical `force` on both feet, `zmp`, `com`. As the walker has it: `angle` (torso roll and pitch), the plan in
-the walk frame, `lift` of the feet, what was added to the ankles, torso `control`. Leg motors: true and
-requested angles, rad."""
+vertical `force` on both feet, `zmp`, `com`. As the walker has it: `place` (x, y and yaw by the odometry),
+`angle` (torso roll and pitch), the plan in the walk frame, `lift` of the feet, what was added to the ankles,
+torso `control`. Leg motors: true and requested angles, rad."""
 _STARTS: Final = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
 WIDTH: Final = sum(CHANNELS.values())
 
@@ -125,6 +126,7 @@ class TrackRecorder:
                 t.right.force[2],
                 *(t.zmp or (math.nan, math.nan)),
                 *t.com,
+                *w.place,
                 *w.zmp,
                 *w.com,
                 *w.left,

@@ -12,15 +12,18 @@ from bridge import rotations
 from bridge.body import BODIES, Body, load_body
 from bridge.guard import Guard
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.messages.world import PlateUnderFoot
 from bridge.recording.observer import Observer
+from bridge.types import Vec3
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile, load_wear
+from emulator.world.stage import Happening
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.events import Load, StridePush, WalkEvents
 from nao_hil.runs.in_process import run
 from nao_hil.runs.track import Track, TrackRecorder
+from walker.controller import Controller
 
 AFTER_FALL: Final = 0.3
 """s that a run goes on after a fall, so that figures show it."""
@@ -40,8 +43,14 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     duration: float
     """Time of the walk, s."""
     scenario: Scenario = Scenario()
-    plates: tuple[tuple[float, PlateUnderFoot], ...] = ()
-    """Plates by time of the walk, s; those of the scenario count from the robot's first frame."""
+    happenings: tuple[tuple[float, Happening], ...] = ()
+    """What happens in the world by time of the walk, s; events of the scenario count from the first frame."""
+    pushes: tuple[StridePush, ...] = ()
+    velocities: tuple[tuple[float, Vec3], ...] = ()
+    """New ones by time of the walk, s; m/s, m/s, rad/s. For gaits that change theirs in stride."""
+    load: Load | None = None
+    stand: bool = False
+    """Stand in place of walking; the time of the walk is that of the stand."""
     keep_track: bool = True
     body: Body | None = None
     """In place of the one that the configuration names."""
@@ -107,21 +116,23 @@ def walk(task: Walk) -> WalkOutcome:
         ConfigurationError: no such body or wear, or parameters that cannot be walked.
     """
     config = msgspec.structs.replace(task.config, scenario="flat", steps=0, duration=0.0)
-    make = controller_maker(config)
-    with build_robot(config, task.scenario, task.body, task.wear) as robot:
-        body = robot.body
-        witness = _Witness(task, robot)
+    make = controller_maker(config, waits=task.stand)
+    body = task.body or load_body(config.robot)
+    loaded = task.load.on(body) if task.load else body
+    with build_robot(config, task.scenario, loaded, task.wear) as robot:
+        controller = make(body, body.cycle)
+        witness = _Witness(task, robot, controller)
         most = round((LONGEST_START + task.duration) / body.cycle)
-        run(robot, Guard(body), make(body, body.cycle), [witness], most, ended=witness.ended)
+        run(robot, Guard(body), controller, [witness], most, ended=witness.ended)
     return WalkOutcome(task, witness.end(), witness.track())
 
 
 class _Witness(Observer):
-    """Observer that keeps the time of the walk, lays the plates, and sees the fall."""
+    """Observer that keeps the time of the walk, lets its events happen, and sees the fall."""
 
-    def __init__(self, task: Walk, robot: EmulatedRobot) -> None:
-        self._task, self._robot = task, robot
-        self._plates = sorted(task.plates, key=lambda plate: plate[0])
+    def __init__(self, task: Walk, robot: EmulatedRobot, controller: Controller) -> None:
+        self._task, self._controller = task, controller
+        self._events = WalkEvents(task.happenings, task.pushes, task.velocities, robot.stage)
         self._recorder = TrackRecorder()
         self._truth = robot.truth()
         self._start: tuple[float, float] | None = None
@@ -143,18 +154,18 @@ class _Witness(Observer):
                 self._fallen = max(self._time, 0.0), truth
             elif self._time >= 0.0:
                 self._tilt = max(self._tilt, float(rotations.tilt(truth.torso_orientation)))
-        while self._plates and self._time >= self._plates[0][0] - 1e-9:
-            self._robot.stage.execute(self._plates.pop(0)[1])
+        self._events.happen(self._time, self._controller)
 
     def telemetry(self, message: WalkTelemetry) -> None:
         """Look for the beginning of the walk."""
         self._state = message.state
         self._recorder.telemetry(message)
-        if self._start is None and message.state == "walk":
+        if self._start is None and message.state == ("stand" if self._task.stand else "walk"):
             self._began = self._truth.time
             self._start = self._truth.torso_position[:2]
         if self._fallen is None:
             self._steps = message.step
+        self._events.follow(message, self._time)
 
     def command(self, frame: ActuatorFrame) -> None:
         """One row of the track per cycle of the walk."""

@@ -86,7 +86,26 @@ CHARTS: Final = (
         (-40.0, 120.0),
     ),
     Chart("cycle late, ms", (Line("late", "behind its clock", BLUE),), (0.0, 2.0), 26.0),
+    Chart(
+        "gyroscope, deg/s",
+        (Line("rate_roll", "roll", ORANGE), Line("rate_pitch", "pitch", BLUE), Line("rate_yaw", "yaw", GREEN)),
+        (-60.0, 60.0),
+        44.0,
+        (-240.0, 240.0),
+    ),
+    Chart(
+        "feet, mm above the ground as planned",
+        (Line("lift_left", "left", BLUE), Line("lift_right", "right", ORANGE)),
+        (0.0, 20.0),
+        44.0,
+        (-10.0, 60.0),
+    ),
+    Chart("largest motor current, A", (Line("current", "of a leg", BLUE),), (0.0, 2.0), 44.0, (0.0, 4.0)),
+    Chart("hottest motor, °C", (Line("heat", "of all", RED),), (20.0, 60.0), 44.0, (0.0, 110.0)),
 )
+"""All that can be chosen."""
+FIRST_CHARTS: Final = 4
+"""So many of them are shown at first."""
 PHASE_HEIGHT: Final = 14.0
 TOLD: Final = 3
 """Signs that are listed under the charts; their room is always kept, so that nothing below moves."""
@@ -101,6 +120,7 @@ def strip_charts(
     symptoms: Sequence[Symptom] = (),
     first: Symptom | None = None,
     ahead: float = 0.0,
+    charts: Sequence[Chart] = CHARTS[:FIRST_CHARTS],
 ) -> str:
     """All charts of the last seconds, as SVG.
 
@@ -110,12 +130,13 @@ def strip_charts(
         symptoms: Marked by a line through all charts; the last ones up to `now` are listed.
         first: The one that is to stand out.
         ahead: How much of what comes after `now` is shown, s.
+        charts: Which ones.
     """
     end = now + ahead
     rows, phases = history.window(end, WINDOW)
     begin = end - WINDOW
     body, y = [], HEAD if first is not None else 0.0
-    for chart in CHARTS:
+    for chart in charts:
         if chart.lines[0].column == "late" and not np.isfinite(rows[:, COLUMNS.index("late")]).any():
             continue  # a recording has no wall clock
         if chart.lines[0].column == "late":
@@ -140,7 +161,7 @@ def strip_charts(
 def _svg(body: str, height: float) -> str:
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="100%" class="charts" style="display: block; '
-        f"box-sizing: border-box; padding-right: 10px; "
+        f"box-sizing: border-box; padding: 4px 10px 0 0; background: #1f2023; "
         f'font-family: Inter, sans-serif">{body}</svg>'
     )
 

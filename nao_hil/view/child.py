@@ -20,11 +20,12 @@ class LivePage(Child):
         robot: Id of the robot.
         connect: Zenoh endpoint of the robot.
         port: TCP port of the page.
-        folder: Where its output goes.
+        folder: Of the run; its output goes there.
     """
 
     def __init__(self, robot: str, connect: str, port: int, folder: Path) -> None:
-        super().__init__("page", ["view", "--name", robot, "--connect", connect, "--port", str(port)], folder)
+        view = ["view", "--name", robot, "--connect", connect, "--port", str(port), "--run", str(folder)]
+        super().__init__("page", view, folder)
         self._told = False
 
     def tell(self, console: Console) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Any, Final, cast, get_args
 
 import msgspec
@@ -26,16 +26,18 @@ from bridge.messages.world import (
     SetFriction,
     StandUp,
     StartFault,
+    Step,
     TiltFloor,
     WorldCommand,
     min_tilt_duration,
 )
 from nao_hil.view.driving import Driving
 from nao_hil.view.live import Commands
-from walker.planning import GAITS
+from nao_hil.view.pad import Pad
+from nao_hil.view.page import TOP
+from nao_hil.view.slow_motion import SPEEDS, SlowMotion
+from walker.planning.catalogue import GAITS, gait_parameters
 
-TOP: Final = -1.0
-"""Order of the first row of the panel."""
 AS_IS: Final = "as it is"
 FAULTS: Final[dict[str, tuple[str, str]]] = {
     "joint-weak": ("joint", "fraction"),
@@ -52,11 +54,18 @@ FAULTS: Final[dict[str, tuple[str, str]]] = {
 SENSORS: Final = tuple(ELEMENTS) + tuple(f"fsr.{cell}" for cell in ELEMENTS["fsr"])
 
 BY_KEYS: Final = (
-    "w faster, s slower, space stop, g gait, t torso control, m admittance; a gamepad's left stick walks"
+    "w faster, s slower, a and d turn, q and e sideways, space stop, g gait, t torso control, m admittance; "
+    "a gamepad's left stick walks"
 )
+
+PAD_VELOCITY: Final = (0.3, 0.12, 1.2)
+"""At the edges of the pad, m/s, m/s, rad/s: the limits of `omni`."""
+PAD_PUSH: Final = 3.0
+"""Likewise, N s."""
 
 Say = Callable[[str], None]
 Act = Callable[[], str]
+Aim = Callable[[tuple[float, float]], None]
 
 
 class Controls:
@@ -67,10 +76,21 @@ class Controls:
         commands: Where they go.
         driving: The wheel.
         say: Shown to the person: what was done, or why not.
+        aim: Shown as an arrow: the impulse of the next push, N s, ahead and to the left of the robot.
+        cycle: The robot's cycle, s.
     """
 
-    def __init__(self, gui: Any, commands: Commands, driving: Driving, say: Say) -> None:
-        self._gui, self._commands, self._driving, self._say = gui, commands, driving, say
+    def __init__(
+        self,
+        gui: Any,
+        commands: Commands,
+        driving: Driving,
+        say: Say,
+        aim: Aim,
+        cycle: float,
+    ) -> None:
+        self._gui, self._commands, self._driving, self._say, self._aim = gui, commands, driving, say, aim
+        self._slow = SlowMotion(commands.world, cycle)
 
     def build(self, tabs: Any, *, world: bool) -> None:
         """Add the tabs to a tab group; `world`: there is one that can be changed."""
@@ -93,7 +113,7 @@ class Controls:
                 self._plates()
             with tabs.add_tab("Faults"):
                 self._faults()
-        acts: dict[str, Act] = {"Walk": walk, "Stop": partial(self._driving.press, "Stop")}
+        acts: dict[str, Act] = {"Walk": walk, "Stop": self._stop}
         self._go = self._buttons("walk", acts, "Walk: as set in the tab below.", order=TOP + 0.1)
         arm = self._other(lambda: self._of_guard(self._commands.arm()))
         self._arm = self._button(
@@ -104,6 +124,18 @@ class Controls:
         """Show Walk and Stop where the robot takes commands, and Arm in their place where it takes none."""
         if self._arm.visible == armed:
             self._go.visible, self._arm.visible = armed, not armed
+
+    def end(self) -> None:
+        """Leave a world that goes on. Raises LinkError when nobody answers."""
+        self._slow.end()
+
+    def show_gait(self, gait: str) -> None:
+        """Offer the directions that a gait can go."""
+        everywhere = _everywhere(gait)
+        self._velocity.show(everywhere)
+        for row in self._rows:
+            if row.visible != everywhere:
+                row.visible = everywhere
 
     def _of_guard(self, status: GuardStatus) -> str:
         self.show_armed(status.armed)
@@ -136,8 +168,17 @@ class Controls:
 
         return let_go_and_act
 
+    def _at(self, command: WorldCommand) -> str:
+        """A command to the world's time ends slow motion."""
+        self._slow.stop()
+        return self._do(command)
+
     def _do(self, command: WorldCommand) -> str:
         return self._commands.world(command).text
+
+    def _stop(self) -> str:
+        self._velocity.reset()
+        return self._driving.press("Stop")
 
     def _walk(self) -> Act:
         """The settings of the next walk; what begins it."""
@@ -178,14 +219,25 @@ class Controls:
         return self._other(lambda: self._commands.walk(command("walk")).text)
 
     def _drive(self) -> None:
-        """Buttons of the wheel, which keys and a gamepad press too."""
+        """A pad for the velocity, and buttons of the wheel, which keys and a gamepad press too."""
         gui = self._gui
+
+        def steer(velocity: tuple[float, ...]) -> None:
+            x, y, turn = velocity
+            self._tell(lambda: self._driving.steer((x, y, turn)))
+
+        hint = "drag: up is ahead, the strip turns; forward and to the left, m/s, and turn, rad/s"
+        self._velocity = Pad(gui, "velocity", PAD_VELOCITY, (0.0, 0.0, 0.0), hint, steer)
 
         def acts(*names: str) -> dict[str, Act]:
             return {name: partial(self._driving.press, name) for name in names}
 
         with gui.add_folder("Drive"):
-            self._buttons("speed", acts("Slower", "Faster"), "five notches to the gait's own speed")
+            self._rows = [
+                self._buttons("sideways", acts("Left", "Right"), "0.02 m/s each"),
+                self._buttons("turn", acts("Turn left", "Turn right"), "0.1 rad/s each"),
+            ]
+            self._buttons("ahead", acts("Slower", "Faster"), "five notches to the gait's own speed")
             self._buttons("next", acts("Gait", "Torso control", "Admittance"))
             keys = gui.add_checkbox("keys, gamepad", initial_value=False, hint=BY_KEYS)
             words = gui.add_markdown(f'<span class="keys-drive">{BY_KEYS}</span>', visible=False)
@@ -203,19 +255,24 @@ class Controls:
     def _again(self) -> None:
         acts = {"Stand up": lambda: self._do(StandUp()), "Reset": self._other(lambda: self._do(Reset()))}
         self._buttons("robot", acts, "Stand up: put it back on its feet. Reset: all begins anew.")
-        self._buttons("time", {"Pause": lambda: self._do(Pause()), "Resume": lambda: self._do(Resume())})
+        acts = {"Pause": lambda: self._at(Pause()), "Resume": lambda: self._at(Resume())}
+        self._buttons("time", acts | {"Step": lambda: self._at(Step())}, "Step: one cycle, then it is paused.")
+        speed = self._gui.add_dropdown("slow motion", SPEEDS, hint="robot time per time of the clock")
+        speed.on_update(lambda _: self._tell(lambda: self._slow.set_speed(float(speed.value))))
 
     def _push(self) -> None:
-        gui = self._gui
-        with gui.add_folder("Push"):
-            impulse = gui.add_slider("impulse, N s", min=0.1, max=5.0, step=0.1, initial_value=1.0)
-            direction = gui.add_slider(
-                "towards, deg", min=-180, max=180, step=15, initial_value=90, hint="0 forward, 90 to the left"
-            )
+        with self._gui.add_folder("Push"):
+            hint = "drag: up is ahead; an arrow shows it; forward and to the left, N s"
+
+            def aim(impulse: tuple[float, ...]) -> None:
+                self._aim((impulse[0], impulse[1]))
+
+            pad = Pad(self._gui, "impulse, N s", (PAD_PUSH, PAD_PUSH), (0.0, 1.0), hint, aim)
 
             def push() -> str:
-                size, angle = float(impulse.value), math.radians(float(direction.value))
-                return self._do(Push(impulse=(size * math.cos(angle), size * math.sin(angle), 0.0)))
+                x, y = pad.numbers
+                self._aim((x, y))
+                return self._do(Push(impulse=(x, y, 0.0)))
 
             self._button("Push", push)
 
@@ -290,3 +347,9 @@ class Controls:
 def _chosen(value: str) -> str | None:
     """A dropdown's value; None where it stands at `AS_IS`."""
     return None if value == AS_IS else value
+
+
+@cache
+def _everywhere(gait: str) -> bool:
+    """Whether a gait goes in any direction."""
+    return gait in GAITS and gait_parameters(gait).limits is not None

@@ -7,12 +7,17 @@ from collections.abc import Callable
 from typing import Final
 
 from bridge.errors import NaoHilError
+from bridge.types import Vec3
 from nao_hil.drive.session import Session, Walker
 
 KEYS: Final = {
     "Slower": "s",
     "Stop": "x",
     "Faster": "w",
+    "Turn left": "a",
+    "Turn right": "d",
+    "Left": "q",
+    "Right": "e",
     "Gait": "g",
     "Torso control": "t",
     "Admittance": "m",
@@ -43,10 +48,17 @@ class Driving:
             LinkError: no walker takes commands.
             WalkRefused: the walker has no robot.
         """
+        return self._do(lambda session: session.take([KEYS[button]]))
+
+    def steer(self, velocity: Vec3) -> str:
+        """Walk at a velocity, forward and to the left, m/s, and turn, rad/s; returns and raises as `press`."""
+        return self._do(lambda session: session.steer(velocity))
+
+    def _do(self, act: Callable[[Session], None]) -> str:
         with self._lock:
             if self._session is None:
                 self._session = Session(self._walker())
-            self._session.take([KEYS[button]])
+            act(self._session)
             return self._session.said
 
     def let_go(self) -> None:

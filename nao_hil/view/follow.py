@@ -5,15 +5,19 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from pathlib import Path
 from typing import Any, Final
 
 from bridge.body import load_body
 from bridge.errors import NaoHilError
-from bridge.messages import Info, SensorFrame
+from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.world import Status
 from nao_hil.analysis.diagnosis import Gatherer
+from nao_hil.runs.demo import CAPTION
 from nao_hil.view.controls import Controls
+from nao_hil.view.downloads import add_downloads, newest_recording
 from nao_hil.view.driving import Driving
+from nao_hil.view.hand import Hand
 from nao_hil.view.live import Commands, Subscriber
 from nao_hil.view.page import Page
 
@@ -33,14 +37,20 @@ class Follower:
         robot: Id of the robot.
         connect: Zenoh endpoint of the robot.
         stop: Ends it.
+        folder: Of the run, where it is on this machine: its recording can be downloaded.
     """
 
-    def __init__(self, server: Any, robot: str, connect: str, stop: threading.Event) -> None:
+    def __init__(
+        self, server: Any, robot: str, connect: str, stop: threading.Event, folder: Path | None = None
+    ) -> None:
+        self._robot, self._endpoint, self._folder = robot, connect, folder
+        self._hand: Hand | None = None
         self._page = Page(server, f"robot {robot}")
         self._subscriber, self._commands = Subscriber(robot, connect), Commands(robot, connect)
         self._driving = Driving(self._commands.walker, lambda: bool(server.get_clients()))
         self._stop = stop
         self._info: Info | None = None
+        self._controls: Controls | None = None
         self._seq = -1
         self._anew = True
         """The robot began anew, perhaps on another terrain."""
@@ -59,6 +69,8 @@ class Follower:
                 for message in self._subscriber.take():
                     if isinstance(message, SensorFrame) and not self._known(message):
                         continue
+                    if isinstance(message, Notice) and message.code == CAPTION:
+                        self._page.caption(message.text)
                     if (moment := gatherer.add(message)) is not None:
                         self._page.take(moment)
                 self._page.show()
@@ -66,6 +78,11 @@ class Follower:
                 self._stop.wait(due - time.monotonic())
         finally:
             self._subscriber.close()
+            if self._hand is not None:
+                self._hand.let_go()
+            if self._controls is not None:
+                with contextlib.suppress(NaoHilError):
+                    self._controls.end()
             if self._watcher is not None:
                 self._watcher.join(ENDING)
             self._commands.close()
@@ -88,9 +105,17 @@ class Follower:
         if self._info is not None:
             return  # the controls are there
         emulated = info.side == "emulator"
-        controls = Controls(self._page.gui, self._commands, self._driving, self._page.say)
-        controls.build(self._page.tabs, world=emulated)
-        self._page.add_view_tab()
+        page, cycle = self._page, load_body(info.body).cycle
+        self._controls = controls = Controls(page.gui, self._commands, self._driving, page.say, page.aim, cycle)
+        controls.build(page.tabs, world=emulated)
+        tab = page.add_joint_tab()
+        if emulated:
+            body = load_body(info.body)
+            self._hand = Hand(page.gui, tab, body, self._robot, self._endpoint, page.say)
+        page.add_view_tab()
+        if (folder := self._folder) is not None:
+            with page.tabs.add_tab("Save"):
+                add_downloads(page.gui, lambda: newest_recording(folder), page.say)
         self._page.say("answers to the buttons appear here")
         self._watcher = threading.Thread(
             target=self._watch, args=(controls, emulated), name="watch", daemon=True
@@ -103,6 +128,9 @@ class Follower:
             self._driving.sign()
             with contextlib.suppress(NaoHilError):
                 controls.show_armed(self._commands.guard().armed)
+            with contextlib.suppress(NaoHilError):
+                if self._page.walks:
+                    controls.show_gait(self._commands.walker().status().gait)
             if not emulated:
                 continue
             try:

@@ -7,9 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from bridge.body.joints import JOINTS
 from nao_hil.analysis.diagnosis import Balance
 from nao_hil.view.looks import Floats
 
+LEGS: Final = [i for i, name in enumerate(JOINTS) if "Hip" in name or "Knee" in name or "Ankle" in name]
 COLUMNS: Final = (
     "time",
     "roll",
@@ -21,8 +23,15 @@ COLUMNS: Final = (
     "margin_true",
     "late",
     "missed",
+    "rate_roll",
+    "rate_pitch",
+    "rate_yaw",
+    "lift_left",
+    "lift_right",
+    "current",
+    "heat",
 )
-"""s, deg, deg, N, N, mm, mm, mm, ms, cycles since the start."""
+"""s, deg, deg, N, N, mm, mm, mm, ms, cycles since the start, deg/s, deg/s, deg/s, mm, mm, A, °C."""
 
 
 class History:
@@ -54,6 +63,11 @@ class History:
             _mm(balance.true.margin if balance.true else None),
             1e-6 * frame.wall - 1e3 * frame.time if frame.wall else math.nan,  # recordings have no wall clock
             frame.missed,
+            *(math.degrees(rate) for rate in frame.gyroscope),
+            _mm(walk.left[2] if walk is not None else None),
+            _mm(walk.right[2] if walk is not None else None),
+            max(frame.current[i] for i in LEGS),
+            max(frame.temperature),
         )
         self._phases[i] = walk.phase if walk is not None else ""
         self._count += 1

@@ -16,7 +16,7 @@ from bridge.link.mailbox import Mailbox
 from bridge.link.session import subscribe, try_client
 from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
-from bridge.messages import Info, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
+from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import WorldCommand
@@ -25,6 +25,7 @@ from bridge.recording.canonical import Recordable
 
 KINDS: Final[dict[str, type[Recordable]]] = {
     keys.SENSORS: SensorFrame,
+    keys.ACTUATORS: ActuatorFrame,
     keys.TRUTH: TruthFrame,
     keys.TELEMETRY: WalkTelemetry,
     keys.NOTICES: Notice,

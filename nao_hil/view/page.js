@@ -3,7 +3,7 @@
 
 // Keys and a gamepad press the page's own buttons, as long as the box that allows it is ticked.
 (() => {
-  const KEYS = { w: "Faster", s: "Slower", " ": "Stop", x: "Stop", g: "Gait", t: "Torso control", m: "Admittance" };
+  const KEYS = { w: "Faster", s: "Slower", a: "Turn left", d: "Turn right", q: "Left", e: "Right", " ": "Stop", x: "Stop", g: "Gait", t: "Torso control", m: "Admittance" };
   const PAD = ["Stop", "Gait", "Torso control", "Admittance"]; // its buttons 0 to 3
   const FORWARDS = 1; // axis of the left stick, up negative
   const PUSHED = 0.5; // of the stick's way
@@ -75,44 +75,117 @@
   }, PATIENCE);
 })();
 
-// After a fall its sentence stays in sight: over the picture, while the panel's own is scrolled away.
+// Over the picture: what to look at, and after a fall its sentence while the panel's own is scrolled away.
 (() => {
+  const PLACE = "position:fixed;left:1em;top:1em;max-width:min(28em, calc(100vw - 2em));z-index:900;pointer-events:none";
   const STYLE =
-    "position:fixed;left:1em;top:1em;max-width:28em;padding:0.6em 1em;z-index:900;background:#25262b;color:#f8f9fa;" +
-    "border-left:4px solid #fa5252;font:600 15px/1.5 Inter,sans-serif;pointer-events:none";
+    "margin-bottom:0.5em;padding:0.6em 1em;background:#25262b;color:#f8f9fa;font:600 15px/1.5 Inter,sans-serif;" +
+    "border-left:4px solid ";
   const LOOK = 300; // ms
 
   const inSight = (element) => {
     const { left, top, width, height } = element.getBoundingClientRect();
     return element.contains(document.elementFromPoint(left + width / 2, top + height / 2));
   };
-  setInterval(() => {
-    const title = [...document.querySelectorAll("h4")].find((each) => each.textContent.startsWith("It fell"));
-    let word = document.getElementById("fell");
-    if (!title || inSight(title)) return word?.remove();
+  const show = (id, colour, text) => {
+    let word = document.getElementById(id);
+    if (!text) return word?.remove();
+    if (!document.getElementById("words")) document.body.insertAdjacentHTML("beforeend", `<div id="words" style="${PLACE}"></div>`);
     if (!word) {
-      document.body.insertAdjacentHTML("beforeend", `<div id="fell" style="${STYLE}"></div>`);
-      word = document.getElementById("fell");
+      document.getElementById("words").insertAdjacentHTML("beforeend", `<div id="${id}" style="${STYLE}${colour}"></div>`);
+      word = document.getElementById(id);
     }
-    word.textContent = title.textContent;
+    word.textContent = text;
+  };
+  setInterval(() => {
+    show("caption", "#339af0", document.querySelector(".nao-caption")?.textContent);
+    const title = [...document.querySelectorAll("h4")].find((each) => each.textContent.startsWith("It fell"));
+    show("fell", "#fa5252", title && !inSight(title) ? title.textContent : "");
   }, LOOK);
 })();
 
-// The first rows, Emergency stop and what is below it, stay in sight while the panel is scrolled.
+// The first rows of the panel and its tabs stay in sight while it is scrolled; on a phone held upright the picture is
+// above the panel, not behind it.
 (() => {
   const LOOK = 300; // ms
+  const HIGH = "52dvh"; // of the picture on a phone
+  const STYLE = `@media (max-width: 720px) {
+    .nao-picture { height: ${HIGH} !important; width: 100% !important; align-self: flex-start !important; }
+    .nao-panel { inset: ${HIGH} 0 0 0 !important; width: 100% !important; height: auto !important; max-height: none !important; margin: 0 !important; border-radius: 0 !important; }
+    .nao-panel .nao-wide { width: 100% !important; max-width: none !important; }
+    .nao-panel .nao-high { height: 100% !important; max-height: none !important; }
+    .nao-panel .nao-title { display: none !important; }
+  }`;
 
   const pin = (row, top) => {
     Object.assign(row.style, { position: "sticky", top: `${top}px`, zIndex: 50, background: "var(--mantine-color-body)" });
   };
   setInterval(() => {
-    const stop = [...document.querySelectorAll("button")].find((each) => each.textContent === "Emergency stop");
-    const row = stop?.parentElement;
-    if (!row?.nextElementSibling) return;
-    for (let at = row; at && !at.className.includes("ScrollArea-viewport"); at = at.parentElement) {
-      if (getComputedStyle(at).overflowY === "hidden") at.style.overflow = "clip"; // hidden would hold them
+    const tabs = document.querySelector("[role=tablist]"), canvas = document.querySelector("canvas");
+    const panel = tabs?.closest(".mantine-Paper-root"), column = tabs?.closest(".mantine-Tabs-root")?.parentElement;
+    if (!panel || !canvas || !column) return;
+    if (!document.getElementById("nao-style")) document.head.insertAdjacentHTML("beforeend", `<style id="nao-style">${STYLE}</style>`);
+    let picture = canvas;
+    while (!picture.parentElement.contains(panel)) picture = picture.parentElement;
+    picture.classList.add("nao-picture");
+    panel.classList.add("nao-panel");
+    for (let at = column; at !== panel; at = at.parentElement) {
+      if (getComputedStyle(at).overflowY === "hidden") at.style.overflow = "clip"; // hidden would hold the rows
+      const inside = at.closest(".mantine-ScrollArea-content");
+      at.classList.add(inside ? "nao-wide" : "nao-high");
+      if (inside && at !== inside && at.parentElement !== inside && at.parentElement.parentElement === inside)
+        for (let before = at.previousElementSibling; before; before = before.previousElementSibling) before.classList.add("nao-title");
     }
-    pin(row, 0);
-    pin(row.nextElementSibling, row.offsetHeight);
+    const [first, second] = column.children;
+    pin(first, 0);
+    pin(second, first.offsetHeight);
+    pin(tabs, first.offsetHeight + second.offsetHeight);
   }, LOOK);
+})();
+
+// Pads: dragging one writes numbers into the field that follows it, and the field says where the knobs are.
+(() => {
+  const LOOK = 200; // ms
+  const AGAIN = 150; // ms between two words of a knob that is dragged
+  const REST = 0.08; // share of the way that counts as none
+
+  const field = (pad) =>
+    [...document.querySelectorAll("input")].find((i) => pad.compareDocumentPosition(i) & Node.DOCUMENT_POSITION_FOLLOWING);
+  const numbers = (input) => input.value.trim().split(/[ ,]+/).map(Number);
+  const write = (input, values) => {
+    const text = values.map((value) => (Math.abs(value) < 0.005 ? 0 : value).toFixed(2)).join(" ");
+    if (text === input.value) return;
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(input, text);
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  const place = (pad) => {
+    const input = field(pad), most = pad.dataset.most.split(" ").map(Number);
+    const [ahead, left, turn] = input ? numbers(input).map((value, i) => Math.max(-1, Math.min(1, value / most[i] || 0))) : [0, 0, 0];
+    const knob = (part) => pad.querySelector(`${part} .nao-knob`)?.style;
+    Object.assign(knob(".nao-square"), { top: `${50 - 50 * ahead}%`, left: `${50 - 50 * left}%` });
+    if (knob(".nao-strip")) knob(".nao-strip").left = `${50 - 50 * turn}%`;
+  };
+  setInterval(() => document.querySelectorAll(".nao-pad").forEach(place), LOOK);
+
+  let said = 0;
+  const drag = (event, last) => {
+    const part = event.target.closest?.(".nao-square, .nao-strip"), pad = part?.closest(".nao-pad");
+    const input = pad && field(pad);
+    if (!input || (!last && !event.buttons)) return;
+    event.preventDefault();
+    if (event.type === "pointerdown") part.setPointerCapture(event.pointerId);
+    const { left, top, width, height } = part.getBoundingClientRect();
+    const share = (way) => (Math.abs(way) < REST ? 0 : Math.max(-1, Math.min(1, way)));
+    const toLeft = share(1 - (2 * (event.clientX - left)) / width), ahead = share(1 - (2 * (event.clientY - top)) / height);
+    const most = pad.dataset.most.split(" ").map(Number), values = numbers(input);
+    if (part.matches(".nao-strip")) values[2] = toLeft * most[2];
+    else [values[0], values[1]] = [ahead * most[0], toLeft * most[1]];
+    if (last || performance.now() - said > AGAIN) {
+      said = performance.now();
+      write(input, values);
+      place(pad);
+    }
+  };
+  for (const kind of ["pointerdown", "pointermove"]) document.addEventListener(kind, (event) => drag(event, false), { capture: true });
+  document.addEventListener("pointerup", (event) => drag(event, true), { capture: true });
 })();

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import html
 import threading
+from collections import deque
+from collections.abc import Sequence
 from typing import Any, Final
 
 from bridge.body import Body
 from bridge.messages.world_state import WorldReply
 from nao_hil.analysis.diagnosis import Balance, BalanceEstimator, Diagnosis, Moment, Symptom, Symptoms, explain
 from nao_hil.analysis.diagnosis.symptoms import MEANING
-from nao_hil.view.charts import strip_charts
+from nao_hil.view.charts import CHARTS, FIRST_CHARTS, strip_charts
 from nao_hil.view.history import History
+from nao_hil.view.joints import JointView
 from nao_hil.view.scene import POINTS, RobotScene
 from walker.estimation.odometry import GroundPlane
 
 CAMERA: Final = ((0.50, -0.66, 0.42), (0.0, 0.0, 0.2))
 """Where the camera is and where it looks at first, m, the robot's place being the origin."""
+TOP: Final = -1.0
+"""Order of the first row of the panel."""
 PANEL: Final = 400
 """Width of the panel, pixels of the browser."""
 KEPT: Final = 12_000
 """Frames of history, two minutes."""
+JOINT_ROWS: Final = 1000
+"""Frames that the plot of a joint shows."""
 CHART_EVERY: Final = 6
 """Pictures from one drawing of the charts to the next."""
 MOST: Final = 200
@@ -47,16 +54,21 @@ class Page:
         self.server, self.gui = server, server.gui
         self._title = title
         self._lock = threading.Lock()
-        server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        self._dress(dark=True)
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(PANEL)
         server.on_client_connect(_aim)
         self._headline = self.gui.add_markdown(f"**{title}**: waiting for the robot")
-        self._charts = self.gui.add_html("")
         self._said = self.gui.add_markdown("")
+        self._caption = self.gui.add_markdown("", visible=False)
         self.tabs = self.gui.add_tab_group()
+        with self.tabs.add_tab("Charts"):
+            self._verdict = self.gui.add_markdown("", visible=False)
+            self._charts = self.gui.add_html("")
         self._scene: RobotScene | None = None
+        self._joints: JointView | None = None
         self._count = 0
+        self._shown = list(CHARTS[:FIRST_CHARTS])
         self._begin()
 
     def meet(self, body: Body) -> None:
@@ -73,14 +85,24 @@ class Page:
         self.symptoms: list[Symptom] = []
         self.diagnosis: Diagnosis | None = None
         self._newest: Balance | None = None
+        self._recent: deque[Moment] = deque(maxlen=JOINT_ROWS)
 
     def add_view_tab(self) -> None:
         """Add what changes the picture only."""
         with self.tabs.add_tab("View"):
             follow = self.gui.add_checkbox("follow the robot", initial_value=True)
             ghost = self.gui.add_checkbox("ghost (as its sensors say)", initial_value=True)
-            through = self.gui.add_checkbox("see through", initial_value=False)
+            through = self.gui.add_checkbox("see through", initial_value=True)
+            dark = self.gui.add_checkbox("dark", initial_value=True)
+            with self.gui.add_folder("Charts"):
+                shown = [self.gui.add_checkbox(c.title, initial_value=c in self._shown) for c in CHARTS]
             self.gui.add_markdown(legend())
+
+        def choose_charts(_: object) -> None:
+            self._shown = [chart for chart, box in zip(CHARTS, shown, strict=True) if box.value]
+
+        for box in shown:
+            box.on_update(choose_charts)
 
         def choose(_: object) -> None:
             if self._scene is not None:
@@ -90,13 +112,42 @@ class Page:
             if self._scene is not None:
                 self._scene.see_through(through.value)
 
+        dark.on_update(lambda _: self._dress(dark=dark.value))
         through.on_update(see_through)
         follow.on_update(choose)
         ghost.on_update(choose)
 
+    def _dress(self, dark: bool) -> None:
+        self.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
+
+    def add_joint_tab(self) -> Any:
+        """Add the table and the plot of the joints; returns the tab."""
+        self._joints = JointView(self.gui, self.tabs)
+        return self._joints.tab
+
+    def show_joints(self, moments: Sequence[Moment], now: bool = False) -> None:
+        """The joints of the last of some moments, drawn every so often, or `now`."""
+        if self._joints is not None:
+            self._joints.show(moments, now)
+
+    @property
+    def walks(self) -> bool:
+        """Whether a walker has said anything of the newest moment."""
+        return self._newest is not None and self._newest.moment.walk is not None
+
+    def aim(self, impulse: tuple[float, float]) -> None:
+        """Show for a while, by an arrow, the impulse of a push, N s, ahead and to the left of the robot."""
+        if self._scene is not None:
+            self._scene.aim(impulse)
+
     def say(self, text: str) -> None:
         """Tell the person what came of a button."""
         self._said.content = _answer(text)
+
+    def caption(self, text: str) -> None:
+        """Show a line over the picture, until another takes its place."""
+        self._caption.content = f'<span class="nao-caption">{_plain(text)}</span>'
+        self._caption.visible = True
 
     def take(self, moment: Moment) -> None:
         """The next moment, drawn or not."""
@@ -112,6 +163,7 @@ class Page:
             since = [s for s in self.symptoms if s.time > last]
             self.diagnosis = explain(since, torso_off=self._watch.torso_off) or self.diagnosis
         self._history.add(balance)
+        self._recent.append(moment)
         self._newest = balance
 
     def forget(self) -> None:
@@ -123,6 +175,7 @@ class Page:
         """Draw the newest moment, if anybody looks."""
         if self._newest is not None and self.server.get_clients():
             self.draw(self._newest, self._history, self.symptoms, self.diagnosis)
+            self.show_joints(list(self._recent))
 
     def draw(
         self,
@@ -142,8 +195,11 @@ class Page:
         if self._count % CHART_EVERY == 0 or now:
             time = balance.moment.sensors.time
             first = diagnosis.first if diagnosis else None
-            self._charts.content = strip_charts(history, time, symptoms, first, ahead)
-            self._headline.content = headline(self._title, balance, diagnosis)
+            self._charts.content = strip_charts(history, time, symptoms, first, ahead, self._shown)
+            title, *rest = verdict(diagnosis).split("\n\n") if diagnosis is not None else ("",)
+            self._headline.content = f"{headline(self._title, balance)}\n\n{title}"
+            self._verdict.content = "\n\n".join(rest)
+            self._verdict.visible = bool(rest)
 
     def set_world(self, world: WorldReply) -> None:
         """The world is like this."""
@@ -162,16 +218,15 @@ def _aim(client: Any) -> None:
     client.camera.position, client.camera.look_at = CAMERA
 
 
-def headline(title: str, balance: Balance, diagnosis: Diagnosis | None) -> str:
-    """What is going on, and after a fall what went wrong first, in markdown."""
+def headline(title: str, balance: Balance) -> str:
+    """What is going on, in markdown."""
     frame, walk = balance.moment.sensors, balance.moment.walk
     words = [f"**{_plain(title)}**", f"{frame.time:.1f} s"]
     if walk is not None:
         of = f" of {walk.steps}" if walk.steps else ""
         words += [walk.state] if walk.phase == walk.state else [walk.state, walk.phase]
         words += [f"step {walk.step}{of}"] if walk.step else []
-    line = " · ".join(words)
-    return line if diagnosis is None else f"{line}\n\n{verdict(diagnosis)}"
+    return " · ".join(words)
 
 
 def verdict(diagnosis: Diagnosis) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
@@ -10,14 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body import Body
 from bridge.messages.world_state import Terrain, WorldObject
-from bridge.rotations import heading, rotation
-from bridge.types import Array, Quaternion, Side
+from bridge.rotations import R_yaw, heading, rotation
+from bridge.types import Array, Quaternion
 from nao_hil.analysis.diagnosis import Balance, Stand
+from nao_hil.view.footprints import Footprints
 from nao_hil.view.looks import Colour, Part, link_parts, terrain_meshes
-from walker.estimation.odometry import GroundPlane, on_ground
-from walker.model.floating_base import SIDES, FloatingBase, RobotPose
-from walker.model.support_polygon import SupportPolygon, convex_hull
-from walker.planning.plan import Foothold
+from nao_hil.view.support import soles_that_touch, tips
+from walker.estimation.odometry import GroundPlane
+from walker.model.floating_base import FloatingBase, RobotPose
 
 PLANNED: Final[Colour] = (51, 154, 240)
 MEASURED: Final[Colour] = (255, 146, 43)
@@ -36,11 +37,20 @@ GHOST_APART: Final = 0.006
 NAME_OVER: Final = 0.28
 """Height of the ghost's name over its torso, m."""
 THROUGH: Final = 0.5
-"""Opacity of what one must see through: the feet, or all of the robot."""
+"""Opacity of the feet."""
+BODY_THROUGH: Final = 0.7
+"""Opacity of the body, in which one sees the centre of mass."""
 NEWTON: Final = 0.006
 """Height of a load's bar, m/N: 150 mm for a full cell."""
 BARS_OVER: Final = 0.02
 """Height over the sole at which the bars begin, m."""
+PUSH: Final[Colour] = (252, 196, 25)
+NEWTON_SECOND: Final = 0.12
+"""Length of the arrow of a push, m/(N s)."""
+PUSH_OVER: Final = 0.06
+"""Height of its head over the torso's origin, m."""
+ARROW_TIME: Final = 8.0
+"""How long the arrow is shown, s."""
 OVER: Final = 0.002
 """Height of what is drawn on the floor over it, m."""
 ROOT: Final = "/world"
@@ -120,18 +130,24 @@ class RobotScene:
             opacity=0.25,
             side="double",
         )
-        self._prints: dict[str, list[Array]] = {"planned": [], "made": []}
         self._print_lines = {
             kind: self._lines(f"{ROOT}/footprints/{kind}", 1, colour, 2.0) for kind, colour in PRINTS.items()
         }
-        self._down: dict[str, dict[Side, bool]] = {
-            "planned": dict.fromkeys(SIDES, False),
-            "made": dict.fromkeys(SIDES, False),
-        }
+        self._begin_footprints()
         self._terrain = Terrain()
         self._terrain_meshes: list[Any] = []
         self._objects: dict[str, tuple[WorldObject, Any]] = {}
         self.ghost, self.follow = True, True
+        self._push, self._pushed_until = (0.0, 0.0), 0.0
+        self._arrow = self._scene.add_arrows(
+            f"{ROOT}/push",
+            np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]], dtype=np.float32),
+            PUSH,
+            shaft_radius=0.008,
+            head_radius=0.02,
+            head_length=0.04,
+            visible=False,
+        )
 
     def _draw_floor(self) -> None:
         roll, pitch = self._floor.roll, self._floor.pitch
@@ -163,7 +179,7 @@ class RobotScene:
                     part.vertices,
                     part.faces,
                     color=colour or part.colour,
-                    opacity=0.3 if colour else THROUGH if name.endswith("AnkleRoll") else None,
+                    opacity=0.3 if colour else THROUGH if name.endswith("AnkleRoll") else BODY_THROUGH,
                 )
                 if colour is None and not name.endswith("AnkleRoll"):
                     self._shells.append(mesh)
@@ -181,7 +197,11 @@ class RobotScene:
         """Draw the robot so that one sees its centre of mass."""
         with self._server.atomic():
             for mesh in self._shells:
-                mesh.opacity = THROUGH if through else None
+                mesh.opacity = BODY_THROUGH if through else None
+
+    def aim(self, impulse: tuple[float, float]) -> None:
+        """Show the impulse of a push, N s, ahead and to the left of the robot, for a while."""
+        self._push, self._pushed_until = impulse, time.monotonic() + ARROW_TIME
 
     def draw(self, balance: Balance) -> None:
         """Show one moment."""
@@ -204,13 +224,27 @@ class RobotScene:
         self._draw_loads(balance)
         self._draw_support(balance)
         self._draw_footprints(balance)
+        self._draw_push(balance.best.robot)
+
+    def _draw_push(self, robot: RobotPose) -> None:
+        """An arrow whose head is at the torso."""
+        shown = time.monotonic() < self._pushed_until
+        if self._arrow.visible != shown:
+            self._arrow.visible = shown
+        if shown:
+            head = robot.frames[0, :3, 3] + np.array([0.0, 0.0, PUSH_OVER])
+            way = NEWTON_SECOND * (R_yaw(heading(robot.frames[0])) @ (*self._push, 0.0))
+            self._arrow.points = np.array([[head - way, head]], dtype=np.float32)
 
     def forget(self) -> None:
         """The robot began anew: footprints go."""
-        for kind, lines in self._print_lines.items():
-            self._prints[kind] = []
-            self._down[kind] = dict.fromkeys(SIDES, False)
+        self._begin_footprints()
+        for lines in self._print_lines.values():
             lines.points = np.zeros((1, 2, 3), dtype=np.float32)
+
+    def _begin_footprints(self) -> None:
+        self._footprints = Footprints(self._kinematics)
+        self._prints: dict[str, list[Array]] = {kind: [] for kind in PRINTS}
 
     def _draw_points(self, balance: Balance) -> None:
         best, plan = balance.best, balance.plan
@@ -252,15 +286,14 @@ class RobotScene:
         self._bars.colors = np.array(colours, dtype=np.uint8)
 
     def _draw_support(self, balance: Balance) -> None:
-        polygon = self._soles_that_touch(balance.best)
+        polygon = soles_that_touch(self._kinematics, balance.best)
         for handle in (self._support, self._support_area):
             if handle.visible != (polygon is not None):
                 handle.visible = polygon is not None
         if polygon is None or len(polygon.corners) < 3:
             return
         corners = np.array([self._on_floor(corner) for corner in polygon.corners])
-        outside = balance.best.zmp is None or polygon.margin(balance.best.capture) < -0.03
-        colour = LOST if outside else SAFE
+        colour = LOST if tips(balance.best, polygon) else SAFE
         self._support.points = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32)
         self._support.colors = np.broadcast_to(np.array(_of_line(colour), dtype=np.uint8), (len(corners), 2, 3))
         n = len(corners)
@@ -268,37 +301,14 @@ class RobotScene:
         self._support_area.faces = np.array([(0, i, i + 1) for i in range(1, n - 1)], dtype=np.uint32)
         self._support_area.color = colour
 
-    def _soles_that_touch(self, stand: Stand) -> SupportPolygon | None:
-        soles = [
-            self._kinematics.sole_in_world(s, stand.robot.feet[s])[:, :2] for s in SIDES if stand.contacts.of(s)
-        ]
-        return SupportPolygon(convex_hull(np.vstack(soles))) if soles else None
-
     def _draw_footprints(self, balance: Balance) -> None:
         """A new outline where a foot was meant to come down, and where it did."""
-        feet = balance.best.robot.feet
-        for side in SIDES:
-            made = balance.best.contacts.of(side)
-            foot = feet[side]
-            at = Foothold(float(foot[0, 3]), float(foot[1, 3]), heading(foot))
-            self._footprint("made", side, made, at)
-            if balance.plan is not None:
-                planned = balance.plan.lift[side] < 1e-4
-                self._footprint("planned", side, planned, balance.plan.soles[side])
-
-    def _footprint(self, kind: str, side: Side, down: bool, at: Foothold) -> None:
-        before, self._down[kind][side] = self._down[kind][side], down
-        if not down or before:
-            return
-        flat = (self._kinematics.soles[side] @ on_ground(at).T)[:, :2]
-        corners = np.array([self._on_floor((float(x), float(y))) for x, y in flat])
-        prints = self._prints[kind]
-        if prints and np.abs(prints[-1][0, 0] - corners[0]).max() < 0.004:
-            return
-        prints.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32))
-        del prints[:-FOOTPRINTS]
-        handle = self._print_lines[kind]
-        handle.points = np.concatenate(prints)
+        for kind, flat in self._footprints.update(balance):
+            corners = np.array([self._on_floor((float(x), float(y))) for x, y in flat])
+            prints = self._prints[kind]
+            prints.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32))
+            del prints[:-FOOTPRINTS]
+            self._print_lines[kind].points = np.concatenate(prints)
 
     def set_floor(self, floor: GroundPlane) -> None:
         """Draw the floor as it lies."""
@@ -361,13 +371,13 @@ def _of_line(colour: Colour) -> Colour:
 
 
 def _pose(frames: dict[int, Any], robot: RobotPose) -> None:
-    quaternions = _quaternions(robot.frames[:, :3, :3])
+    turns = quaternions(robot.frames[:, :3, :3])
     for i, frame in frames.items():
-        frame.wxyz = quaternions[i]
+        frame.wxyz = turns[i]
         frame.position = robot.frames[i, :3, 3]
 
 
-def _quaternions(R: Array) -> Array:
+def quaternions(R: Array) -> Array:
     """Unit quaternions (w, x, y, z) of rotation matrices, shape (n, 4) of (n, 3, 3)."""
     xyzw = Rotation.from_matrix(R).as_quat()
     wxyz: Array = xyzw[:, [3, 0, 1, 2]]
@@ -375,7 +385,7 @@ def _quaternions(R: Array) -> Array:
 
 
 def _wxyz(R: Array) -> Array:
-    wxyz: Array = _quaternions(R[None])[0]
+    wxyz: Array = quaternions(R[None])[0]
     return wxyz
 
 

@@ -21,6 +21,7 @@ from playwright.sync_api import Error, Page, ViewportSize, sync_playwright
 from bridge.link import DEFAULT_ROBOT
 from bridge.link.walk_client import WalkClient
 from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.view.export.video import SOFTWARE
 from walker.planning import GAITS
 
 SIZE: ViewportSize = {"width": 1120, "height": 700}
@@ -31,7 +32,6 @@ SETTLING = 5_000
 """ms from the first numbers to the walk: meshes and light come last."""
 STEPS = 10
 """Of the demo."""
-SOFTWARE = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 def draw(file: str, step: int, gait: str) -> None:
@@ -54,8 +54,10 @@ def draw_fall(file: str, recording: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         view = ["view", "--replay", recording, "--port", str(port)]
         with _browser(view, Path(folder), port, TALL) as page:
+            page.get_by_role("tab", name="Timeline").click()
             page.get_by_role("button", name="To what went wrong first").click()
             page.wait_for_function("document.body.innerText.includes('What went wrong first')")
+            page.get_by_role("tab", name="Charts").click()
             page.wait_for_timeout(SETTLING)
             page.screenshot(path=file)
 
@@ -72,7 +74,7 @@ def _browser(command: list[str], folder: Path, port: int, size: ViewportSize) ->
     served = Child("served", command, folder)
     try:
         with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
+            browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(SOFTWARE))
             page = browser.new_page(viewport=size)
             page.set_default_timeout(TIMEOUT)
             _open(page, f"http://127.0.0.1:{port}/")

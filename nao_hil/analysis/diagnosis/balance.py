@@ -16,6 +16,7 @@ from bridge.types import Array, Pose, Side
 from nao_hil.analysis.diagnosis.moment import Moment
 from walker.estimation.com_state import ComEstimator, ComState
 from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
+from walker.estimation.heading import GyroscopeHeading
 from walker.estimation.odometry import GroundPlane, Odometry, middle_of_soles, on_ground
 from walker.model.floating_base import SIDES, FloatingBase, RobotPose
 from walker.model.support_polygon import SupportPolygon, convex_hull
@@ -83,7 +84,7 @@ class BalanceEstimator:
     """
 
     def __init__(self, body: Body) -> None:
-        self.kinematics = FloatingBase(body)
+        self.body, self.kinematics = body, FloatingBase(body)
         self.ground = GroundPlane()
         """The ground as known from elsewhere; sensors are read as if the robot stood on it."""
         self._forces = FootForces(body)
@@ -109,7 +110,7 @@ class BalanceEstimator:
         true = true_pose(self.kinematics, moment.truth) if moment.truth is not None else None
         if self._odometry is None:
             start = middle_of_soles(self.kinematics, true) if true else Foothold()
-            self._odometry = Odometry(self.kinematics, start)
+            self._odometry = Odometry(self.kinematics, start, GyroscopeHeading.of(self.body))
         sensed = self._sensed(frame, self._odometry.update(frame, self.ground))
         plan = self._plan(moment.walk, sensed.robot) if moment.walk is not None else None
         return Balance(moment, sensed, self._true(moment.truth, true) if moment.truth and true else None, plan)

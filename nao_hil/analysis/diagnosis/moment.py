@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from bridge.messages import Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import Recordable
 from bridge.recording.playback import Recorded
 
@@ -20,6 +20,8 @@ class Moment(NamedTuple):
     """The newest word of the walker up to the next frame; None before its first."""
     notices: tuple[Notice, ...] = ()
     """What the robot's side said since the frame before."""
+    asked: ActuatorFrame | None = None
+    """The newest command up to the next frame; None before the first."""
 
 
 class Gatherer:
@@ -30,6 +32,7 @@ class Gatherer:
         self._truth: TruthFrame | None = None
         self._walk: WalkTelemetry | None = None
         self._notices: list[Notice] = []
+        self._asked: ActuatorFrame | None = None
 
     def add(self, message: Recordable) -> Moment | None:
         """Take in a message; the moment that it completes, if it is a sensor frame."""
@@ -37,12 +40,14 @@ class Gatherer:
         if isinstance(message, SensorFrame):
             complete = self.rest()
             if complete is not None and message.seq < complete.sensors.seq:
-                self._walk = None  # the robot began anew
+                self._walk = self._asked = None  # the robot began anew
             self._sensors, self._truth = message, None
         elif isinstance(message, TruthFrame):
             self._truth = message
         elif isinstance(message, WalkTelemetry):
             self._walk = message
+        elif isinstance(message, ActuatorFrame):
+            self._asked = message
         elif isinstance(message, Notice):
             self._notices.append(message)
         return complete
@@ -52,7 +57,7 @@ class Gatherer:
         if self._sensors is None:
             return None
         truth = self._truth if self._truth is not None and self._truth.seq == self._sensors.seq else None
-        moment = Moment(self._sensors, truth, self._walk, tuple(self._notices))
+        moment = Moment(self._sensors, truth, self._walk, tuple(self._notices), self._asked)
         self._sensors, self._notices = None, []
         return moment
 

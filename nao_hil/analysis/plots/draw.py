@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.analysis.plots.figures import FIGURES
+from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables
+from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 
 
 def missing(tables: Tables, name: str) -> list[str]:
@@ -30,7 +32,7 @@ def draw(tables: Tables, name: str, file: Path, title: str) -> None:
         tables: what was recorded.
         name: of `nao_hil.analysis.plots.names.PLOTS`.
         file: to write.
-        title: above it.
+        title: of the run, above it.
 
     Raises:
         ConfigurationError: unknown name, nothing recorded that it could show, or no place to write to.
@@ -39,8 +41,11 @@ def draw(tables: Tables, name: str, file: Path, title: str) -> None:
         raise ConfigurationError(f"{title}: there is no plot `{name}`: nothing of {lacking[0]} was recorded.")
     make, size, _ = FIGURES[name]
     figure = Figure(figsize=size, layout="constrained")
-    figure.suptitle(f"{title}: {name}", fontsize=10)
+    shows = PLOTS[name]
+    figure.suptitle(f"{shows[0].upper()}{shows[1:]}\n{title}", fontsize=10)
     make(tables, figure)
+    fit_to_walk(tables, figure)
+    explain_marks(tables, figure)
     try:
         figure.savefig(file, dpi=110)
     except OSError as error:

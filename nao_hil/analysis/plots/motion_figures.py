@@ -77,6 +77,8 @@ def joints(t: Tables, figure: Figure) -> None:
     for ax, slot in _leg_axes(t, figure, "deg"):
         plot_line(ax, t.time, measured[:, slot], "measured", lw=0.8)
         plot_line(ax, asked_time, asked[:, slot], "asked for", lw=0.6, color="black")
+    if handles := figure.axes[0].get_legend_handles_labels()[0]:
+        figure.axes[0].legend(handles=handles, fontsize=7)
 
 
 def error(t: Tables, figure: Figure) -> None:

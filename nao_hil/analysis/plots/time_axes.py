@@ -5,12 +5,20 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from nao_hil.analysis.plots.tables import SINGLE, Array, Tables
 
 _SHADE: Final = {"SSL": "tab:blue", "SSR": "tab:red"}
+_TIME: Final = "time, s"
+_BEFORE_FALL: Final = 0.2
+"""What comes later than this before a fall does not widen an axis, s: it would hide the walk."""
+_ROOM: Final = 0.05
+"""Share of its range that an axis has above and below."""
 
 
 def time_axes(t: Tables, figure: Figure, labels: tuple[str, ...]) -> list[Axes]:
@@ -19,7 +27,7 @@ def time_axes(t: Tables, figure: Figure, labels: tuple[str, ...]) -> list[Axes]:
     for ax, label in zip(axes, labels, strict=True):
         ax.set_ylabel(label)
         mark_phases(t, ax)
-    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlabel(_TIME)
     return axes
 
 
@@ -39,6 +47,52 @@ def plot_line(ax: Axes, time: Array, values: Array, label: str, **style: Any) ->
     """A line over time (s), unless there is nothing; an empty label keeps it out of the legend."""
     if len(time):
         ax.plot(time, values, label=label or None, **style)
+
+
+def explain_marks(t: Tables, figure: Figure) -> None:
+    """A legend of bands and vertical lines, below the axes over time."""
+    if not any(ax.get_xlabel() == _TIME for ax in figure.axes):
+        return
+    phases = {phase for phase, _, _ in t.phases()}
+    handles: list[Artist] = [
+        Patch(color=_SHADE[phase], alpha=0.2, lw=0.0, label=f"single support on the {side} foot")
+        for phase, side in (("SSL", "left"), ("SSR", "right"))
+        if phase in phases
+    ]
+    if any(notice.level == "info" for _, notice in t.notices):
+        handles.append(Line2D([], [], color="0.5", lw=0.9, ls=":", label="event: push, plate, fault, reset"))
+    if t.fell is not None:
+        handles.append(Line2D([], [], color="tab:red", lw=1.5, label="fall"))
+    if handles:
+        figure.legend(handles=handles, fontsize=7, ncols=4, loc="outside lower center", frameon=False)
+
+
+def fit_to_walk(t: Tables, figure: Figure) -> None:
+    """Ranges of the axes over time by what was before the fall."""
+    if t.fell is None:
+        return
+    for ax in figure.axes:
+        if not any(label.startswith("time") for label in (ax.get_xlabel(), _below(ax))):
+            continue
+        curves = [line for line in ax.get_lines() if len(np.unique(line.get_xdata())) > 1]
+        kept = [
+            np.asarray(line.get_ydata(), dtype=np.float64)[
+                np.asarray(line.get_xdata(), dtype=np.float64) < t.fell - _BEFORE_FALL
+            ]
+            for line in curves
+        ]
+        values = np.concatenate(kept) if kept else np.zeros(0)
+        values = values[np.isfinite(values)]
+        if len(values) and np.ptp(values) > 0.0:
+            room = _ROOM * float(np.ptp(values))
+            ax.set_ylim(float(values.min()) - room, float(values.max()) + room)
+
+
+def _below(ax: Axes) -> str:
+    """The x label of the axis that shares its time, at the bottom."""
+    return next(
+        (other.get_xlabel() for other in ax.get_shared_x_axes().get_siblings(ax) if other.get_xlabel()), ""
+    )
 
 
 def legend_above(ax: Axes) -> None:

@@ -31,6 +31,13 @@ class Report:
     """Gaits and controllers in full, TOML."""
     missing: Sequence[tuple[str, str]] = ()
     """Experiments that were not done, and why."""
+    about: str = ""
+    """What the pages have in common, and how to read them."""
+
+    @property
+    def has_claims(self) -> bool:
+        """There are verdicts to list."""
+        return bool(self.missing) or any(page.claims for page in self.pages)
 
 
 class Stored(msgspec.Struct, frozen=True, kw_only=True):

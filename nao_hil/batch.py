@@ -1,0 +1,220 @@
+"""Many emulated robots in this process, stepped together: arrays in, arrays out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from types import TracebackType
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bridge.body.joints import N_JOINTS
+from bridge.errors import ConfigurationError
+from bridge.messages import SensorFrame, TruthFrame
+from nao_hil.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+class Frames(msgspec.Struct, frozen=True, kw_only=True):
+    """The newest sensor frames of N robots; each field as in `SensorFrame`, with a leading axis of N."""
+
+    time: Array
+    position: Array
+    stiffness: Array
+    current: Array
+    temperature: Array
+    fsr: Array
+    accelerometer: Array
+    gyroscope: Array
+    angle: Array
+    touch: Array
+    battery: Array
+    sonar: Array
+
+
+class Batch:
+    """N emulated robots, each with its own seed, wear and world.
+
+    The numbers of each robot are those of a single `Robot` with the same arguments, bit for bit, in any number
+    of threads.
+
+    Example:
+        with nao_hil.Batch(range(16), wear=["nominal", "worn"] * 8) as robots:
+            stand = robots.frames.position
+            for _ in range(100):
+                frames = robots.step(stand)
+            print(frames.angle[:, 1], [truth.fell for truth in robots.truths])
+
+    Args:
+        seeds: One for each robot.
+        body: Name of a body (`nao-hil robots`), or path of a data sheet.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile; one for all, or one
+            for each.
+        scenario: World: a name (`nao-hil scenarios`), or path of a scenario; one for all, or one for each.
+        engine: `mujoco`, or `pybullet`, whose robots are stepped one after the other.
+        start: Pose to begin in, as for `Robot`.
+        threads: That share the robots; None: as many as robots, at most the machine's cores.
+
+    Raises:
+        ConfigurationError: no seed; a list of another length; no such body, wear profile, scenario or engine.
+    """
+
+    def __init__(
+        self,
+        seeds: Iterable[int],
+        *,
+        body: str = "nao-v3",
+        wear: str | Sequence[str] = "nominal",
+        scenario: str | Sequence[str] = "flat",
+        engine: str = "mujoco",
+        start: str | None = None,
+        threads: int | None = None,
+    ) -> None:
+        seeds = list(seeds)
+        if not seeds:
+            raise ConfigurationError("A batch needs at least one seed.")
+        wears, scenarios = _each("wear", wear, len(seeds)), _each("scenario", scenario, len(seeds))
+        self._pool = _Pool(1 if engine != "mujoco" else threads, len(seeds))
+        self._robots: list[Robot] = self._pool.map(
+            lambda i: Robot(
+                body, seed=seeds[i], wear=wears[i], scenario=scenarios[i], engine=engine, start=start
+            )
+        )
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+    @property
+    def threads(self) -> int:
+        """That share the robots."""
+        return self._pool.threads
+
+    @property
+    def cycle(self) -> float:
+        """Time of one step, s."""
+        return self._robots[0].cycle
+
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """The single ones; step them by the batch alone."""
+        return tuple(self._robots)
+
+    @property
+    def frames(self) -> Frames:
+        """The newest sensor frames."""
+        return _stack([robot.frame for robot in self._robots])
+
+    @property
+    def truths(self) -> list[TruthFrame]:
+        """Ground truth at the newest sensor frames."""
+        return [robot.truth for robot in self._robots]
+
+    def step(
+        self, position: ArrayLike, stiffness: ArrayLike = 1.0, which: Collection[int] | None = None
+    ) -> Frames:
+        """Run one cycle of every robot with a command.
+
+        Args:
+            position: Joint angles, rad, (N, 25), or (25,) for all robots, in the order of `nao_hil.JOINTS`.
+            stiffness: 0..1, negative: the motor is off; a number for all joints, (25,) or (N, 25).
+            which: Indices of the robots that are stepped; None: all. The others stand still in time.
+
+        Returns:
+            The newest sensor frames.
+
+        Raises:
+            ConfigurationError: an array of another shape.
+            FrameError: a number that is not finite.
+        """
+        positions, stiffnesses = self._rows("position", position), self._rows("stiffness", stiffness)
+        chosen = range(len(self)) if which is None else which
+        self._pool.map(lambda i: self._robots[i].step(positions[i], stiffnesses[i]) if i in chosen else None)
+        return self.frames
+
+    def _rows(self, name: str, values: ArrayLike) -> list[list[float]]:
+        array, shape = np.asarray(values, dtype=np.float64), (len(self), N_JOINTS)
+        if array.shape not in ((), (N_JOINTS,), shape):
+            right = f"{shape} or ({N_JOINTS},) would be right"
+            raise ConfigurationError(f"{name} has the shape {array.shape}; {right}.")
+        rows: list[list[float]] = np.broadcast_to(array, shape).tolist()
+        return rows
+
+    def reset(self, seeds: Sequence[int] | None = None, which: Sequence[int] | None = None) -> Frames:
+        """Begin anew at time 0.
+
+        Args:
+            seeds: One for each robot that begins anew; None: the same as before.
+            which: Indices of these robots; None: all.
+
+        Returns:
+            The first sensor frames of these, the newest of all others.
+        """
+        chosen = range(len(self)) if which is None else which
+        if seeds is not None and len(seeds) != len(chosen):
+            raise ConfigurationError(f"{len(seeds)} seeds for {len(chosen)} robots; give one for each.")
+        wanted = dict(zip(chosen, [None] * len(chosen) if seeds is None else seeds, strict=True))
+        self._pool.map(lambda i: self._robots[i].reset(wanted[i]) if i in wanted else None)
+        return self.frames
+
+    def close(self) -> None:
+        """Free the physics engines."""
+        for robot in self._robots:
+            robot.close()
+        self._pool.close()
+
+    def __enter__(self) -> Batch:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _each(name: str, value: str | Sequence[str], n: int) -> list[str]:
+    values = [value] * n if isinstance(value, str) else list(value)
+    if len(values) != n:
+        raise ConfigurationError(f"{name} has {len(values)} values for {n} seeds; give one, or one for each.")
+    return values
+
+
+def _stack(frames: Sequence[SensorFrame]) -> Frames:
+    fields: dict[str, Any] = {
+        name: np.array([getattr(frame, name) for frame in frames]) for name in Frames.__struct_fields__
+    }
+    return Frames(**fields)
+
+
+class _Pool:
+    """Threads that share N tasks evenly."""
+
+    def __init__(self, threads: int | None, tasks: int) -> None:
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        count = max(1, min(cores if threads is None else threads, tasks))
+        self.threads = count
+        self._parts = [range(tasks)[i::count] for i in range(count)]
+        self._tasks = tasks
+        self._executor = ThreadPoolExecutor(count) if count > 1 else None
+
+    def map(self, work: Callable[[int], Any]) -> list[Any]:
+        """`work` of 0 to N - 1."""
+        results: list[Any] = [None] * self._tasks
+
+        def run(part: range) -> None:
+            for i in part:
+                results[i] = work(i)
+
+        if self._executor is None:
+            run(self._parts[0])
+        else:
+            list(self._executor.map(run, self._parts))
+        return results
+
+    def close(self) -> None:
+        if self._executor is not None:
+            self._executor.shutdown()

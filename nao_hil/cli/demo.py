@@ -1,0 +1,55 @@
+"""`nao-hil demo`: what the project can do, in under a minute."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+import typer
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.up import both_sides, new_folder
+from nao_hil.runs.config import run_config
+from nao_hil.runs.demo import GAIT, ROBOT, Demo
+from nao_hil.view.server import DEFAULT_PORT
+
+NEXT: Final = (
+    f"walk it, push it: nao-hil up --serve --view --robot {ROBOT} --gait {GAIT}\n"
+    "the thesis' experiments: nao-hil experiment all --out DIR"
+)
+
+
+def demo(
+    view: Annotated[
+        bool, typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does.")
+    ] = True,
+    port: options.Port = DEFAULT_PORT,
+    engine: options.Engine = None,
+    mode: options.Mode = None,
+    seed: options.Seed = None,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Show a walk in all directions, a push and a stop in under a minute, with what to look at.
+
+    Example: nao-hil demo --seed 3
+    """
+    settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
+    settings = chosen_engine(settings, open_console())
+    directory = new_folder(settings, out)
+    with Demo(DEFAULT_ROBOT, listen) as play:
+        code = both_sides(
+            settings,
+            directory,
+            DEFAULT_ROBOT,
+            listen,
+            serve=True,
+            port=port if view else None,
+            as_json=as_json,
+            demo=play,
+        )
+    open_console().print(NEXT, highlight=False)
+    return code

@@ -1,0 +1,90 @@
+"""`nao-hil export RUN`: a recorded run as one file to share."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from bridge.errors import ConfigurationError
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.runs.folder import recording_of
+
+
+class RunUnlessNamed(TyperGroup):
+    """`nao-hil export RUN ...` means `nao-hil export run RUN ...`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put the name in where there is none of a command."""
+        named = not args or args[0] in self.commands or args[0].startswith("-")
+        return super().parse_args(ctx, args if named else ["run", *args])
+
+
+def export_run(
+    run: Annotated[
+        Path,
+        typer.Argument(help="Folder of a run, or a recording (.mcap).", metavar="RUN", show_default=False),
+    ],
+    page: Annotated[
+        Path | None,
+        typer.Option("--html", help="Write a page that any browser plays from the disk.", metavar="FILE"),
+    ] = None,
+    video: Annotated[
+        Path | None,
+        typer.Option("--video", help="Write a video (.webm); Chromium draws it.", metavar="FILE"),
+    ] = None,
+    begin: options.Begin = 0.0,
+    end: options.End = None,
+    speed: Annotated[
+        float, typer.Option("--speed", help="Of the video: robot time per second.", min=0.01, max=100.0)
+    ] = 1.0,
+    as_json: options.Json = False,
+) -> int:
+    """Write a recorded run as one file: robot, charts, events. The page has a timeline and slow motion.
+
+    --from, --to and --speed are the video's; the page always has the whole run.
+
+    Example: nao-hil export runs/20260101T120000Z --html walk.html
+
+    Example: nao-hil export walk.mcap --video fall.webm --from 10 --to 14 --speed 0.25
+    """
+    if page is None and video is None:
+        raise ConfigurationError("Say what to write: --html FILE, --video FILE, or both.")
+    if video is not None and video.suffix != ".webm":
+        raise ConfigurationError(
+            f"{video}: the video is a .webm; `ffmpeg -i run.webm run.mp4` makes another format of it."
+        )
+    options.check_stretch(begin, end)
+    for file in (page, video):
+        if file is not None and not file.parent.is_dir():
+            raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")
+    recording = recording_of(run)
+    written: dict[str, Path] = {}
+    if page is not None:
+        from nao_hil.view.export.page import exported_page
+
+        _write(page, exported_page(recording))
+        written["html"] = page
+    if video is not None:
+        from nao_hil.view.export.video import write_video
+
+        write_video(recording, video, begin, end, speed)
+        written["video"] = video
+    for file in written.values():
+        size = 1e-6 * file.stat().st_size
+        open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
+    if as_json:
+        files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
+        print(json.dumps(files), flush=True)
+    return 0
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None

@@ -1,0 +1,163 @@
+"""`nao-hil run-naoqi`: a program written for NAOqi, with robot and server if none runs."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import platform
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
+from bridge.errors import LinkError
+from bridge.link import DEFAULT_ENDPOINT
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import on_signals
+from nao_hil.naoqi_programs.runner import ADDRESS
+from nao_hil.naoqi_programs.source import require_python3
+from nao_hil.runs.supervisor import Child
+
+START = 60.0
+"""s that robot and server may take to start."""
+GRACE = 5.0
+"""s that each has to end."""
+
+
+Url = Annotated[
+    str, typer.Option("--url", help="Address of NAOqi; a server that answers there is used.", metavar="URL")
+]
+
+
+def run_naoqi(
+    program: Annotated[Path, typer.Argument(help="The program, Python 3.", metavar="PROGRAM.py")],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(help="Its own arguments and options.", metavar="[ARGS]")
+    ] = None,
+    robot: options.Body = None,
+    url: Url = DEFAULT_URL,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Run a program written for NAOqi, unchanged: `naoqi`, `almath` and `qi` are there.
+
+    Example: nao-hil run-naoqi hello.py --ip 127.0.0.1
+
+    Starts an emulated robot and `serve naoqi` when none runs, and ends with the program's exit code. Any
+    address in the program leads to this robot. Options of this command come before the program.
+    """
+    require_python3(program)
+    code, started = run_program(program, arguments or [], robot, url, connect)
+    if as_json:
+        print(json.dumps({"exit_code": code, "started": started}), flush=True)
+    return code
+
+
+def run_program(
+    program: Path, arguments: list[str], robot: str | None, url: str, connect: str
+) -> tuple[int, list[str]]:
+    """Run a program at a served robot, and start what is missing of both.
+
+    Args:
+        program: in Python 3.
+        arguments: its own.
+        robot: body of a robot that is started; None: a V5.
+        url: of NAOqi.
+        connect: Zenoh endpoint of the robot.
+
+    Returns:
+        The program's exit code, and the names of the processes that were started.
+
+    Raises:
+        LinkError: qi is not there, or a process did not start.
+        ConfigurationError: not an address.
+    """
+    _require_qi()
+    host, port = check_url(url)
+    stop = threading.Event()
+    with ExitStack() as ends:
+        folder = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="nao-hil-naoqi-")))
+        started = []
+        if not _answers(host, port):
+            for name, command in _missing(robot, url, connect, folder):
+                child = Child(name, command, folder)
+                ends.callback(child.end, GRACE)
+                started.append(child)
+            with open_console().status("starting the robot"):
+                _await(lambda: _answers(host, port), started)
+        process = subprocess.Popen(
+            [sys.executable, "-m", "nao_hil.naoqi_programs.runner", str(program), *arguments],
+            env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
+        )
+        on_signals(stop.set)
+        while process.poll() is None and not stop.wait(0.05):
+            pass
+        if process.poll() is None:
+            process.terminate()
+        code = process.wait()
+    code = 130 if stop.is_set() else 128 - code if code < 0 else code
+    return code, [child.name for child in started]
+
+
+def _missing(robot: str | None, url: str, connect: str, folder: Path) -> list[tuple[str, list[str]]]:
+    """Name and command of each process that does not run yet."""
+    kind, _, place = connect.partition("/")
+    host, _, port = place.rpartition(":")
+    server = ("server", ["serve", "naoqi", "--listen", url, "--connect", connect])
+    if kind == "tcp" and port.isdecimal() and _answers(host, int(port)):
+        return [server]
+    body = robot or "nao-v5"
+    return [("robot", ["emulate", "--robot", body, "--listen", connect, "--out", str(folder / "run")]), server]
+
+
+def _answers(host: str, port: int) -> bool:
+    try:
+        socket.create_connection((host, port), timeout=1.0).close()
+    except OSError:
+        return False
+    return True
+
+
+def _await(ready: Callable[[], bool], children: list[Child]) -> None:
+    """Wait until it is ready.
+
+    Raises:
+        LinkError: a process ended, or it takes too long.
+    """
+    deadline = time.monotonic() + START
+    while not ready():
+        for child in children:
+            if not child.running:
+                raise LinkError(f"the {child.name} did not start: {child.end(GRACE).error}")
+        if time.monotonic() > deadline:
+            raise LinkError(f"the robot was not served within {START:g} s.")
+        time.sleep(0.1)
+
+
+def _require_qi() -> None:
+    """See that qi is there.
+
+    Raises:
+        LinkError: it is not; says where there is a package of it.
+    """
+    if importlib.util.find_spec("qi") is not None:
+        return
+    here = f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
+    available = sys.version_info < (3, 13) and sys.platform == "linux" and platform.machine() == "x86_64"
+    help_ = (
+        "pip install 'nao-hil[naoqi]'"
+        if available
+        else "it has packages for Python 3.8 to 3.12 on Linux x86-64 only, run it there"
+    )
+    raise LinkError(f"the package qi is not installed for {here}; {help_}.")

@@ -1,0 +1,148 @@
+"""`nao-hil world`: a ball, landmarks and faces for the cameras of an emulated robot."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Annotated
+
+import msgspec
+import typer
+
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.link.world_client import WorldClient
+from bridge.messages.world import PlaceThing, Remove, Status, ThingKind, WorldCommand
+from nao_hil.cli import options
+
+X = Annotated[float, typer.Argument(help="Ahead of the robot, m; with --floor along the floor's x axis.")]
+Y = Annotated[float, typer.Argument(help="To its left, m; with --floor along the floor's y axis.")]
+Height = Annotated[float | None, typer.Option("--height", help="Of its middle over the floor, m.", metavar="M")]
+Size = Annotated[float | None, typer.Option("--size", help="Diameter, m.", metavar="M")]
+Yaw = Annotated[
+    float | None,
+    typer.Option("--yaw", help="Heading of its front; default: towards the robot.", metavar="DEGREES"),
+]
+OnFloor = Annotated[
+    bool, typer.Option("--floor", help="X and Y are of the floor, whose origin is where the robot began.")
+]
+
+
+def ball(
+    x: X,
+    y: Y,
+    ball_name: Annotated[str, typer.Option("--called", help="Its name.", metavar="NAME")] = "ball",
+    height: Height = None,
+    size: Size = None,
+    floor: OnFloor = False,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Put a red ball of 6 cm on the floor.
+
+    Example: nao-hil world ball 0.5 0.1
+    """
+    return _put("ball", ball_name, (x, y), height, None, size, floor, name, connect, as_json)
+
+
+def landmark(
+    number: Annotated[int, typer.Argument(help="Of the mark.", min=0)],
+    x: X,
+    y: Y,
+    height: Height = None,
+    yaw: Yaw = None,
+    size: Size = None,
+    floor: OnFloor = False,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Put a landmark of 10 cm at the height of the eyes, with its front to the robot.
+
+    Example: nao-hil world landmark 80 1.0 0.2
+    """
+    return _put("landmark", str(number), (x, y), height, yaw, size, floor, name, connect, as_json)
+
+
+def face(
+    person: Annotated[str, typer.Argument(help="Name of the person.")],
+    x: X,
+    y: Y,
+    height: Height = None,
+    yaw: Yaw = None,
+    size: Size = None,
+    floor: OnFloor = False,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Put a face of 15 cm at the height of the eyes, with its front to the robot.
+
+    Example: nao-hil world face Anna 1.0 -0.2 --height 0.6
+    """
+    return _put("face", person, (x, y), height, yaw, size, floor, name, connect, as_json)
+
+
+def remove(
+    what: Annotated[str, typer.Argument(help="Name of a thing or of a box.")],
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Take a thing or a box away.
+
+    Example: nao-hil world remove ball
+    """
+    return _send(Remove(name=what), name, connect, as_json)
+
+
+def show(
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """List the boxes and things of the world.
+
+    Example: nao-hil world list
+    """
+    with WorldClient(name, connect) as world:
+        reply = world.send(Status())
+    if as_json:
+        print(json.dumps(msgspec.to_builtins({"objects": reply.objects, "things": reply.things})))
+        return 0
+    found = [("box", box.name, box.position) for box in reply.objects]
+    for kind, called, position in [*found, *((t.kind, t.name, t.position) for t in reply.things)]:
+        print(f"{kind} `{called}` at ({', '.join(f'{x:.3f}' for x in position)})")
+    return 0
+
+
+def _put(
+    kind: ThingKind,
+    called: str,
+    at: tuple[float, float],
+    height: float | None,
+    yaw: float | None,
+    size: float | None,
+    floor: bool,
+    name: str,
+    connect: str,
+    as_json: bool,
+) -> int:
+    angle = None if yaw is None else math.radians(yaw)
+    command = PlaceThing(
+        name=called,
+        kind=kind,
+        at=at,
+        height=height,
+        yaw=angle,
+        size=size,
+        frame="floor" if floor else "robot",
+    )
+    return _send(command, name, connect, as_json)
+
+
+def _send(command: WorldCommand, name: str, connect: str, as_json: bool) -> int:
+    with WorldClient(name, connect) as world:
+        reply = world.send(command)
+    print(json.dumps({"text": reply.text}) if as_json else reply.text)
+    return 0

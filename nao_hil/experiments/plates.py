@@ -1,0 +1,41 @@
+"""Plates under the swing foot, drawn anew for each seed."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from bridge.messages.world import PlateUnderFoot
+
+LENGTH: Final = (0.08, 0.20)
+"""m"""
+WIDTH: Final = (0.04, 0.10)
+"""m"""
+YAW: Final = math.radians(45.0)
+"""Largest turn against the foot, rad."""
+AHEAD: Final = (0.0, 0.06)
+"""Middle of the plate ahead of the lifted sole's, m."""
+OUTWARD: Final = (0.0, 0.05)
+"""Middle of the plate outward of it, m."""
+INWARD_REACH: Final = 0.045
+"""Farthest that a plate may reach inward of the sole's middle, m: the other foot stands there."""
+_TRIES: Final = 1000
+
+
+def drawn_plate(seed: int, height: float) -> PlateUnderFoot:
+    """A plate under the right foot whose size, place and angle follow from the seed; uniform draws.
+
+    Args:
+        seed: Of the walk.
+        height: Of the plate, m.
+    """
+    draw = np.random.default_rng(seed).uniform
+    for _ in range(_TRIES):
+        length, width, yaw = draw(*LENGTH), draw(*WIDTH), draw(-YAW, YAW)
+        ahead, outward = draw(*AHEAD), draw(*OUTWARD)
+        half = 0.5 * (length * abs(math.sin(yaw)) + width * math.cos(yaw))
+        if half - outward <= INWARD_REACH:
+            return PlateUnderFoot(foot="right", size=(length, width, height), shift=(ahead, -outward), yaw=yaw)
+    raise AssertionError("no plate fits beside the other foot")

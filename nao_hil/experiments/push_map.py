@@ -1,0 +1,225 @@
+"""Push map: the impulse at the torso at which half fall, by its direction and by the phase of the stride."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from bridge.types import Vec2
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
+from nao_hil.analysis.statistics import few_words
+from nao_hil.experiments import axes
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import setup_rows
+from nao_hil.experiments.threshold import Threshold, ThresholdSearch
+from nao_hil.runs.campaign import Interrupted
+from nao_hil.runs.events import StridePush
+from nao_hil.runs.walk import Walk
+
+
+@dataclass(frozen=True)
+class PushMapSetup:
+    """The experiment's numbers, SI units."""
+
+    speed: float = 0.15
+    directions: int = 8
+    phases: int = 8
+    time: float = 2.0
+    """Of the walk from which on a stride is waited for."""
+    after: float = 3.5
+    """From then on to the end of the walk; the robot must stand then."""
+    duration: float = 0.1
+    range: Vec2 = (0.2, 8.0)
+    """Impulses that are searched, N s."""
+    walking_worst: float = 1.5
+    walking_best: float = 3.0
+    standing_worst: float = 3.0
+
+
+class PushCell(msgspec.Struct, frozen=True, kw_only=True):
+    """A direction and a phase."""
+
+    direction: float
+    """In which it pushes, rad: 0 forward, pi/2 to the left."""
+    phase: float | None
+    """Part of the stride since the left foot stands alone; None: of a robot that stands."""
+    impulse: Threshold
+    """At which half fall, N s."""
+    n: int
+
+
+class PushMapResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "push-map"
+    passed: bool
+    gait: str
+    walking_worst_ns: float
+    walking_best_ns: float
+    standing_worst_ns: float
+    cells: tuple[PushCell, ...]
+
+
+_Place = tuple[float, float | None]
+"""Direction, and phase or None."""
+
+
+def experiment(context: Context, setup: PushMapSetup | None = None) -> Outcome:
+    """Search all cells at once: one walk of each per seed, at the impulse that its walks before point to."""
+    setup, gait = setup or PushMapSetup(), context.gait or "omni"
+    turn = [math.tau * i / setup.directions for i in range(setup.directions)]
+    phases = [i / setup.phases for i in range(setup.phases)]
+    places: list[_Place] = [(d, p) for d in turn for p in phases] + [(d, None) for d in turn]
+    searches = {place: ThresholdSearch(*setup.range) for place in places}
+    for seed in context.seeds:
+        _round(replace(context, seeds=(seed,)), setup, gait, searches)
+    cells = tuple(
+        PushCell(direction=place[0], phase=place[1], impulse=search.threshold, n=len(search.trials))
+        for place, search in searches.items()
+    )
+    walking = [each for each in cells if each.phase is not None]
+    standing = [each for each in cells if each.phase is None]
+    worst, best = _lowest(walking), max(walking, key=lambda each: each.impulse.value)
+    still = _lowest(standing)
+    claims = (
+        _claim("Walking, the worst cell", worst, setup.walking_worst),
+        _claim("Walking, the best cell", best, setup.walking_best),
+        _claim("Standing, the worst direction", still, setup.standing_worst),
+    )
+    result = PushMapResult(
+        passed=all(claim.holds for claim in claims),
+        gait=gait,
+        walking_worst_ns=worst.impulse.value,
+        walking_best_ns=best.impulse.value,
+        standing_worst_ns=still.impulse.value,
+        cells=cells,
+    )
+    n = len(context.seeds)
+    page = ReportPage(
+        name="push-map",
+        title=f"Pushes at the torso by direction and phase, the gait {gait}, {n} walks a cell{few_words(n)}",
+        source="Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
+        setup=setup_rows(
+            context,
+            [
+                ("walk", f"{setup.speed:g} m/s; the push comes in the first stride after {setup.time:g} s"),
+                ("push", f"{setup.duration:g} s long, constant, at the torso's centre of mass"),
+                ("stands", f"{setup.after:g} s after {setup.time:g} s"),
+                ("search", "Bayesian, each walk at the median so far; 95 % credible intervals"),
+            ],
+        ),
+        claims=claims,
+        pictures=(
+            Picture(
+                _plot(context.out / "push-map.png", walking, standing),
+                "Impulse at which half fall, N s",
+                "Left: by direction of the push and phase of the stride. Right: by direction; walking the "
+                "median and the range over the phases, standing with its intervals.",
+            ),
+        ),
+        tables=(_table(cells),),
+    )
+    return Outcome(result, page)
+
+
+def _round(context: Context, setup: PushMapSetup, gait: str, searches: dict[_Place, ThresholdSearch]) -> None:
+    """One walk of each cell."""
+    strengths = {place: search.threshold.value for place, search in searches.items()}
+    walks = [_walk(context, setup, gait, place, strength) for place, strength in strengths.items()]
+    results = {result.walk.name: result for result in context.campaign.walk(walks)}
+    if len(results) < len(walks):
+        raise Interrupted
+    for walk, (place, search) in zip(walks, searches.items(), strict=True):
+        search.tell(strengths[place], not results[walk.name].end.survived)
+
+
+def _walk(context: Context, setup: PushMapSetup, gait: str, place: _Place, impulse: float) -> Walk:
+    direction, phase = place
+    push = StridePush(
+        time=setup.time, phase=phase, impulse=impulse, direction=direction, duration=setup.duration
+    )
+    (walk,) = context.walks(
+        f"push map, {_words(place)}",
+        gait,
+        setup.time + setup.after,
+        velocity=(setup.speed, 0.0, 0.0),
+        pushes=(push,),
+        stand=phase is None,
+        keep_track=False,
+    )
+    return walk
+
+
+def _lowest(cells: Sequence[PushCell]) -> PushCell:
+    return min(cells, key=lambda each: each.impulse.value)
+
+
+def _claim(what: str, found: PushCell, least: float) -> Claim:
+    low, high = found.impulse.interval
+    where = _words((found.direction, found.phase))
+    return Claim(
+        f"{what} bears {least:g} N s",
+        f"{found.impulse.value:.2f} N s ({low:.2f} to {high:.2f}), {where}",
+        low >= least,
+    )
+
+
+def _words(place: _Place) -> str:
+    direction, phase = place
+    when = "standing" if phase is None else f"phase {phase:g}"
+    return f"{math.degrees(direction):g} deg, {when}"
+
+
+def _table(cells: Sequence[PushCell]) -> ReportTable:
+    rows = tuple(
+        (
+            f"{math.degrees(each.direction):g}",
+            "stands" if each.phase is None else f"{each.phase:g}",
+            f"{each.impulse.value:.2f}",
+            "{:.2f} to {:.2f}".format(*each.impulse.interval),
+            f"{each.n}",
+        )
+        for each in cells
+    )
+    head = ("direction, deg", "phase of the stride", "N s", "95 % interval", "walks")
+    return ReportTable("Impulse at which half fall", head, rows)
+
+
+def _plot(path: Path, walking: Sequence[PushCell], standing: Sequence[PushCell]) -> Path:
+    figure = axes.new_figure(11.0, 5.0)
+    left: Any = figure.add_subplot(1, 2, 1)
+    right: Any = figure.add_subplot(1, 2, 2, projection="polar")
+    directions = sorted({each.direction for each in walking})
+    phases = sorted({each.phase for each in walking if each.phase is not None})
+    values = {(each.direction, each.phase): each.impulse.value for each in walking}
+    table = np.array([[values[direction, phase] for phase in phases] for direction in directions])
+    image = left.imshow(table, origin="lower", aspect="auto", cmap="viridis", vmin=0.0)
+    for (row, column), value in np.ndenumerate(table):
+        colour = "k" if value > 0.6 * table.max() else "w"
+        left.text(column, row, f"{value:.1f}", ha="center", va="center", color=colour, fontsize=8)
+    left.set_xticks(range(len(phases)), [f"{phase:g}" for phase in phases])
+    left.set_yticks(range(len(directions)), [f"{math.degrees(d):.0f}" for d in directions])
+    left.set(xlabel="phase of the stride (0: left foot stands, 0.5: right)", ylabel="pushed to / deg, 90: left")
+    figure.colorbar(image, ax=left, label="N s")
+    around = [*directions, directions[0] + math.tau]
+    low, middle, high = (
+        np.append(each, each[0]) for each in (table.min(axis=1), np.median(table, axis=1), table.max(axis=1))
+    )
+    right.fill_between(around, low, high, alpha=0.25, color=axes.BLUE)
+    right.plot(around, middle, color=axes.BLUE, label="walking")
+    still = {each.direction: each.impulse for each in standing}
+    value = np.array([still[direction % math.tau].value for direction in around])
+    bounds = np.array([still[direction % math.tau].interval for direction in around])
+    right.errorbar(
+        around, value, np.abs(bounds - value[:, None]).T, color=axes.RED, capsize=3, label="standing"
+    )
+    right.set_theta_zero_location("N")
+    right.set_ylim(0.0)
+    right.legend(fontsize=8, loc="lower left", bbox_to_anchor=(-0.15, -0.1))
+    return axes.save(figure, path)

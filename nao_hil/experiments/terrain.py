@@ -1,0 +1,248 @@
+"""Ground and robots that the walk does not know of, gait against gait on the same seeds and worlds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import load_body
+from bridge.errors import ConfigurationError
+from bridge.messages.world import PlaceBox
+from bridge.types import Vec3
+from emulator.scenarios import Scenario
+from emulator.scenarios.ground import ScenarioFloor, Tiles
+from emulator.world.stage import Happening
+from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
+from nao_hil.analysis.statistics import few_words, mcnemar, wilson
+from nao_hil.experiments.arms import Arm, arm, falls_finding, pairs
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import setup_rows
+from nao_hil.runs.events import Load
+from nao_hil.runs.walk import Walk, WalkOutcome
+from walker.planning import gait_parameters
+
+GAIT: Final = "omni"
+RIVAL: Final = {"nao-v6": "huang"}
+"""The gait to compare with, by body; of the others `dynamic`."""
+STANDS: Final = wilson(45, 50)[0]
+"""A share stands for "45 of 50 stand" when the lower bound of its interval is at least that one's."""
+
+
+@dataclass(frozen=True)
+class TerrainSetup:
+    """The experiment's numbers, SI units and rad."""
+
+    duration: float = 20.0
+    speed: float = 0.15
+    worn_duration: float = 30.0
+    worn_speed: float = 0.12
+    slope_deg: float = 5.0
+    height: float = 0.01
+    """Of tiles and plates."""
+    plates: int = 5
+    plate: tuple[float, float] = (0.04, 0.20)
+    """Shortest and longest edge of a plate."""
+    ahead: float = 0.30
+    """Of the robot at which a plate is laid."""
+    aside: float = 0.08
+    """Farthest to either side."""
+    friction: float = 0.3
+    load: float = 0.5
+    """kg"""
+    load_at: Vec3 = (-0.08, 0.0, 0.05)
+    """In the Torso frame: behind the back, at the height of the torso's centre of mass."""
+
+
+class Ground(msgspec.Struct, frozen=True, kw_only=True):
+    """One of the grounds, or of the robots."""
+
+    name: str
+    arms: dict[str, Arm]
+    """By gait."""
+
+
+class TerrainResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "terrain"
+    passed: bool
+    grounds: tuple[Ground, ...]
+
+
+Change = Callable[[Walk, np.random.Generator], dict[str, Any]]
+"""What a ground changes of a walk, by the walk's own seed."""
+
+
+def experiment(context: Context, setup: TerrainSetup | None = None) -> Outcome:
+    """All grounds, with both gaits unless one is told."""
+    setup = setup or TerrainSetup()
+    if context.duration is not None:
+        setup = replace(setup, duration=context.duration, worn_duration=context.duration)
+    gaits = (context.gait,) if context.gait else (GAIT, RIVAL.get(context.robot, "dynamic"))
+    names = [(ground, gait) for ground in (*_grounds(setup), "worn") for gait in gaits]
+    found = dict(zip(names, context.run(*(_walks(context, setup, *name) for name in names)), strict=True))
+    grounds = tuple(
+        Ground(name=ground, arms={gait: arm(found[ground, gait]) for gait in gaits})
+        for ground in dict.fromkeys(ground for ground, _ in names)
+    )
+    claims = tuple(
+        Claim(
+            f"{_title(each.name, setup)}: 45 of 50 stand, {gaits[0]}",
+            each.arms[gaits[0]].words(),
+            each.arms[gaits[0]].interval[0] >= STANDS,
+        )
+        for each in grounds
+    )
+    if len(gaits) == 2:
+        claims += (_comparison(found, grounds, gaits),)
+    body = load_body(context.robot)
+    page = ReportPage(
+        name="terrain",
+        title=f"Unknown ground, the gait {' and '.join(gaits)}{few_words(len(context.seeds))}",
+        source="No figures for a NAO are published.",
+        setup=setup_rows(
+            context,
+            [
+                ("walks", f"{setup.speed:g} m/s, {setup.duration:g} s; worn {setup.worn_speed:g} m/s"),
+                *((gait, _speed_words(gait, setup)) for gait in gaits),
+                ("switch", "the gait, with its own controllers; seeds and worlds are the same"),
+            ],
+        ),
+        claims=claims,
+        tables=(_table(grounds, setup, found, gaits),),
+        findings=tuple(
+            falls_finding(f"{_title(ground, setup)}, {gait}", results, body)
+            for (ground, gait), results in found.items()
+            if not all(result.end.survived for result in results)
+        ),
+    )
+    return Outcome(TerrainResult(passed=page.passed, grounds=grounds), page)
+
+
+def _grounds(setup: TerrainSetup) -> dict[str, Change]:
+    """By name; each draws its world from a generator of the walk's seed."""
+
+    def slope(walk: Walk, random: np.random.Generator) -> dict[str, Any]:
+        way = random.uniform(0.0, math.tau)
+        floor = ScenarioFloor(roll=setup.slope_deg * math.sin(way), pitch=setup.slope_deg * math.cos(way))
+        return {"scenario": Scenario(floor=floor)}
+
+    def tiles(walk: Walk, random: np.random.Generator) -> dict[str, Any]:
+        way = setup.speed * walk.duration
+        area, centre = (way + 1.0, 2.0), (0.5 * way, 0.0)
+        return {"scenario": Scenario(tiles=Tiles(area=area, centre=centre, height=setup.height))}
+
+    def plates(walk: Walk, random: np.random.Generator) -> dict[str, Any]:
+        every = walk.duration / (setup.plates + 1)
+        return {"happenings": tuple((every * (i + 0.5), _plate(setup, i, random)) for i in range(setup.plates))}
+
+    return {
+        "flat": lambda walk, random: {},
+        "slope": slope,
+        "tiles": tiles,
+        "plates": plates,
+        "friction": lambda walk, random: {"scenario": Scenario(floor=ScenarioFloor(friction=setup.friction))},
+        "load": lambda walk, random: {"load": Load(mass=setup.load, at=setup.load_at)},
+    }
+
+
+def _plate(setup: TerrainSetup, number: int, random: np.random.Generator) -> Happening:
+    """Ahead of the robot wherever it went, of random edges at a random angle."""
+    length, width = random.uniform(*setup.plate, 2).tolist()
+    return PlaceBox(
+        name=f"plate-{number}",
+        size=(length, width, setup.height),
+        at=(setup.ahead, float(random.uniform(-setup.aside, setup.aside))),
+        yaw=float(random.uniform(0.0, math.pi)),
+        frame="robot",
+    )
+
+
+def _walks(context: Context, setup: TerrainSetup, ground: str, gait: str) -> list[Walk]:
+    if ground == "worn":
+        worn = context.on("worn")
+        velocity = _velocity(gait, setup.worn_speed)
+        return worn.walks(_name(ground, gait), gait, setup.worn_duration, velocity=velocity, keep_track=False)
+    change = _grounds(setup)[ground]
+    walks = context.walks(
+        _name(ground, gait), gait, setup.duration, velocity=_velocity(gait, setup.speed), keep_track=False
+    )
+    return [
+        msgspec.structs.replace(walk, **change(walk, np.random.default_rng(walk.config.seed))) for walk in walks
+    ]
+
+
+def _name(ground: str, gait: str) -> str:
+    return f"terrain, {ground}, {gait}"
+
+
+def _velocity(gait: str, speed: float) -> tuple[float, ...]:
+    """Empty where the steps of a gait have a fixed length."""
+    try:
+        gait_parameters(gait).with_velocity((speed, 0.0, 0.0))
+    except ConfigurationError:
+        return ()
+    return speed, 0.0, 0.0
+
+
+def _speed_words(gait: str, setup: TerrainSetup) -> str:
+    own = gait_parameters(gait).periodic_step.velocity
+    return "at these velocities" if _velocity(gait, setup.speed) else f"at its own velocity, {own:.3g} m/s"
+
+
+def _comparison(
+    found: dict[tuple[str, str], list[WalkOutcome]], grounds: tuple[Ground, ...], gaits: tuple[str, ...]
+) -> Claim:
+    """All grounds together, pair by pair of the same seed and world."""
+    first, second = gaits
+    each = [pairs(found[ground.name, first], found[ground.name, second]) for ground in grounds]
+    only_first, only_second = sum(p.only_with for p in each), sum(p.only_without for p in each)
+    p_value = mcnemar(only_first, only_second)
+    return Claim(
+        f"Over all grounds {first} stands more often than {second}",
+        f"{only_first} walks stand with {first} only, {only_second} with {second} only; exact McNemar "
+        f"p = {p_value:.2g}",
+        only_first > only_second and p_value < 0.05,
+    )
+
+
+def _title(ground: str, setup: TerrainSetup) -> str:
+    return {
+        "flat": "Flat floor",
+        "slope": f"Slope of {setup.slope_deg:g} degrees in a random direction",
+        "tiles": f"Tiles of up to {1e3 * setup.height:g} mm",
+        "plates": f"{setup.plates} plates of {1e3 * setup.height:g} mm",
+        "friction": f"Friction {setup.friction:g}",
+        "load": f"{setup.load:g} kg on the back",
+        "worn": "Worn robot",
+    }[ground]
+
+
+def _table(
+    grounds: tuple[Ground, ...],
+    setup: TerrainSetup,
+    found: dict[tuple[str, str], list[WalkOutcome]],
+    gaits: tuple[str, ...],
+) -> ReportTable:
+    rows = []
+    for ground in grounds:
+        cells = []
+        for gait in gaits:
+            a = ground.arms[gait]
+            low, high = (100.0 * bound for bound in a.interval)
+            cells += [f"{a.survived} of {a.n} ({low:.0f} to {high:.0f} %)", f"{a.speed:.3f}"]
+        if len(gaits) == 2:
+            pair = pairs(found[ground.name, gaits[0]], found[ground.name, gaits[1]])
+            cells.append(f"{pair.only_with} / {pair.only_without}, p = {pair.p_value:.2g}")
+        rows.append((_title(ground.name, setup), *cells))
+    head = ["ground"]
+    for gait in gaits:
+        head += [f"{gait}: stand", "m/s over ground"]
+    if len(gaits) == 2:
+        head.append(f"only {gaits[0]} / only {gaits[1]}, McNemar")
+    return ReportTable("Grounds", tuple(head), tuple(rows))

@@ -1,0 +1,259 @@
+"""Velocity commands: what is measured of them, on single axes, mixed, straight ahead, changing at random."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from bridge.errors import ConfigurationError
+from bridge.types import Vec2, Vec3
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
+from nao_hil.analysis.statistics import few_words, wilson
+from nao_hil.experiments import axes
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import setup_rows
+from nao_hil.experiments.velocity_measure import Cell, Straight, cell, straight, true_path
+from nao_hil.runs.walk import Walk, WalkOutcome
+from walker.planning import gait_parameters
+
+FASTEST: Final = {"nao-v6": 0.35}
+"""Forward speed to reach, m/s, by body; of the others `FORWARD`."""
+FORWARD: Final = 0.28
+STANDS: Final = wilson(95, 100)[0]
+"""A share stands for "95 of 100 stand" when the lower bound of its interval is at least that one's."""
+STANDS_CHANGES: Final = wilson(47, 50)[0]
+"""Of "47 of 50", likewise."""
+
+
+@dataclass(frozen=True)
+class VelocitySetup:
+    """The experiment's numbers, SI units and rad."""
+
+    duration: float = 20.0
+    straight: float = 0.25
+    straight_duration: float = 20.0
+    changes: int = 30
+    changes_duration: float = 120.0
+    ratio: Vec2 = (0.9, 1.1)
+    coupling: float = 0.1
+    heading_deg: float = 10.0
+    odometry: float = 0.05
+    sideways: float = 0.20
+    turn: float = 1.5
+
+    def full(self, robot: str) -> Vec3:
+        """Fastest command on each axis."""
+        return FASTEST.get(robot, FORWARD), self.sideways, self.turn
+
+    def commands(self, robot: str) -> tuple[Vec3, ...]:
+        """Single axes, then mixtures."""
+        ahead, aside, turn = self.full(robot)
+        return (
+            (0.10, 0.0, 0.0),
+            (0.20, 0.0, 0.0),
+            (ahead, 0.0, 0.0),
+            (-0.10, 0.0, 0.0),
+            (-0.20, 0.0, 0.0),
+            (0.0, 0.10, 0.0),
+            (0.0, aside, 0.0),
+            (0.0, 0.0, 0.75),
+            (0.0, 0.0, turn),
+            (0.15, 0.0, 0.6),
+            (0.15, 0.06, 0.0),
+            (0.0, 0.08, 0.5),
+            (0.10, -0.05, -0.4),
+            (-0.10, 0.0, -0.5),
+        )
+
+
+class Changes(msgspec.Struct, frozen=True, kw_only=True):
+    """Walks whose velocity changes at random."""
+
+    n: int
+    survived: int
+    interval: Vec2
+
+
+class VelocityResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "velocity"
+    passed: bool
+    gait: str
+    cells: tuple[Cell, ...]
+    straight: Straight
+    changes: Changes
+
+
+def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
+    """All walks, the table, and the verdicts."""
+    setup, gait = setup or VelocitySetup(), context.gait or "omni"
+    if gait_parameters(gait).limits is None:
+        raise ConfigurationError(f"experiment velocity: the {gait} gait walks straight only; `omni` does not.")
+    if context.duration is not None:
+        setup = replace(setup, duration=context.duration)
+    commands, full = setup.commands(context.robot), setup.full(context.robot)
+    arms = [
+        context.walks(f"velocity {_words(command)}", gait, setup.duration, velocity=command)
+        for command in commands
+    ]
+    arms.append(
+        context.walks("velocity, straight", gait, setup.straight_duration, velocity=(setup.straight, 0.0, 0.0))
+    )
+    arms.append(_changing(context, setup, gait, full))
+    *single, ahead, random = context.run(*arms)
+    cells = tuple(cell(command, found, full) for command, found in zip(commands, single, strict=True))
+    line, alive = straight(ahead), sum(found.end.survived for found in random)
+    changes = Changes(n=len(random), survived=alive, interval=wilson(alive, len(random)))
+    claims = _claims(setup, cells, line, changes)
+    result = VelocityResult(
+        passed=all(claim.holds for claim in claims), gait=gait, cells=cells, straight=line, changes=changes
+    )
+    page = ReportPage(
+        name="velocity",
+        title=f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
+        source=(
+            "Commanded and measured velocity of a NAO's walk have not been published together; limits of "
+            "commands are 0.27 to 0.35 m/s forward."
+        ),
+        setup=setup_rows(
+            context,
+            [
+                ("walks", f"{setup.duration:g} s at each velocity, from a stand; measured from 2 s on"),
+                ("straight", f"{setup.straight:g} m/s, {setup.straight_duration:g} s, no heading command"),
+                ("changes", f"{setup.changes} random velocities in {setup.changes_duration:g} s"),
+            ],
+        ),
+        claims=claims,
+        pictures=(
+            Picture(
+                _plot(context, cells, ahead, full),
+                "Measured over commanded, and the ways straight ahead",
+                "Left: parts of each axis' full speed, commanded to measured. Right: the torso over ground.",
+            ),
+        ),
+        tables=(_table(cells, setup),),
+    )
+    return Outcome(result, page)
+
+
+def _changing(context: Context, setup: VelocitySetup, gait: str, full: Vec3) -> list[Walk]:
+    """Velocities even in the box up to the full speeds (backward the sideways one); the gait clips them."""
+    walks = []
+    for walk in context.walks(
+        "velocity, random changes", gait, setup.changes_duration, velocity=(0.1, 0.0, 0.0), keep_track=False
+    ):
+        random = np.random.default_rng(walk.config.seed)
+        low, high = (-full[1], -full[1], -full[2]), full
+        drawn = random.uniform(low, high, (setup.changes, 3)).tolist()
+        times = (setup.changes_duration * i / setup.changes for i in range(setup.changes))
+        velocities = tuple((time, (x, y, turn)) for time, (x, y, turn) in zip(times, drawn, strict=True))
+        walks.append(msgspec.structs.replace(walk, velocities=velocities))
+    return walks
+
+
+def _claims(setup: VelocitySetup, cells: Sequence[Cell], line: Straight, changes: Changes) -> tuple[Claim, ...]:
+    stands = [
+        Claim(
+            f"At {_words(each.command)} 95 of 100 stand",
+            _share(each.survived, each.n, each.interval),
+            each.interval[0] >= STANDS,
+        )
+        for each in cells
+    ]
+    low, high = setup.ratio
+    follows = [
+        Claim(
+            f"At {_words(each.command)} {low:g} to {high:g} of the command is measured",
+            each.ratio.words(),
+            each.ratio.within(low, high),
+        )
+        for each in cells
+    ]
+    couples = [
+        Claim(
+            f"At {_words(each.command)} other axes move by less than {100 * setup.coupling:.0f} %",
+            f"{each.coupling.words(100.0, 0)} %",
+            each.coupling.interval[1] < setup.coupling,
+        )
+        for each in cells
+        if not all(each.command)
+    ]
+    return (
+        *stands,
+        *follows,
+        *couples,
+        Claim(
+            f"Straight at {setup.straight:g} m/s the heading stays within {setup.heading_deg:g} degrees",
+            f"{line.heading_deg.words(1.0, 1)} deg, mean of {line.survived}",
+            line.heading_deg.interval[1] <= setup.heading_deg,
+        ),
+        Claim(
+            f"The odometry is within {100 * setup.odometry:g} % of the way",
+            f"{line.odometry.words(100.0, 1)} %, mean of {line.survived}",
+            line.odometry.interval[1] <= setup.odometry,
+        ),
+        Claim(
+            f"{setup.changes} random velocities in {setup.changes_duration:g} s: 47 of 50 stand",
+            _share(changes.survived, changes.n, changes.interval),
+            changes.interval[0] >= STANDS_CHANGES,
+        ),
+    )
+
+
+def _words(command: Vec3) -> str:
+    return "{:.2f}, {:.2f} m/s, {:.2f} rad/s".format(*command)
+
+
+def _share(survived: int, n: int, interval: Vec2) -> str:
+    low, high = (100.0 * bound for bound in interval)
+    return f"{survived} of {n} ({low:.0f} to {high:.0f} %)"
+
+
+def _table(cells: Sequence[Cell], setup: VelocitySetup) -> ReportTable:
+    """Goal, measured, verdict by the bound."""
+    rows = []
+    for each in cells:
+        good = each.interval[0] >= STANDS, each.ratio.within(*setup.ratio)
+        rows.append(
+            (
+                _words(each.command),
+                "{:.2f}, {:.2f}, {:.2f}".format(*each.measured),
+                each.ratio.words(),
+                f"{each.coupling.words(100.0, 0)} %",
+                _share(each.survived, each.n, each.interval),
+                "yes" if all((*good, each.coupling.interval[1] < setup.coupling)) else "no",
+            )
+        )
+    head = ("commanded", "measured", "ratio, worst axis", "coupling", "stand", "reached by the bound")
+    return ReportTable("Commanded and measured", head, tuple(rows))
+
+
+def _plot(context: Context, cells: Sequence[Cell], ahead: Sequence[WalkOutcome], full: Vec3) -> Path:
+    figure = axes.new_figure(11.0, 5.5)
+    left, right = figure.subplots(1, 2, width_ratios=(2, 1))
+    rows = np.arange(len(cells))
+    for axis, (name, colour) in enumerate((("forward", axes.BLUE), ("left", axes.GREEN), ("turn", axes.RED))):
+        commanded, measured = ([v[axis] / full[axis] for v in vs] for vs in _pairs(cells))
+        left.scatter(commanded, rows, s=70, facecolors="none", edgecolors=colour)
+        left.scatter(measured, rows, s=18, color=colour, label=name)
+    left.set_yticks(rows, [_words(each.command) for each in cells], fontsize=7)
+    left.invert_yaxis()
+    left.set(xlabel="part of full speed: commanded (rings), measured (dots)", xlim=(-1.2, 1.2))
+    left.legend(fontsize=8)
+    for found in ahead:
+        path = true_path(found.track)
+        right.plot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1], linewidth=0.9)
+    right.set(xlabel="x / m", ylabel="y / m", title="straight ahead", aspect="equal")
+    for panel in (left, right):
+        panel.grid(alpha=0.3)
+    return axes.save(figure, context.out / "velocity.png")
+
+
+def _pairs(cells: Sequence[Cell]) -> tuple[list[Vec3], list[Vec3]]:
+    return [each.command for each in cells], [each.measured for each in cells]

@@ -1,0 +1,277 @@
+"""Least squares of the emulator's drives on a recording, with intervals that allow for the model's errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import msgspec
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from bridge.body import Body
+from bridge.body.joints import INDEX
+from bridge.errors import ConfigurationError
+from emulator.servo.parameters import Backlash, ServoParameters
+from nao_hil.identification import measures
+from nao_hil.identification.samples import stretches, useful
+from nao_hil.identification.servo_model import ServoModel
+from nao_hil.identification.signals import Array, Signals
+
+GLOBAL: Final = ("delay", "full_voltage_error", "gear_compliance", "dry_friction")
+"""Fitted parameters that all joints share."""
+_CHANGE: Final = {
+    "delay": 5e-4,
+    "full_voltage_error": 1e-3,
+    "gear_compliance": 1e-4,
+    "dry_friction": 5e-4,
+    "backlash": 5e-4,
+}
+"""By which derivatives are taken, in the parameters' units; also their scale."""
+_MOST: Final = {
+    "delay": 0.15,
+    "full_voltage_error": 1.0,
+    "gear_compliance": 0.1,
+    "dry_friction": 1.0,
+    "backlash": 0.2,
+}
+"""Upper bounds of the search."""
+_LEAST: Final = {"full_voltage_error": 0.005}
+"""Lower bounds that are not 0."""
+_ENOUGH: Final = 2.0
+"""Time that a group's joints must have moved alone, s."""
+_ROBUST: Final = 3.0
+"""Residuals beyond this many steps of the encoder count less than squared."""
+_STRETCH: Final = 4.0
+"""Longest stretch whose residuals are taken for alike, s."""
+MODEL_ERROR: Final = {
+    "delay": 3e-4,
+    "backlash": 4e-4,
+    "full_voltage_error": 0.02,
+    "gear_compliance": 0.03,
+    "dry_friction": 0.02,
+}
+"""Standard deviation of the model's own error: delay in s, backlash in rad, the others as fractions. Measured
+on emulated robots with known drives, by what the residuals do not show."""
+CONFIDENCE: Final = 0.95
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The parameters that fit best."""
+
+    servo: ServoParameters
+    names: tuple[str, ...]
+    """Of the fitted parameters: `delay`, ..., `backlash.KneePitch`."""
+    values: Array
+    """(p,), SI and radians."""
+    covariance: Array
+    """(p, p)"""
+    freedom: Array
+    """Degrees of freedom of each value's t distribution, (p,)."""
+    joints: tuple[str, ...]
+    """Columns of the following."""
+    predicted: Array
+    """Angles of the model, (n, joints), the encoders' zeros included, rad."""
+    samples: Array
+    """Those that counted, (n, joints), as numbers."""
+
+    @property
+    def _model_error(self) -> Array:
+        """Standard deviation of what the model adds to each value, (p,)."""
+        relative = {"backlash": MODEL_ERROR["backlash"], "delay": MODEL_ERROR["delay"]}
+        return np.array(
+            [
+                relative.get(name.partition(".")[0], MODEL_ERROR.get(name, 0.0) * value)
+                for name, value in zip(self.names, self.values, strict=True)
+            ]
+        )
+
+    def interval(self, value: float, gradient: Array) -> tuple[float, float]:
+        """Interval of a function of the parameters, with a confidence of `CONFIDENCE`.
+
+        Args:
+            value: Of the function.
+            gradient: By the parameters, (p,).
+        """
+        level = 0.5 + 0.5 * CONFIDENCE
+        used = np.abs(gradient) > 0.0
+        scatter = student.ppf(level, self.freedom[used].min()) ** 2 * (gradient @ self.covariance @ gradient)
+        model = norm.ppf(level) ** 2 * np.square(gradient * self._model_error).sum()
+        half = float(np.sqrt(scatter + model))
+        return max(value - half, 0.0), value + half
+
+
+def fit(
+    body: Body, signals: Signals, base: ServoParameters, progress: Callable[[int], None] = lambda _: None
+) -> Fit:
+    """Fit the drives of a robot whose torso does not move.
+
+    The residuals are the encoders'. Each joint's encoder has a zero of its own, which is fitted too. The
+    covariance is the sandwich estimate over stretches of motion: what the model leaves out makes residuals that
+    stay alike within a stretch, and differ from one to the next.
+
+    Args:
+        body: Data sheet.
+        signals: The recording; every present joint has a command.
+        base: Values that are not fitted, and where the search begins.
+        progress: Told the number of simulations so far.
+
+    Raises:
+        ConfigurationError: nothing in the recording moves as it would have to.
+    """
+    problem = _Problem(body, signals, base, progress)
+    lower, upper = problem.bounds
+    start = np.clip(problem.start, lower, upper)
+    found = least_squares(
+        problem.residuals,
+        start,
+        problem.jacobian,
+        bounds=(lower, upper),
+        x_scale=problem.scale,
+        loss="soft_l1",
+        f_scale=_ROBUST * np.sqrt(12.0),
+        ftol=1e-4,
+        xtol=1e-4,
+        max_nfev=25,
+    )
+    return problem.conclude(found.x)
+
+
+class _Problem:
+    """Residuals in standard deviations of the encoders' rounding, and their derivatives.
+
+    The unknowns are the parameters by `names`, then one zero of the encoder per joint.
+    """
+
+    def __init__(
+        self, body: Body, signals: Signals, base: ServoParameters, progress: Callable[[int], None]
+    ) -> None:
+        self._model = ServoModel(body, signals)
+        self._base, self._progress, self._runs = base, progress, 0
+        self._longest = round(_STRETCH / signals.cycle)
+        self._last: tuple[Array, Array] = (np.empty(0), np.empty(0))
+        self._joints = self._model.joints
+        self._samples = useful(body, signals, self._joints)
+        self._deviation = 2.0 * np.pi / body.encoder_steps / np.sqrt(12.0)
+        groups = dict.fromkeys(_group(joint) for joint in self._joints)
+        moved = self._samples.sum(axis=0) * signals.cycle
+        self._groups = [
+            group
+            for group in groups
+            if sum(moved[i] for i, joint in enumerate(self._joints) if _group(joint) == group) >= _ENOUGH
+        ]
+        if not self._groups:
+            raise ConfigurationError(
+                "No joint moves by itself for two seconds in this recording; `nao-hil excite` makes one in "
+                "which all do."
+            )
+        self.names = (*GLOBAL, *(f"backlash.{group}" for group in self._groups))
+        for i, joint in enumerate(self._joints):
+            if _group(joint) not in self._groups:
+                self._samples[:, i] = False
+        columns = [INDEX[joint] for joint in self._joints]
+        self._measured = signals.position[:, columns]
+        kinds = [name.partition(".")[0] for name in self.names]
+        zeros = [0.02] * len(self._joints)
+        self.scale = np.array([_CHANGE[kind] for kind in kinds] + [self._deviation] * len(zeros))
+        self.bounds = (
+            np.array([_LEAST.get(kind, 0.0) for kind in kinds] + [-zero for zero in zeros]),
+            np.array([_MOST[kind] for kind in kinds] + zeros),
+        )
+        self.start = np.array([*self._guess(signals), *np.zeros(len(zeros))])
+
+    def _guess(self, signals: Signals) -> list[float]:
+        """Where to begin: the base, and the hysteresis of each group's first joint for its backlash."""
+        guess = [float(getattr(self._base, name)) for name in GLOBAL]
+        for group in self._groups:
+            column = INDEX[next(joint for joint in self._joints if _group(joint) == group)]
+            command, position = signals.command[:, column], signals.position[:, column]
+            lag = measures.delay(command, position, signals.cycle)
+            width = None if lag is None else measures.hysteresis(command, position, signals.cycle, lag)
+            guess.append(getattr(self._base.backlash, group) if width is None else max(width, 0.0))
+        return guess
+
+    def servo(self, x: Array) -> ServoParameters:
+        """The drives of a vector of unknowns."""
+        values = dict(zip(self.names, x.tolist(), strict=False))
+        backlash = msgspec.to_builtins(self._base.backlash)
+        backlash |= {group: values[f"backlash.{group}"] for group in self._groups}
+        return msgspec.structs.replace(
+            self._base, backlash=Backlash(**backlash), **{name: values[name] for name in GLOBAL}
+        )
+
+    def _angles(self, x: Array) -> Array:
+        if not np.array_equal(x[: len(self.names)], self._last[0]):
+            self._runs += 1
+            self._progress(self._runs)
+            self._last = (x[: len(self.names)].copy(), self._model.predict(self.servo(x)))
+        angles: Array = self._last[1]
+        return angles
+
+    def _scaled(self, angles: Array) -> Array:
+        return np.asarray(angles.T[self._samples.T] / self._deviation)
+
+    def residuals(self, x: Array) -> Array:
+        """Of the samples that count, joint after joint."""
+        return self._scaled(self._angles(x) + x[len(self.names) :] - self._measured)
+
+    def jacobian(self, x: Array) -> Array:
+        """By differences; all backlashes at once, because a joint has only its own."""
+        before = self._angles(x)
+        count = len(self.names)
+        owner = np.nonzero(self._samples.T)[0]
+        out = np.zeros((len(owner), len(x)))
+        for column in range(len(GLOBAL)):
+            moved = x.copy()
+            moved[column] += self.scale[column]
+            out[:, column] = self._scaled(self._angles(moved) - before) / self.scale[column]
+        moved = x.copy()
+        moved[len(GLOBAL) : count] += self.scale[len(GLOBAL) : count]
+        change = self._scaled(self._angles(moved) - before) / _CHANGE["backlash"]
+        for number, joint in enumerate(self._joints):
+            own = owner == number
+            out[own, count + number] = 1.0 / self._deviation
+            if _group(joint) in self._groups:
+                out[own, len(GLOBAL) + self._groups.index(_group(joint))] = change[own]
+        return out
+
+    def conclude(self, x: Array) -> Fit:
+        """The fit, with its covariance."""
+        jacobian, residuals = self.jacobian(x), self.residuals(x)
+        weight = 1.0 / np.sqrt(1.0 + np.square(residuals / (_ROBUST * np.sqrt(12.0))))  # soft_l1's derivative
+        information = jacobian.T @ (weight[:, None] * jacobian)
+        bread = np.linalg.pinv(information, hermitian=True)
+        number = stretches(self._samples, self._longest).T[self._samples.T]
+        scores = np.zeros((number.max() + 1, len(x)))
+        np.add.at(scores, number, (weight * residuals)[:, None] * jacobian)
+        shares = np.zeros_like(scores)
+        np.add.at(shares, number, weight[:, None] * np.square(jacobian))
+        clusters = np.square(shares.sum(axis=0)) / np.maximum(np.square(shares).sum(axis=0), 1e-300)
+        count = len(self.names)
+        freedom = np.maximum(clusters[:count] - 1.0, 1.0)
+        covariance = (bread @ (scores.T @ scores) @ bread)[:count, :count]
+        inflation = np.sqrt((freedom + 1.0) / freedom)
+        return Fit(
+            servo=self.servo(x),
+            names=self.names,
+            values=x[:count],
+            covariance=covariance * np.outer(inflation, inflation),
+            freedom=freedom,
+            joints=self._joints,
+            predicted=self._angles(x) + x[count:],
+            samples=self._samples.astype(np.float64),
+        )
+
+
+def _group(joint: str) -> str:
+    """Key of a joint in the table of backlash."""
+    return joint if joint.startswith("Head") else joint[1:]
+
+
+def joints_of(group: str, joints: Sequence[str]) -> list[str]:
+    """The joints of a group of both sides."""
+    return [joint for joint in joints if _group(joint) == group]

@@ -1,0 +1,154 @@
+"""From a recording to the wear profile of its robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import Body
+from bridge.body.joints import INDEX, JOINTS
+from bridge.body.quantities import absent_joints, joint_stall_torque
+from bridge.errors import ConfigurationError
+from emulator.servo.parameters import Backlash, ServoParameters
+from emulator.wear import WearProfile
+from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
+from nao_hil.identification.recorded import Recorded
+from nao_hil.identification.signals import Array, Signals
+
+STEADY: Final = 0.15
+"""rad by which the torso may tilt to and fro."""
+
+
+class Identified(msgspec.Struct, frozen=True, kw_only=True):
+    """A value and its interval, in SI units and radians."""
+
+    value: float
+    interval: tuple[float, float]
+
+
+class Identification(msgspec.Struct, frozen=True, kw_only=True):
+    """The JSON of `nao-hil identify`."""
+
+    recording: str
+    robot: str
+    base: str
+    """Wear profile that everything else is taken from."""
+    profile: str
+    """File that was written."""
+    confidence: float
+    seconds: float
+    parameters: dict[str, Identified]
+    """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
+    follows from them: `stiffness.KneePitch`, ..., N m/rad."""
+    assumed: tuple[str, ...]
+    """Values of the profile's table `servo` that were not fitted."""
+    residual: dict[str, float | None]
+    """RMS of the measured angle less the model's by joint, rad; None: not used."""
+
+
+def identify(
+    recorded: Recorded, base: WearProfile, progress: Callable[[int], None] = lambda _: None
+) -> tuple[Fit, Signals]:
+    """Fit the drives to a recording.
+
+    Args:
+        recorded: Of a robot that hangs, or stands still while head and arms move.
+        base: Values that are not fitted.
+        progress: Told the number of simulations so far.
+
+    Returns:
+        The fit, and the part of the recording that it was made on.
+
+    Raises:
+        ConfigurationError: the torso moves, or no joint moves by itself.
+    """
+    tilt = recorded.signals.angle
+    if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > STEADY:
+        raise ConfigurationError(
+            f"The torso tilts by {math.degrees(np.ptp(tilt, axis=0).max()):.0f} degrees in this recording; "
+            "identification needs a robot that hangs still or stands still, as `nao-hil excite` moves it."
+        )
+    signals = _under_command(recorded.body, recorded.signals)
+    return fit(recorded.body, signals, base.servo, progress), signals
+
+
+def parameters(body: Body, found: Fit) -> dict[str, Identified]:
+    """The fitted values, and the stiffness of each group of joints, with intervals."""
+    count = len(found.names)
+    values = {
+        name: _identified(found, float(found.values[i]), np.eye(count)[i]) for i, name in enumerate(found.names)
+    }
+    loop, gear = found.names.index("full_voltage_error"), found.names.index("gear_compliance")
+    for name in found.names:
+        _, _, group = name.partition(".")
+        if group:
+            gradient = np.zeros(count)
+            gradient[loop] = 1.0 / joint_stall_torque(body, joints_of(group, found.joints)[0])
+            gradient[gear] = 0.5 if group == "HipYawPitch" else 1.0  # one motor, two gears side by side
+            compliance = float(gradient @ found.values)
+            stiffness = 1.0 / compliance
+            values[f"stiffness.{group}"] = _identified(found, stiffness, -gradient * stiffness**2)
+    return values
+
+
+def result(
+    recorded: Recorded, found: Fit, signals: Signals, base: WearProfile, recording: str, profile: str
+) -> Identification:
+    """The JSON.
+
+    Args:
+        recorded: The recording.
+        found: What was fitted to it.
+        signals: The part of it that was used.
+        base: The rest.
+        recording: Its file.
+        profile: File of the profile.
+    """
+    return Identification(
+        recording=recording,
+        robot=recorded.body.name,
+        base=base.name,
+        profile=profile,
+        confidence=CONFIDENCE,
+        seconds=float(signals.time[-1]),
+        parameters=parameters(recorded.body, found),
+        assumed=tuple(_assumed(found.names)),
+        residual={joint: _residual(found, signals, i) for i, joint in enumerate(found.joints)},
+    )
+
+
+def _identified(found: Fit, value: float, gradient: Array) -> Identified:
+    return Identified(value=value, interval=found.interval(value, gradient))
+
+
+def _residual(found: Fit, signals: Signals, column: int) -> float | None:
+    used = found.samples[:, column] > 0.0
+    error = signals.position[used, INDEX[found.joints[column]]] - found.predicted[used, column]
+    return float(np.sqrt(np.mean(np.square(error)))) if used.any() else None
+
+
+def _assumed(fitted: Sequence[str]) -> list[str]:
+    names = [name for name in ServoParameters.__struct_fields__ if name != "backlash"]
+    names += [f"backlash.{group}" for group in Backlash.__struct_fields__]
+    return [name for name in names if name not in fitted]
+
+
+def _under_command(body: Body, signals: Signals) -> Signals:
+    """From where every joint has a command; one that never has holds its first angle, an absent one is at 0."""
+    absent = absent_joints(body)
+    present = [number for number, joint in enumerate(JOINTS) if joint not in absent]
+    known = np.isfinite(signals.command[:, present])
+    ever = known.any(axis=0)
+    if not ever.any():
+        raise ConfigurationError("The recording has no command.")
+    signals = signals.part(slice(int(known[:, ever].all(axis=1).argmax()), None))
+    position = np.nan_to_num(signals.position)
+    command = np.where(np.isfinite(signals.command), signals.command, position[0])
+    position[:, [number for number in range(len(JOINTS)) if number not in present]] = 0.0
+    stiffness = np.where(np.isfinite(signals.stiffness), signals.stiffness, 1.0)
+    return replace(signals, position=position, command=command, stiffness=stiffness)

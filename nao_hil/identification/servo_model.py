@@ -1,0 +1,139 @@
+"""The emulator's drives with one joint each behind them: no engine, no other joint, machine code.
+
+A joint has the inertia and the gravity of what it carries, see `loads`; the drive is `emulator.servo`'s.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import Body, joint_tree
+from bridge.body.joints import INDEX, INDEX_WITH_MIRROR
+from emulator.compiled import compiled
+from emulator.drives import run_drives
+from emulator.engine.values import PhysicsSettings
+from emulator.servo.parameters import ServoParameters
+from emulator.servo.servo import Servo
+from nao_hil.identification.loads import Load, joint_loads
+from nao_hil.identification.signals import Array, Signals
+
+STEP: Final = PhysicsSettings().step
+"""Of drives and joints, s."""
+
+
+class ServoModel:
+    """Predicts the joint angles of a recording of a robot whose torso does not move.
+
+    The two hips that share a motor are one joint: half the motor and the mean of both legs.
+
+    Args:
+        body: Data sheet.
+        signals: Commands and measurements; every command is there, the stiffness is one over time.
+    """
+
+    def __init__(self, body: Body, signals: Signals) -> None:
+        self._body = body
+        self._names = tuple(joint_tree(body))
+        """Mechanical joints, the order of the drives."""
+        self.joints = tuple(name for name in self._names if name in INDEX)
+        """Joints that are predicted, the columns of `predict`."""
+        self._steps = round(signals.cycle / STEP)
+        self._rows = [self._names.index(name) for name in self.joints]
+        slots = [INDEX_WITH_MIRROR[name] for name in self._names]
+        self._request = np.ascontiguousarray(signals.command[:, slots])
+        self._measured = np.ascontiguousarray(signals.position[:, slots])
+        self._stiffness = np.median(signals.stiffness[:, slots], axis=0)
+        loads = joint_loads(body, signals.position, signals.angle)
+        self._cosine, self._sine, self._inertia = (
+            np.stack([getattr(_shared(loads, name), field) for name in self._names], axis=1)
+            for field in ("cosine", "sine", "inertia")
+        )
+
+    def predict(self, parameters: ServoParameters) -> Array:
+        """Joint angles at the rows of the recording, (n, joints), rad.
+
+        Args:
+            parameters: Of the drives; the delay need not be whole steps.
+        """
+        servo = Servo(self._body, self._names, parameters, self._measured[0], STEP)
+        servo.strength[:] = self._stiffness
+        servo.apply_power()
+        out = np.empty_like(self._measured)
+        _simulate(
+            servo.drives,
+            self._request,
+            self._measured,
+            self._cosine,
+            self._sine,
+            self._inertia + servo.rotor_inertia,
+            self._steps,
+            parameters.delay / STEP,
+            STEP,
+            out,
+        )
+        return out[:, self._rows]
+
+
+def _shared(loads: dict[str, Load], joint: str) -> Load:
+    """The load of a joint, for the two hips with one motor the mean of both."""
+    if not joint.endswith("HipYawPitch"):
+        return loads[joint]
+    left, right = loads["LHipYawPitch"], loads["RHipYawPitch"]
+    return Load(
+        0.5 * (left.cosine + right.cosine), 0.5 * (left.sine + right.sine), 0.5 * (left.inertia + right.inertia)
+    )
+
+
+@compiled
+def _simulate(
+    drives: NDArray[Any],
+    command: Array,
+    measured: Array,
+    cosine: Array,
+    sine: Array,
+    inertia: Array,
+    steps: int,
+    delay: float,
+    step: float,
+    out: Array,
+) -> None:
+    """Run drives and joints under the commands.
+
+    Args:
+        drives: At rest in the first measured angles, (m,); the state changes.
+        command: Angles asked for in each cycle, (n, m), rad.
+        measured: At which the loads hold, (n, m), rad.
+        cosine: Loads, (n, m), see `loads.Load`.
+        sine: Likewise.
+        inertia: With the rotor, (n, m), kg m^2.
+        steps: In a cycle.
+        delay: Of the commands in steps; within a step it takes a share of the new command.
+        step: s
+        out: Angles at the cycles' boundaries, (n, m), rad; written.
+    """
+    count, joints = command.shape
+    angle, speed, torque = measured[0].copy(), np.zeros(joints), np.zeros(joints)
+    before = measured[0].copy()
+    whole = int(delay)
+    part = delay - whole
+    for row in range(count):
+        out[row] = angle
+        for number in range(steps):
+            at = row * steps + number - whole
+            if at >= 0 and at % steps == 0:
+                for i in range(joints):
+                    new = command[at // steps, i]
+                    drives[i].request = new + part * (before[i] - new)
+                    before[i] = new
+            elif at >= 0 and at % steps == 1:
+                for i in range(joints):
+                    drives[i].request = before[i]
+            run_drives(drives, angle, speed, torque)
+            for i in range(joints):
+                turned = angle[i] - measured[row, i]
+                gravity = cosine[row, i] * (1.0 - 0.5 * turned * turned) + sine[row, i] * turned
+                speed[i] += step * (torque[i] + gravity) / inertia[row, i]
+                angle[i] += step * speed[i]

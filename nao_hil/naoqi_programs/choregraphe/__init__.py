@@ -1,0 +1,1 @@
+"""Behaviours of Choregraphe: their boxes and timelines, played on a served robot."""

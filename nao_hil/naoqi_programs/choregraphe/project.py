@@ -1,0 +1,176 @@
+"""A Choregraphe project as data: boxes, links and timelines of its `.xar` behaviours."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import ConfigurationError
+
+MAX_SIZE: Final = 20_000_000
+"""bytes of a file"""
+PARENT: Final = 0
+"""Owner of a link's end that is the box around the diagram."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """From an output of a box to an input of one; of the box around the diagram it is the other way round."""
+
+    source: int
+    output: int
+    target: int
+    input: int
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """Boxes by their ids, and their links."""
+
+    boxes: dict[int, Box]
+    links: tuple[Link, ...]
+    frame: int = 0
+    """Of the timeline around it, at which it begins."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Keys of one actuator: frames and values, in degrees, or 0 to 1 of a hand."""
+
+    actuator: str
+    frames: tuple[float, ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box with its script, its diagrams and its curves."""
+
+    name: str
+    inputs: dict[int, str]
+    outputs: dict[int, str]
+    parameters: dict[str, object]
+    script: str
+    plugin: str
+    timed: bool
+    """Its timeline is on."""
+    fps: float
+    diagrams: tuple[Diagram, ...] = ()
+    curves: tuple[Curve, ...] = field(default=())
+
+
+def behaviours(path: Path) -> list[Path]:
+    """The `.xar` files of a project: itself, those that its `.pml` names, or those in the folder.
+
+    Raises:
+        ConfigurationError: there is none.
+    """
+    if path.is_dir():
+        found = sorted(path.glob("*.pml")) or sorted(path.rglob("*.xar"))
+        if not found:
+            raise ConfigurationError(f"{path}: no .pml and no .xar is there; name a Choregraphe project.")
+        return behaviours(found[0])
+    if path.suffix == ".xar":
+        return [path]
+    if path.suffix != ".pml":
+        raise ConfigurationError(f"{path}: a Choregraphe project is a .pml, a .xar, or the folder of one.")
+    named = [e for e in _parsed(path).iter() if _tag(e) == "BehaviorDescription"]
+    files = [path.parent / e.get("src", "") / e.get("xar", "behavior.xar") for e in named]
+    if not files:
+        raise ConfigurationError(f"{path}: it names no behaviour; is it a Choregraphe project?")
+    return files
+
+
+def read_behaviour(path: Path) -> Box:
+    """The outermost box of a `.xar` file.
+
+    Raises:
+        ConfigurationError: no such file, not XML, or not a behaviour.
+    """
+    for element in _parsed(path):
+        if _tag(element) == "Box":
+            return _box(element, path)
+    raise ConfigurationError(f"{path}: it has no box; a behaviour of Choregraphe (.xar) is expected.")
+
+
+def _parsed(path: Path) -> ET.Element:
+    try:
+        data = path.read_bytes()
+        if len(data) > MAX_SIZE:
+            raise ConfigurationError(f"{path}: {len(data)} bytes are more than {MAX_SIZE}.")
+        text = data.decode("utf-8-sig")
+        if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():  # entities could expand without end
+            raise ConfigurationError(f"{path}: it declares a document type, which Choregraphe's files do not.")
+        return ET.fromstring(text)
+    except (OSError, UnicodeDecodeError, ET.ParseError, RecursionError) as error:
+        raise ConfigurationError(f"{path}: it cannot be read ({error}); is it a Choregraphe project?") from None
+
+
+def _tag(element: ET.Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def _children(element: ET.Element, *tags: str) -> Iterator[ET.Element]:
+    """Descendants of the first tag along a path of tags."""
+    for child in element:
+        if _tag(child) == tags[0]:
+            if len(tags) == 1:
+                yield child
+            else:
+                yield from _children(child, *tags[1:])
+
+
+def _box(element: ET.Element, path: Path) -> Box:
+    try:
+        timelines = list(_children(element, "Timeline"))
+        timed = any(t.get("enable") == "1" for t in timelines)
+        diagrams, curves = [], []
+        for timeline in timelines:
+            for keyframe in _children(timeline, "BehaviorLayer", "BehaviorKeyframe"):
+                frame = int(keyframe.get("index", "0"))
+                diagrams += [_diagram(d, frame, path) for d in _children(keyframe, "Diagram")]
+            if timed:
+                curves += [_curve(c) for c in _children(timeline, "ActuatorList", "ActuatorCurve")]
+        diagrams += [_diagram(d, 0, path) for d in _children(element, "Diagram")]
+        scripts = [c.text or "" for c in _children(element, "script", "content")]
+        return Box(
+            name=element.get("name", "box"),
+            inputs={int(e.get("id", "0")): e.get("name", "") for e in _children(element, "Input")},
+            outputs={int(e.get("id", "0")): e.get("name", "") for e in _children(element, "Output")},
+            parameters={e.get("name", ""): _value(e) for e in _children(element, "Parameter")},
+            script="\n".join(scripts).strip(),
+            plugin=element.get("plugin", ""),
+            timed=timed,
+            fps=max((float(t.get("fps", "25")) for t in timelines), default=25.0),
+            diagrams=tuple(diagrams),
+            curves=tuple(curve for curve in curves if curve.frames),
+        )
+    except ValueError as error:
+        raise ConfigurationError(f"{path}: box `{element.get('name')}` cannot be read ({error}).") from None
+
+
+def _diagram(element: ET.Element, frame: int, path: Path) -> Diagram:
+    ends = ("outputowner", "indexofoutput", "inputowner", "indexofinput")
+    links = [Link(*(int(e.get(end, "0")) for end in ends)) for e in _children(element, "Link")]
+    boxes = {int(e.get("id", "-1")): _box(e, path) for e in _children(element, "Box")}
+    return Diagram(boxes, tuple(links), frame)
+
+
+def _curve(element: ET.Element) -> Curve:
+    keys = sorted((float(k.get("frame", "0")), float(k.get("value", "0"))) for k in _children(element, "Key"))
+    if element.get("mute") == "1":
+        keys = []
+    return Curve(element.get("actuator", ""), tuple(f for f, _ in keys), tuple(v for _, v in keys))
+
+
+def _value(element: ET.Element) -> object:
+    """A parameter by its content type: 0 bool, 1 int, 2 float, others text."""
+    text, kind = element.get("value", ""), element.get("content_type", "3")
+    if kind == "0":
+        return text.lower() in ("1", "true")
+    if kind in ("1", "2") and text:
+        return int(text) if kind == "1" else float(text)
+    return text

@@ -1,0 +1,117 @@
+"""The table of the vendor's methods in `docs/naoqi.md`, from the services themselves.
+
+`python -m nao_hil.naoqi_programs.method_table` writes it anew.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from threading import RLock
+from typing import Any, Final
+
+from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.methods import VENDOR
+from bridge.adapters.naoqi.services import Services
+from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.body import load_body
+from bridge.body.joints import N_JOINTS
+from bridge.body.postures import POSTURES
+from bridge.messages import SensorFrame
+from walker.model.tree import BodyTree
+
+PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi.md"
+BEGIN: Final = "<!-- begin of the table by nao_hil.naoqi_programs.method_table -->\n"
+END: Final = "<!-- end of the table -->\n"
+_STANDING: Final = SensorFrame(
+    seq=0,
+    time=0.0,
+    position=POSTURES["StandInit"],
+    stiffness=(1.0,) * N_JOINTS,
+    current=(0.0,) * N_JOINTS,
+    temperature=(30.0,) * N_JOINTS,
+    fsr=(5.0,) * 8,
+    accelerometer=(0.0, 0.0, 9.81),
+    gyroscope=(0.0, 0.0, 0.0),
+    angle=(0.0, 0.0),
+    touch=(0.0,) * 14,
+    battery=(1.0, 0.0, 0.0, 25.0),
+    sonar=(2.55, 2.55),
+)
+
+
+class _NoWalker:
+    """In place of the hand-over to a walker: its methods are listed and not called."""
+
+    has_robot = False
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *_: None
+
+
+def services() -> Services:
+    """The services of a V5 that nobody moves."""
+    walking: Any = WalkingMethods
+    return Services(
+        RobotConfig(load_body("nao-v5"), "nao"),
+        _STANDING,
+        RLock(),
+        walking(_NoWalker(), (1.0, 1.0, 1.0)),
+        lambda body: BodyTree(body).link_frames,
+        lambda: None,
+        lambda: None,
+        lambda *_: None,
+    )
+
+
+def answers() -> dict[str, dict[str, str]]:
+    """Service -> method of the vendor's -> `yes`, `partly` or `no`; those of every module under `ALModule`."""
+    served = services()
+    found = {}
+    for service, vendor in VENDOR.items():
+        offered = set(served.offered("ALSystem" if service == "ALModule" else service)) | {"subscriber"}
+        found[service] = {
+            method: "no" if method not in offered else "partly" if method in vendor.partly else "yes"
+            for method in vendor.methods
+        }
+    return found
+
+
+def method_table() -> str:
+    """The tables, as Markdown."""
+    found = answers()
+    count = {
+        kind: sum(list(of.values()).count(kind) for of in found.values()) for kind in ("yes", "partly", "no")
+    }
+    modules = [of for name, of in found.items() if name != "ALModule"]
+    offering = sum(any(answer != "no" for answer in of.values()) for of in modules)
+    lines = [
+        f"{offering} services offer methods. Of the vendor's {sum(count.values())} methods {count['yes']} are "
+        f"offered, {count['partly']} partly, and {count['no']} refuse with one sentence. `ALModule` are those "
+        "of every service.",
+        "",
+        "| service | yes | partly | no |",
+        "|---|---|---|---|",
+    ]
+    for service, of in found.items():
+        cells = [" ".join(f"`{m}`" for m in sorted(of) if of[m] == kind) for kind in ("yes", "partly", "no")]
+        lines.append(f"| `{service}` | {' | '.join(cells)} |")
+    lines += ["", "| partly | what is left out or assumed |", "|---|---|"]
+    for service in found:
+        by_reason: dict[str, list[str]] = {}
+        for method, reason in VENDOR[service].partly.items():
+            by_reason.setdefault(reason, []).append(method)
+        for reason, methods in by_reason.items():
+            lines.append(f"| `{service}`: {' '.join(f'`{m}`' for m in sorted(methods))} | {reason} |")
+    return "\n".join(lines) + "\n"
+
+
+def page() -> str:
+    """The page with the table of now."""
+    text = PAGE.read_text()
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return f"{before}{BEGIN}\n{method_table()}\n{END}{after}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())

@@ -1,0 +1,1 @@
+"""Modules that programs for NAOqi import; this folder is on their path."""

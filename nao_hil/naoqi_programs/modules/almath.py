@@ -1,0 +1,254 @@
+"""The module `almath` of the vendor's Python SDK, as far as samples use it: poses, positions, transforms.
+
+Rotations are Rz(wz) Ry(wy) Rx(wx). Lengths in m, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+PI, PI_2, PI_4, _2_PI_ = math.pi, 0.5 * math.pi, 0.25 * math.pi, 2.0 * math.pi
+TO_RAD, TO_DEG = math.pi / 180.0, 180.0 / math.pi
+
+
+class _Vector:
+    """Named numbers with the arithmetic of a vector."""
+
+    NAMES: tuple[str, ...] = ()
+
+    def __init__(self, *values: Any) -> None:
+        given = list(values[0]) if len(values) == 1 and isinstance(values[0], Sequence | _Vector) else values
+        if given and len(given) != len(self.NAMES):
+            raise RuntimeError(f"{type(self).__name__} takes {len(self.NAMES)} numbers, not {len(given)}.")
+        for name, value in zip(self.NAMES, given or (0.0,) * len(self.NAMES), strict=True):
+            setattr(self, name, float(value))
+
+    def __iter__(self) -> Any:
+        return iter(self.toVector())
+
+    def __len__(self) -> int:
+        return len(self.NAMES)
+
+    def __getitem__(self, index: int) -> float:
+        return self.toVector()[index]
+
+    def toVector(self) -> list[float]:
+        """The numbers."""
+        return [getattr(self, name) for name in self.NAMES]
+
+    def __add__(self, other: Any) -> Any:
+        return type(self)([a + b for a, b in zip(self, other, strict=True)])
+
+    def __sub__(self, other: Any) -> Any:
+        return type(self)([a - b for a, b in zip(self, other, strict=True)])
+
+    def __mul__(self, factor: Any) -> Any:
+        return type(self)([a * factor for a in self])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: float) -> Any:
+        return self * (1.0 / divisor)
+
+    def __neg__(self) -> Any:
+        return self * -1.0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and self.toVector() == other.toVector()
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
+
+    def isNear(self, other: Any, epsilon: float = 1e-4) -> bool:
+        """Whether each number is within `epsilon` of the other's."""
+        return all(abs(a - b) <= epsilon for a, b in zip(self, other, strict=True))
+
+    def norm(self) -> float:
+        """Length of the vector."""
+        return math.hypot(*self)
+
+    def distance(self, other: Any) -> float:
+        """Distance of the positions."""
+        return math.dist(self.toVector()[:3], other.toVector()[:3])
+
+    def __repr__(self) -> str:
+        return (
+            f"{type(self).__name__}({', '.join(f'{n}={v:g}' for n, v in zip(self.NAMES, self, strict=True))})"
+        )
+
+
+class Position2D(_Vector):
+    """x, y."""
+
+    NAMES = ("x", "y")
+
+
+class Position3D(_Vector):
+    """x, y, z."""
+
+    NAMES = ("x", "y", "z")
+
+
+class Position6D(_Vector):
+    """x, y, z, wx, wy, wz."""
+
+    NAMES = ("x", "y", "z", "wx", "wy", "wz")
+
+
+class Pose2D(_Vector):
+    """x, y, theta; `a * b` is the pose b in the frame of pose a."""
+
+    NAMES = ("x", "y", "theta")
+    x: float
+    y: float
+    theta: float
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, Pose2D):
+            return super().__mul__(other)
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        place = (self.x + c * other.x - s * other.y, self.y + s * other.x + c * other.y)
+        return Pose2D([*place, self.theta + other.theta])
+
+    def inverse(self) -> Pose2D:
+        """The pose of the frame of reference in this pose's frame."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return Pose2D([-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta])
+
+    def getAngle(self) -> float:
+        """Direction from the origin to the pose, rad."""
+        return math.atan2(self.y, self.x)
+
+
+class Transform:
+    """A homogeneous transform; of 12 or 16 numbers row by row, or of a position.
+
+    Args:
+        values: nothing, a list, or x, y, z.
+    """
+
+    def __init__(self, *values: Any) -> None:
+        self.matrix = np.eye(4)
+        if len(values) == 3:
+            self.matrix[:3, 3] = values
+        elif values:
+            given = list(values[0].toVector()) if isinstance(values[0], Transform) else list(values[0])
+            if len(given) not in (12, 16):
+                raise RuntimeError(f"Transform takes 12 or 16 numbers, not {len(given)}.")
+            self.matrix[:3] = np.array(given[:12]).reshape(3, 4)
+
+    @classmethod
+    def of(cls, matrix: Any) -> Transform:
+        """The transform with this matrix, (4, 4)."""
+        made = cls()
+        made.matrix = np.array(matrix, dtype=float)
+        return made
+
+    @classmethod
+    def fromPosition(cls, x: float, y: float, z: float, *angles: float) -> Transform:
+        """The transform of x, y, z, and of wx, wy, wz if given."""
+        return transformFromPosition6D(Position6D(x, y, z, *(angles or (0.0, 0.0, 0.0))))
+
+    @classmethod
+    def fromRotX(cls, angle: float) -> Transform:
+        """A turn about x."""
+        return cls.fromPosition(0.0, 0.0, 0.0, angle, 0.0, 0.0)
+
+    @classmethod
+    def fromRotY(cls, angle: float) -> Transform:
+        """A turn about y."""
+        return cls.fromPosition(0.0, 0.0, 0.0, 0.0, angle, 0.0)
+
+    @classmethod
+    def fromRotZ(cls, angle: float) -> Transform:
+        """A turn about z."""
+        return cls.fromPosition(0.0, 0.0, 0.0, 0.0, 0.0, angle)
+
+    def toVector(self) -> list[float]:
+        """16 numbers, row by row."""
+        return [float(value) for value in self.matrix.flat]
+
+    def inverse(self) -> Transform:
+        """The inverse."""
+        return Transform.of(np.linalg.inv(self.matrix))
+
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Position3D):
+            return Position3D((self.matrix @ (*other, 1.0))[:3].tolist())
+        return Transform.of(self.matrix @ other.matrix)
+
+    def __getattr__(self, name: str) -> float:
+        """`r1_c4` and its like: the element of a row and a column."""
+        if len(name) == 5 and name[0] == "r" and name[2:4] == "_c":
+            return float(self.matrix[int(name[1]) - 1, int(name[4]) - 1])
+        raise AttributeError(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if len(name) == 5 and name[0] == "r" and name[2:4] == "_c":
+            self.matrix[int(name[1]) - 1, int(name[4]) - 1] = value
+        else:
+            super().__setattr__(name, value)
+
+
+def transformFromPosition6D(position: Position6D) -> Transform:
+    """The transform of a position with angles."""
+    x, y, z, wx, wy, wz = position
+    (cx, sx), (cy, sy), (cz, sz) = ((math.cos(a), math.sin(a)) for a in (wx, wy, wz))
+    return Transform(
+        [
+            *(cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx, x),
+            *(sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx, y),
+            *(-sy, cy * sx, cy * cx, z),
+        ]
+    )
+
+
+def position6DFromTransform(transform: Transform) -> Position6D:
+    """Position and angles of a transform."""
+    H = transform.matrix
+    angles = (
+        math.atan2(H[2, 1], H[2, 2]),
+        -math.asin(max(-1.0, min(1.0, H[2, 0]))),
+        math.atan2(H[1, 0], H[0, 0]),
+    )
+    return Position6D(*H[:3, 3].tolist(), *angles)
+
+
+def position3DFromTransform(transform: Transform) -> Position3D:
+    """Position of a transform."""
+    return Position3D(transform.matrix[:3, 3].tolist())
+
+
+def transformFromPose2D(pose: Pose2D) -> Transform:
+    """The transform of a pose on the floor."""
+    return Transform.fromPosition(pose.x, pose.y, 0.0, 0.0, 0.0, pose.theta)
+
+
+def pose2DFromTransform(transform: Transform) -> Pose2D:
+    """The pose on the floor of a transform."""
+    H = transform.matrix
+    return Pose2D(float(H[0, 3]), float(H[1, 3]), math.atan2(H[1, 0], H[0, 0]))
+
+
+def pose2DInverse(pose: Pose2D) -> Pose2D:
+    """The inverse of a pose."""
+    return pose.inverse()
+
+
+def transformInverse(transform: Transform) -> Transform:
+    """The inverse of a transform."""
+    return transform.inverse()
+
+
+def modulo2PI(angle: float) -> float:
+    """The angle in (-pi, pi], rad."""
+    return math.pi - (math.pi - angle) % math.tau
+
+
+def clipData(lower: float, upper: float, value: float) -> float:
+    """The value within the bounds."""
+    return max(lower, min(upper, value))

@@ -1,0 +1,130 @@
+"""A walk by a fixed plan, with a line of what to look at for each part: what `nao-hil demo` shows."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Final, NamedTuple
+
+import zenoh
+
+from bridge.errors import NaoHilError
+from bridge.link import keys
+from bridge.link.session import open_client
+from bridge.link.walk_client import WalkClient
+from bridge.link.world_client import WorldClient
+from bridge.messages import Notice, SensorFrame, encode
+from bridge.messages.walk import WalkCommand
+from bridge.messages.world import Push
+
+ROBOT: Final = "nao-v6"
+GAIT: Final = "omni"
+CAPTION: Final = "caption"
+"""Code of the notices that carry the lines."""
+CONNECT_TIMEOUT: Final = 10.0
+"""s; the robot is there already."""
+
+
+class Part(NamedTuple):
+    """One part of the demo."""
+
+    lasts: float
+    """Robot time, s."""
+    text: str
+    """What to look at."""
+    command: WalkCommand | Push | None = None
+    """Given when it begins."""
+
+
+def _walk(x: float, y: float, turn: float) -> WalkCommand:
+    return WalkCommand(op="walk", velocity=(x, y, turn))
+
+
+PARTS: Final = (
+    Part(4.0, "It stands. Bars on its feet: loads on the force sensors; red ball: its centre of mass."),
+    Part(
+        6.0,
+        "Ahead at 0.2 m/s, four steps a second. Outlines: footsteps, planned (blue) and made (grey).",
+        _walk(0.2, 0.0, 0.0),
+    ),
+    Part(
+        6.0,
+        "A turn on the spot at 0.8 rad/s. One motor, HipYawPitch, turns both legs.",
+        _walk(0.0, 0.0, 0.8),
+    ),
+    Part(5.0, "Sideways to the left at 0.1 m/s. Every second step only closes the feet.", _walk(0.0, 0.1, 0.0)),
+    Part(
+        4.0,
+        "Ahead at 0.15 m/s, and a push comes. Purple ball: the capture point, where a foot would stop it.",
+        _walk(0.15, 0.0, 0.0),
+    ),
+    Part(
+        5.0,
+        "Pushed from behind with 1.5 N s, as by a ball of half a kilogram at 3 m/s.",
+        Push(impulse=(1.5, 0.0, 0.0)),
+    ),
+    Part(4.0, "Stop: it slows down over some steps, closes its feet and stands.", WalkCommand(op="stop")),
+)
+
+
+class Demo:
+    """Plays the parts one after the other; use it as a context manager.
+
+    Args:
+        robot: Id of the robot; its walker serves.
+        endpoint: Zenoh endpoint of the robot.
+    """
+
+    def __init__(self, robot: str, endpoint: str) -> None:
+        self._robot, self._endpoint = robot, endpoint
+        self._begun = 0
+        self._next: float | None = None
+        """Robot time at which the next part begins, s."""
+        self._session: zenoh.Session | None = None
+        self.done = False
+
+    def go_on(self, frame: SensorFrame | None, state: str) -> None:
+        """Begin the part that is due.
+
+        Args:
+            frame: The robot's newest.
+            state: The walker's, as in `WalkTelemetry`; the first part begins at the first `stand`.
+        """
+        if self._next is None and frame is not None and state == "stand":
+            self._next = frame.time
+        if self._next is None or frame is None or frame.time < self._next or self.done:
+            return
+        if self._begun == len(PARTS):
+            self.done = True
+            return
+        part = PARTS[self._begun]
+        self._begun += 1
+        self._next = frame.time + part.lasts
+        self._tell(part.text, frame.seq)
+        try:
+            self._give(part.command)
+        except NaoHilError as error:  # it fell, say: the sentence tells, the demo goes on
+            self._tell(str(error), frame.seq)
+
+    def _give(self, command: WalkCommand | Push | None) -> None:
+        if isinstance(command, Push):
+            with WorldClient(self._robot, self._endpoint) as world:
+                world.send(command)
+        elif command is not None:
+            with WalkClient(self._robot, self._endpoint, CONNECT_TIMEOUT) as walker:
+                walker.send(command)
+
+    def _tell(self, text: str, seq: int) -> None:
+        """Publish a line: the terminal and the page show it."""
+        if self._session is None:
+            self._session = open_client(self._endpoint, CONNECT_TIMEOUT, "controller")
+        notice = Notice(seq=seq, level="info", code=CAPTION, text=text)
+        self._session.put(keys.key(self._robot, keys.NOTICES), encode(notice))
+
+    def __enter__(self) -> Demo:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._session is not None:
+            self._session.close()

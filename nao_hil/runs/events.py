@@ -1,0 +1,111 @@
+"""What happens in the course of a walk: in the world, pushes in the stride, new velocities; and a load."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import TORSO, Body
+from bridge.messages import WalkTelemetry
+from bridge.messages.world import Push
+from bridge.types import Vec3
+from emulator.world.stage import Happening, Stage
+from walker.controller import Controller
+
+_EARLY: Final = 1e-9
+"""s; an event is not put off by rounding."""
+
+
+class StridePush(msgspec.Struct, frozen=True, kw_only=True):
+    """A push at the torso's centre of mass, at a phase of the stride."""
+
+    time: float
+    """Of the walk from which on a stride is waited for, s."""
+    phase: float | None
+    """Part of the stride (two steps) since the plan put the left foot to stand alone, 0 to 1; None: at once."""
+    impulse: float
+    """N s"""
+    direction: float = 0.0
+    """In which it pushes, in the torso's heading, rad: 0 forward, pi/2 to the left."""
+    duration: float = 0.1
+    """s"""
+
+    def command(self) -> Push:
+        """To the world."""
+        x, y = math.cos(self.direction), math.sin(self.direction)
+        return Push(impulse=(self.impulse * x, self.impulse * y, 0.0), duration=self.duration)
+
+
+class Load(msgspec.Struct, frozen=True, kw_only=True):
+    """A point mass fixed to the torso, which the walker does not know of."""
+
+    mass: float
+    """kg"""
+    at: Vec3
+    """In the Torso frame, m."""
+
+    def on(self, body: Body) -> Body:
+        """The data sheet of the robot that carries it: parallel axes, about the common centre of mass."""
+        torso = body.links[TORSO]
+        total = torso.mass + self.mass
+        com = tuple((torso.mass * a + self.mass * b) / total for a, b in zip(torso.com, self.at, strict=True))
+        inertia = np.array(torso.inertia)
+        for mass, place in ((torso.mass, torso.com), (self.mass, self.at)):
+            x, y, z = (a - b for a, b in zip(place, com, strict=True))
+            inertia += mass * np.array([y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
+        links = body.links | {
+            TORSO: msgspec.structs.replace(torso, mass=total, com=com, inertia=tuple(inertia))
+        }
+        return msgspec.structs.replace(body, links=links)
+
+
+class WalkEvents:
+    """Lets the events of a walk happen, each at its time of the walk.
+
+    Args:
+        happenings: In the world, with their times, s.
+        pushes: Of the torso.
+        velocities: New ones with their times, s; m/s, m/s, rad/s.
+        stage: Of the robot's world.
+    """
+
+    def __init__(
+        self,
+        happenings: tuple[tuple[float, Happening], ...],
+        pushes: tuple[StridePush, ...],
+        velocities: tuple[tuple[float, Vec3], ...],
+        stage: Stage,
+    ) -> None:
+        self._happenings = sorted(happenings, key=lambda event: event[0])
+        self._pushes = sorted(pushes, key=lambda push: push.time)
+        self._velocities = sorted(velocities, key=lambda change: change[0])
+        self._stage = stage
+        self._phase = ""
+        self._stride: tuple[float, float] | None = None
+        """When the stride under way began, and how long the one before was, s."""
+
+    def follow(self, message: WalkTelemetry, time: float) -> None:
+        """Note where strides begin; told of each cycle."""
+        if message.phase == "SSL" != self._phase:
+            self._stride = time, time - self._stride[0] if self._stride else math.inf
+        self._phase = message.phase
+
+    def happen(self, time: float, controller: Controller) -> None:
+        """All that is due at a time of the walk, s."""
+        while self._happenings and time >= self._happenings[0][0] - _EARLY:
+            self._stage.execute(self._happenings.pop(0)[1])
+        while self._velocities and time >= self._velocities[0][0] - _EARLY:
+            controller.steer(self._velocities.pop(0)[1])
+        while self._pushes and self._due(self._pushes[0], time):
+            self._stage.execute(self._pushes.pop(0).command())
+
+    def _due(self, push: StridePush, time: float) -> bool:
+        if push.phase is None:
+            return time >= push.time - _EARLY
+        if self._stride is None:
+            return False
+        began, length = self._stride
+        return began >= push.time - _EARLY and time >= began + push.phase * length - _EARLY

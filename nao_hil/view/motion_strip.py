@@ -1,0 +1,69 @@
+"""Key-frame motions as strips of pictures: what docs/floor.md shows.
+
+`python -m nao_hil.view.motion_strip FILE.png NAME... [--robot nao-v6]`
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Final
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.body import Body, load_body
+from bridge.motion import MotionPlayer, load_motion
+from emulator.engine.values import Camera
+from emulator.robot import EmulatedRobot
+from emulator.wear import load_wear
+from nao_hil.runs.motion import BEGINS, play
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt
+
+PICTURES: Final = 9
+SIZE: Final = 240
+EVERY: Final = 10
+"""Cycles from one picture to the next; not all are drawn."""
+
+
+def pictures(name: str, body: Body) -> list[tuple[float, NDArray[np.uint8]]]:
+    """Times (s) and pictures of a motion, from the pose in which it begins to its end."""
+    motion = load_motion(name)
+    start = "sit" if name.startswith("stand-up") else BEGINS[motion.begins[0]]
+    taken = []
+    with EmulatedRobot(body, seed=1, wear=load_wear("nominal"), engine="pybullet", start=start) as robot:
+        begin = robot.seq
+
+        def watch(now: EmulatedRobot) -> None:
+            if (now.seq - begin) % EVERY == 0:
+                x, y, _ = now.truth().torso_position
+                camera = Camera((x + 0.45, y - 0.9, 0.40), (x, y, 0.22), SIZE, SIZE, math.radians(44.0))
+                taken.append((now.time, now.engine.picture(camera)))
+
+        play(robot, name, MotionPlayer(motion, body), watch=watch)
+    return [taken[i] for i in np.linspace(0, len(taken) - 1, PICTURES).round().astype(int)]
+
+
+def draw(file: str, names: list[str], robot: str) -> None:
+    """Draw a row for each motion."""
+    figure, rows = plt.subplots(len(names), PICTURES, figsize=(12, 1.5 * len(names)), squeeze=False)
+    for panels, name in zip(rows, names, strict=True):
+        for panel, (time, picture) in zip(panels, pictures(name, load_body(robot)), strict=True):
+            panel.imshow(picture)
+            panel.set_axis_off()
+            panel.set_title(f"{time:.1f} s", fontsize=7)
+        panels[0].text(0, SIZE - 8, name, fontsize=7)
+    figure.tight_layout(pad=0.3)
+    figure.savefig(file, dpi=75)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file")
+    parser.add_argument("names", nargs="+")
+    parser.add_argument("--robot", default="nao-v6")
+    arguments = parser.parse_args()
+    draw(arguments.file, arguments.names, arguments.robot)

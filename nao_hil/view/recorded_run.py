@@ -1,0 +1,87 @@
+"""A whole recording as the page shows it: how the robot stood at each moment, and what went wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from rich.console import Console
+from rich.progress import track
+
+from bridge.body import Body
+from bridge.errors import ConfigurationError
+from bridge.messages.world_state import WorldReply
+from bridge.recording.playback import read_recording
+from nao_hil.analysis.diagnosis import (
+    Balance,
+    BalanceEstimator,
+    Diagnosis,
+    Moment,
+    Symptom,
+    Symptoms,
+    explain,
+    moments,
+    recorded_body,
+)
+from nao_hil.view.history import History
+from nao_hil.view.surroundings import recorded_world
+
+MOST: Final = 20_000
+"""Moments that are kept to be drawn; of a longer recording every second, third, ... one."""
+
+
+class RecordedRun(NamedTuple):
+    """The run before the robot began anew."""
+
+    body: Body
+    balances: list[Balance]
+    stride: int
+    """Cycles from one of them to the next."""
+    history: History
+    """Of every cycle."""
+    symptoms: list[Symptom]
+    """Up to the fall, if there was one."""
+    diagnosis: Diagnosis | None
+    """Of the fall."""
+    world: WorldReply | None
+    """As it was at the start; None where it was not recorded."""
+
+
+def read_run(file: Path) -> RecordedRun:
+    """Follow the robot of a recording once.
+
+    Raises:
+        ConfigurationError: not a recording, or an empty one.
+    """
+    body = recorded_body(file)
+    run = first_run(list(moments(read_recording(file))))
+    if not run:
+        raise ConfigurationError(f"{file}: there is no sensor frame in it; record a robot that runs.")
+    observer = BalanceEstimator(body)
+    watch = Symptoms(observer)
+    stride = 1 + len(run) // MOST
+    history = History(len(run))
+    balances: list[Balance] = []
+    symptoms: list[Symptom] = []
+    off = None
+    console = Console(stderr=True)
+    for i, moment in enumerate(track(run, "reading the recording", console=console, transient=True)):
+        balance = observer.update(moment)
+        symptoms += watch.update(balance)
+        history.add(balance)
+        if i % stride == 0:
+            balances.append(balance)
+        if off is None and symptoms and symptoms[-1].kind == "fall":
+            off = watch.torso_off
+    diagnosis = explain(symptoms, torso_off=bool(off))
+    if diagnosis is not None:  # what a fallen robot does is no sign of anything
+        symptoms = [s for s in symptoms if s.time <= diagnosis.fell]
+    return RecordedRun(body, balances, stride, history, symptoms, diagnosis, recorded_world(file))
+
+
+def first_run(recorded: list[Moment]) -> list[Moment]:
+    """The moments before the robot began anew: a timeline has one run."""
+    for i in range(1, len(recorded)):
+        if recorded[i].sensors.seq <= recorded[i - 1].sensors.seq:
+            return recorded[:i]
+    return recorded
