@@ -1,4 +1,4 @@
-"""For all tests: a Ctrl-C that children can hear, and the engines that are installed.
+"""For all tests: a Ctrl-C that children can hear, properties' examples, and the engines that are installed.
 
 A shell starts background jobs with SIGINT ignored, and what is ignored stays so in every child; a handler of
 this process is the default in its children.
@@ -10,10 +10,19 @@ import signal
 from importlib.util import find_spec
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from emulator.engine.catalogue import ENGINES
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
+# The same examples on every day, and however long a busy machine takes for one.
+settings.register_profile(
+    "repeatable",
+    derandomize=True,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(params=ENGINES)

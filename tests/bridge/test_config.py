@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 import msgspec
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bridge.body
@@ -172,7 +172,7 @@ _VALUES = st.recursive(
 
 
 @given(data=st.dictionaries(st.sampled_from(_FIELDS) | st.text(max_size=4), _VALUES, max_size=6))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_any_data_is_read_or_refused(data: dict[str, Any]) -> None:
     try:
         assert isinstance(from_dict({"title": "a"} | data, "f", _File), _File)
@@ -181,7 +181,7 @@ def test_any_data_is_read_or_refused(data: dict[str, Any]) -> None:
 
 
 @given(text=st.text(max_size=60))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_any_text_is_read_or_refused(text: str) -> None:
     with pytest.raises(ConfigurationError):
         parse_toml(text, "f", Body)
@@ -195,7 +195,7 @@ _SHEET = (Path(bridge.body.__file__).parent / "bodies" / "nao-v3.toml").read_tex
     cut=st.integers(0, 30),
     put=st.text(alphabet="[]{}=\".,'-#\n0123456789eaxinf_ ", max_size=8) | st.text(max_size=4),
 )
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150)
 def test_a_damaged_data_sheet_is_read_or_refused(at: int, cut: int, put: str) -> None:
     try:
         assert isinstance(parse_toml(_SHEET[:at] + put + _SHEET[at + cut :], "f", Body), Body)

@@ -82,7 +82,7 @@ class Reference:
 
 
 @given(histories)
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_any_history_is_sent_as_by_an_independent_implementation(
     history: list[tuple[str, list[tuple[int, int]], int]],
 ) -> None:
@@ -100,7 +100,7 @@ def test_any_history_is_sent_as_by_an_independent_implementation(
 
 
 @given(histories)
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_what_is_sent_lies_between_where_it_was_and_what_is_due(
     history: list[tuple[str, list[tuple[int, int]], int]],
 ) -> None:
@@ -126,7 +126,6 @@ distinct_times = st.lists(
 
 
 @given(distinct_times, st.data())
-@settings(deadline=None)
 def test_the_order_of_merged_commands_does_not_matter(new: list[tuple[int, int]], data: st.DataObject) -> None:
     shuffled = data.draw(st.permutations(new))
     cut = data.draw(st.integers(0, len(new)))
@@ -139,7 +138,6 @@ def test_the_order_of_merged_commands_does_not_matter(new: list[tuple[int, int]]
 
 
 @given(st.lists(commands.filter(bool), min_size=1, max_size=10))
-@settings(deadline=None)
 def test_buffers_are_ordered_and_bounded(requests: list[list[tuple[int, int]]]) -> None:
     dcm = new_dcm()
     for new in requests:
@@ -152,7 +150,6 @@ def test_buffers_are_ordered_and_bounded(requests: list[list[tuple[int, int]]]) 
 
 
 @given(st.integers(-(2**31), 2**31 - 1), st.integers(-400, 400), st.integers(0, 30))
-@settings(deadline=None)
 def test_the_clock_may_start_anywhere(start: int, later: int, cycles: int) -> None:
     """A command given by the shown time means the same whatever the clock shows."""
     dcm, plain = Dcm(BODY, POSTURES["Stand"], start=start), new_dcm()

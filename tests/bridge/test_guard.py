@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bridge.body import load_body
@@ -87,7 +87,6 @@ def test_a_coupled_range_follows_the_clipped_angle_not_the_wanted_one() -> None:
     assert checked.position[INDEX["LAnkleRoll"]] == pytest.approx(0.049916, abs=1e-3)
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=N_JOINTS, max_size=N_JOINTS))
 def test_what_passes_once_passes_again_unchanged(angles: list[float]) -> None:
     guard = Guard(V6)

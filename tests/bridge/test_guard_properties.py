@@ -61,7 +61,7 @@ stretches = st.lists(
 
 
 @pytest.mark.parametrize("name", BODIES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(history=stretches)
 def test_no_history_makes_an_output_leave_the_ranges_or_outrun_the_motors(name: str, history: list) -> None:  # type: ignore[type-arg]
     body, bounds = BODIES[name], GuardSettings()
@@ -108,7 +108,7 @@ def test_no_history_makes_an_output_leave_the_ranges_or_outrun_the_motors(name: 
             last = given
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(measured=angles, wish=angles)
 def test_a_first_command_far_away_is_approached_slowly_from_where_the_robot_is(
     measured: tuple[float, ...], wish: tuple[float, ...]

@@ -274,8 +274,13 @@ def test_a_falling_robot_goes_limp_and_takes_commands_again_when_it_lies() -> No
     for _ in range(200):
         robot.command()
     assert robot.guard.state == "active"
+    for robot.angle in ((0.0, -0.9), (0.1, 0.0), (0.0, -0.9)):  # leans on its hands, sits, leans
+        for _ in range(100):
+            robot.command(POSTURES["SitRelax"])
+    assert robot.guard.state == "active"
     robot.angle = (0.1, 0.0)
-    robot.command()
+    for _ in range(200):
+        robot.command()
     robot.angle = (-0.9, 0.0)
     for _ in range(fall.cycles):
         robot.command()

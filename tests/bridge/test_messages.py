@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bridge.body.joints import JOINTS
@@ -128,13 +128,11 @@ def refusal(fields: Any) -> str:
     return str(error.value)
 
 
-@settings(deadline=None)
 @given(MESSAGE)
 def test_a_message_comes_out_as_it_went_in(message: Any) -> None:
     assert decode(encode(message), type(message)) == message
 
 
-@settings(deadline=None)
 @given(MESSAGE)
 def test_the_wire_is_a_map_of_all_fields_by_name(message: Any) -> None:
     raw = msgspec.msgpack.decode(encode(message))
@@ -143,14 +141,12 @@ def test_the_wire_is_a_map_of_all_fields_by_name(message: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(deadline=None)
 @given(payload=st.binary(max_size=300))
 def test_random_bytes_are_refused_and_nothing_else_happens(kind: type[Any], payload: bytes) -> None:
     with pytest.raises(FrameError):
         decode(payload, kind)
 
 
-@settings(deadline=None)
 @given(SENSOR_FRAME | ACTUATOR_FRAME, st.data())
 def test_a_truncated_frame_is_refused(frame: Any, data: st.DataObject) -> None:
     payload = encode(frame)
@@ -159,7 +155,6 @@ def test_a_truncated_frame_is_refused(frame: Any, data: st.DataObject) -> None:
         decode(payload[:end], type(frame))
 
 
-@settings(deadline=None)
 @given(SENSOR_FRAME | ACTUATOR_FRAME, st.data())
 def test_a_mutated_frame_is_refused_or_still_a_valid_frame(frame: Any, data: st.DataObject) -> None:
     payload = bytearray(encode(frame))
@@ -173,7 +168,6 @@ def test_a_mutated_frame_is_refused_or_still_a_valid_frame(frame: Any, data: st.
     assert all(math.isfinite(v) for v in (*decoded.position, *decoded.stiffness))
 
 
-@settings(deadline=None)
 @given(
     st.recursive(st.none() | st.booleans() | FINITE | TEXT, lambda s: st.lists(s) | st.dictionaries(TEXT, s))
 )

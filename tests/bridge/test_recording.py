@@ -179,7 +179,7 @@ def test_a_file_cut_anywhere_reads_to_the_last_whole_chunk(tmp_path: Path) -> No
     whole = record(tmp_path / "run.mcap", messages).read_bytes()
     cut = tmp_path / "cut.mcap"
     lengths = []
-    for size in [8, 9, 20, *range(50, len(whole), len(whole) // 97), len(whole) - 1]:
+    for size in [8, 9, 20, *range(50, len(whole), len(whole) // 31), len(whole) - 1]:
         cut.write_bytes(whole[:size])
         got = [r.message for r in read_recording(cut)]
         assert got == messages[: len(got)]
@@ -197,7 +197,7 @@ def test_an_unclosed_recording_is_on_disk_up_to_the_last_second(tmp_path: Path) 
         for k in range(500):
             recorder.write(sensor(k))
             recorder.write(actuator(k))
-            if k >= 100:
+            if k >= 100 and k % 9 == 0:
                 *_, last = read_recording(path)
                 assert last.time > k * 0.01 - 1.0
     finally:

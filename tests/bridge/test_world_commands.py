@@ -58,7 +58,7 @@ def test_a_wrong_command_is_refused_with_the_field_or_the_ops(payload: bytes, sa
 
 
 def test_the_ops_are_told_apart() -> None:
-    assert len(OPS) == len(set(OPS)) == 17
+    assert len(OPS) == len(set(OPS)) == 18
 
 
 def test_sensors_are_selected_whole_or_by_element() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.body import load_body
@@ -247,13 +247,13 @@ def answered(bench: Bench, key: str, payload: bytes) -> None:
 
 
 @given(st.sampled_from(KEYS), requests)
-@settings(deadline=None, max_examples=400, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=400)
 def test_any_map_is_answered_or_refused(used_bench: Bench, key: str, request_map: dict[str, Any]) -> None:
     answered(used_bench, key, msgspec.msgpack.encode(request_map))
 
 
 @given(st.sampled_from(KEYS), st.binary(max_size=64))
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=300)
 def test_any_bytes_are_answered_or_refused(used_bench: Bench, key: str, payload: bytes) -> None:
     answered(used_bench, key, payload)
 

@@ -38,6 +38,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent
 from emulator.scenarios.model import Scenario
 from emulator.sensors.touch import TOUCH
+from tests.servos import torques
 
 BODY = load_body("nao-v3")
 START = POSTURES["StandInit"]
@@ -210,7 +211,7 @@ def test_a_weak_joint_gives_its_share_of_the_stall_torque(held: EmulatedRobot) -
     def largest() -> float:
         position = held.engine.robot.position.copy()
         held.advance(command(0, LKneePitch=1.0))
-        return max(abs(float(servo.torque(position, 0.0 * position)[joint])) for _ in range(20))
+        return max(abs(float(torques(servo, position, 0.0 * position)[joint])) for _ in range(20))
 
     begin(held, JointStuck(joint="LKneePitch"))
     sound = largest()

@@ -17,6 +17,7 @@ from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.values import PhysicsSettings
 from emulator.robot import EmulatedRobot
+from tests.loops import TIMEOUT
 
 START = POSTURES["StandInit"]
 G = 9.81
@@ -277,5 +278,5 @@ try:
 except ConfigurationError as error:
     print(error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT)
     assert done.stdout.startswith("MujocoEngine\nPyBullet is not installed"), done.stderr

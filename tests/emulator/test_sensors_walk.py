@@ -18,6 +18,7 @@ from emulator.wear import WearProfile, load_wear
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 from walker.stabilization.parameters import controller_parameters
+from walker.stabilization.switches import Switches
 
 SENSORS = WearProfile(name="test", sensors=load_wear("nominal").sensors)
 
@@ -40,7 +41,7 @@ def walk(name: str, gait: str, steps: int) -> Walk:
     body = load_body(name)
     rows: list[tuple[float, ...]] = []
     with EmulatedRobot(body, seed=0, wear=SENSORS) as robot:
-        open_loop = msgspec.structs.replace(controller_parameters(gait), admittance=False, torso="none")
+        open_loop = msgspec.structs.replace(controller_parameters(gait), switches=Switches())
         controller = Controller(
             body,
             make_gait(gait, gait_parameters(gait), body),

@@ -13,6 +13,7 @@ from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.servo.servo import Servo
+from tests.servos import torques
 
 START = POSTURES["StandInit"]
 STEP = 0.001
@@ -31,7 +32,7 @@ def led(servo: Servo, speed: float, start: float = 0.0, steps: int = 20) -> np.n
     """Torques of drives whose joints are led from an angle at a constant speed for a cycle, N m."""
     size = len(servo.stall)
     for k in range(steps):
-        torque = servo.torque(np.full(size, start + k * speed * STEP), np.full(size, speed))
+        torque = torques(servo, np.full(size, start + k * speed * STEP), np.full(size, speed))
     servo.end_cycle()
     return torque
 

@@ -14,6 +14,7 @@ from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.quantities import joint_no_load_speed
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.servo.servo import Servo
+from tests.servos import torques
 
 STEP = 0.001
 BODY = load_body("nao-v6")
@@ -78,7 +79,7 @@ parameters = st.builds(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(parameters, st.integers(0, 2**32 - 1))
 def test_torques_and_motor_angles_solve_the_two_lines(parameters: ServoParameters, seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -101,7 +102,7 @@ def test_torques_and_motor_angles_solve_the_two_lines(parameters: ServoParameter
             request[slots] = middle + random.uniform(-0.05, 0.05, size)
             stiffness = random.choice([-1.0, 0.0, 0.2, 1.0], N_JOINTS)
             servo.latch(request, stiffness)
-        torque = servo.torque(position, velocity)
+        torque = torques(servo, position, velocity)
         expected = [
             drive.step(request[slot], stiffness[slot], position[i], velocity[i])
             for i, (drive, slot) in enumerate(zip(drives, slots, strict=True))
@@ -112,7 +113,7 @@ def test_torques_and_motor_angles_solve_the_two_lines(parameters: ServoParameter
         position = position + velocity * STEP
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0.01, 0.3), st.integers(0, 2**32 - 1))
 def test_currents_are_the_means_of_the_torques(friction: float, seed: int) -> None:
     """Dry friction is behind the gear: the motor's current does not see it, the joint does."""
@@ -125,8 +126,8 @@ def test_currents_are_the_means_of_the_torques(friction: float, seed: int) -> No
     for _ in range(10):
         position += random.normal(0.0, 0.01, len(JOINTS))
         velocity = random.normal(0.0, 1.0, len(JOINTS))
-        torque = smooth.torque(position, velocity).copy()
-        braked = rough.torque(position, velocity)
+        torque = torques(smooth, position, velocity)
+        braked = torques(rough, position, velocity)
         assert np.abs(torque - braked).max() <= friction + 1e-12
         squares += torque**2 / 10.0
     rough.end_cycle()

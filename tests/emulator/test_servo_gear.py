@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from emulator.servo.kernel import BRUSH_REACH
+from emulator.drives import BRUSH_REACH
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.servo.servo import Servo
+from tests.servos import torques
 
 STEP = 0.001
 STALL, NO_LOAD = 7.785, 6.402
@@ -25,7 +26,7 @@ def knee(parameters: ServoParameters, stiffness: float = 1.0, request: float = 0
 def hold(servo: Servo, angle: float, speed: float = 0.0, steps: int = 500) -> float:
     """Torque after a while at an angle, N m; with a speed, led up to it."""
     for k in reversed(range(steps)):
-        torque = float(servo.torque(np.array([angle - k * STEP * speed]), np.array([speed]))[0])
+        torque = float(torques(servo, np.array([angle - k * STEP * speed]), np.array([speed]))[0])
     return torque
 
 
@@ -87,7 +88,7 @@ def slide(friction: float, drive: float, duration: float) -> tuple[float, float]
     gear = limp(friction)
     angle, speed = np.zeros(1), np.zeros(1)
     for _ in range(round(duration / STEP)):
-        torque = drive + gear.torque(angle, speed)
+        torque = drive + torques(gear, angle, speed)
         speed += torque / INERTIA * STEP
         angle += speed * STEP
     return float(angle[0]), float(speed[0])
@@ -112,7 +113,7 @@ def test_friction_only_takes_energy() -> None:
     for k in range(20000):
         angle = 0.02 * math.sin(0.02 * k) + 0.0005 * math.sin(0.7 * k)
         speed = 0.02 * 20.0 * math.cos(0.02 * k) + 0.0005 * 700.0 * math.cos(0.7 * k)
-        work -= float(gear.torque(np.array([angle]), np.array([speed]))[0]) * speed * STEP
+        work -= float(torques(gear, np.array([angle]), np.array([speed]))[0]) * speed * STEP
         # the brush gives back at most what its bending holds
         assert work > -0.5 * 0.05 * BRUSH_REACH
     assert work > 0.0

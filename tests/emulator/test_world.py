@@ -11,6 +11,7 @@ from bridge.messages.world import PlaceBox, PlateUnderFoot, Push, Remove, SetFri
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.values import PhysicsSettings
+from emulator.poses import yaw_of
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
 from emulator.scenarios.model import Scenario
@@ -211,12 +212,13 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> Non
         run(robot, 0.3)
         assert robot.stage.objects() == ()
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, lift=0.012) as robot:
-        robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01)))
+        robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01), yaw=-0.5))
         robot.advance(None)
         (plate,) = robot.stage.objects()
         foot = robot.engine.robot.link_pose("RAnkleRoll").position
         x, y = BODY.foot.centre[0] + 0.02, -BODY.foot.centre[1] + 0.01
         np.testing.assert_allclose(plate.position, (foot[0] + x, foot[1] + y, 0.005), atol=2e-3)
+        assert yaw_of(plate.orientation) == pytest.approx(-0.5, abs=0.02)
         assert [notice.code for notice in robot.take_notices()] == ["world", "world"]
 
 
@@ -225,7 +227,7 @@ def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed(ph
         with pytest.raises(FrameError, match="inside the robot"):
             robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
         assert robot.stage.objects() == ()
-        with pytest.raises(FrameError, match="No box"):
+        with pytest.raises(FrameError, match="Nothing called"):
             robot.stage.execute(Remove(name="wall"))
 
 

@@ -50,6 +50,7 @@ from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
 from nao_hil.runs.config import RunConfig
 from tests.frames import STANDING, standing_frame
+from walker.model.tree import BodyTree
 
 FRAMES: Final = (
     SensorFrame,
@@ -156,8 +157,15 @@ def naoqi(data: bytes) -> None:
     except (msgspec.DecodeError, UnicodeDecodeError):
         return
     services = Services(
-        NAOQI_ROBOT, STANDING, RLock(), Unwalking(), lambda: None, lambda: None, lambda *_: None
-    )  # type: ignore[arg-type]
+        NAOQI_ROBOT,
+        STANDING,
+        RLock(),
+        Unwalking(),  # type: ignore[arg-type]
+        lambda body: BodyTree(body).link_frames,
+        lambda: None,
+        lambda: None,
+        lambda *_: None,
+    )
     for seq, (service, method, arguments) in enumerate(calls):
         _only(NaoHilError, services.call, service, method, arguments)
         services.cycle(standing_frame(seq + 1))

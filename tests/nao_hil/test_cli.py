@@ -17,7 +17,7 @@ from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig, run_config
-from tests.loops import repeat_while
+from tests.loops import TIMEOUT, repeat_while
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 
@@ -42,7 +42,7 @@ def test_what_config_shows_config_takes_back(capsys: pytest.CaptureFixture[str],
     file = tmp_path / "my.toml"
     file.write_text(shown(capsys, "config", "show", *options))
     config = run_config(file)
-    assert (config.gait, config.wear, config.seed, config.controller["torso"]) == (
+    assert (config.gait, config.wear, config.seed, config.controller["switches"]["torso"]) == (
         "dynamic",
         "worn",
         7,
@@ -71,9 +71,9 @@ def test_a_file_is_known_by_its_keys(capsys: pytest.CaptureFixture[str], path: s
     [
         ('gait = "statc"', "did you mean 'static'"),
         ("[parameters]\nl_lft = 0.03", "did you mean 'l_lift'"),
-        ("[controller]\ntorzo = 'none'", "did you mean 'torso'"),
+        ("[controller.switches]\ntorzo = 'none'", "did you mean 'torso'"),
         ("stps = 4\nseed = 1", "unknown key 'stps' (did you mean 'steps'?)"),
-        ("[parameters]\nl_SW = 0.12", "out of reach"),
+        ("gait = 'static'\n[parameters]\nl_SW = 0.12", "out of reach"),
         ("wear = 'wron'", "did you mean 'worn'"),
         ("[parametrs]\nl_lift = 0.03", "unknown key 'parametrs' (did you mean 'parameters'?)"),
         ("colour = 'red'", "say what it is with --kind"),
@@ -194,7 +194,7 @@ def test_what_there_is_comes_as_one_json_object_by_name(
 def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, says: list[str]) -> None:
     script = f"set -o pipefail; {sys.executable} -m nao_hil.cli config show {redirection}"
     done = subprocess.run(
-        ["bash", "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=False
+        ["bash", "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT, check=False
     )
     assert (done.returncode, done.stderr.splitlines()) == (code, says)
 
@@ -204,6 +204,7 @@ def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, sa
     [
         ("nao-hil re", {"record", "replay", "results"}),
         ("nao-hil up --gait st", {"static"}),
+        ("nao-hil experiment t", {"torso-drift", "torso-step", "torso-design", "terrain"}),
         ("nao-hil up --scenario slope-", {"slope-5", "slope-down-5", "slope-side-5"}),
         ("nao-hil plot x.mcap --what torso,ce", {"torso,cells"}),
     ],
@@ -221,7 +222,7 @@ def test_the_shell_completes_names(typed: str, offers: set[str]) -> None:
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT,
         check=False,
     )
     assert set(done.stdout.split()) == offers
@@ -243,7 +244,12 @@ def test_help_and_completion_load_no_library_of_one_command() -> None:
     ]
     script = f"import sys, nao_hil.cli.main; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run(
-        [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", script],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=True,
     )
     assert done.stdout.splitlines()[-1] == "[]"
 
@@ -262,6 +268,13 @@ def test_a_misspelt_gait_starts_no_robot(
     monkeypatch.chdir(tmp_path)
     assert "unknown gait 'statc' (did you mean 'static'?)" in refused(capsys, "up", "--gait", "statc")
     assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_motion_names_all_that_can_be_played(capsys: pytest.CaptureFixture[str]) -> None:
+    said = refused(capsys, "motion", "getup")
+    assert "did you mean 'get-up'?" in said
+    known = said.split("known: ")[1].removesuffix(", or a file").split(", ")
+    assert {"get-up", "get-up-back", "sit-down"} <= set(known)
 
 
 @pytest.mark.parametrize(

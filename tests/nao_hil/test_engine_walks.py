@@ -9,7 +9,7 @@ pytest.importorskip("mujoco")
 
 
 @pytest.mark.parametrize("body", ["nao-v3", "nao-v6"])
-@pytest.mark.parametrize(("gait", "steps"), [("static", 4), ("dynamic", 10), ("huang", 8)])
+@pytest.mark.parametrize(("gait", "steps"), [("static", 2), ("dynamic", 10), ("huang", 8)])
 def test_a_walk_is_as_fast_on_either_engine(gait: str, steps: int, body: str) -> None:
     bullet, mujoco = (
         nao_hil.walk(gait, body=body, seed=1, steps=steps, engine=engine) for engine in ("pybullet", "mujoco")

@@ -23,6 +23,7 @@ from nao_hil.analysis.plots.draw import draw, missing
 from nao_hil.analysis.plots.figures import FIGURES
 from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables, load
+from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 from nao_hil.cli.plot import chosen, complete
 from tests.frames import standing_frame
 
@@ -175,3 +176,35 @@ def test_names_are_chosen_completed_and_corrected() -> None:
         chosen("torzo")
     assert str(refused.value) == unknown_name("plot", "torzo", [*PLOTS, "all"])
     assert "did you mean 'torso'" in str(refused.value)
+
+
+def test_the_fall_does_not_set_the_range_of_an_axis_and_the_marks_are_explained(tmp_path: Path) -> None:
+    file = tmp_path / "fall.mcap"
+    with Recorder(file, {"robot": "nao-v3"}) as recorder:
+        for k in range(200):
+            roll = 0.02 * math.sin(0.3 * k) if k < 160 else 1.5
+            recorder.write(standing_frame(k, time=k * BODY.cycle, angle=(roll, 0.01 * math.cos(k))))
+            contact = Contact(force=(0.0, 0.0, 24.0), cop=(0.02, 0.0))
+            recorder.write(
+                TruthFrame(
+                    seq=k,
+                    time=k * BODY.cycle,
+                    torso_position=(0.0, 0.0, 0.3),
+                    torso_orientation=(0.0, 0.0, 0.0, 1.0),
+                    torso_velocity=(0.0, 0.0, 0.0),
+                    torso_angular_velocity=(0.0, 0.0, 0.0),
+                    joints=POSTURES["StandInit"],
+                    com=(0.0, 0.0, 0.25),
+                    zmp=None,
+                    left=contact,
+                    right=contact,
+                    fell=k >= 180,
+                )
+            )
+    tables, figure = load(file, BODY), Figure()
+    figures.torso(tables, figure)
+    fit_to_walk(tables, figure)
+    explain_marks(tables, figure)
+    low, high = figure.axes[0].get_ylim()
+    assert math.degrees(0.0199) <= high < 2.0 and -2.0 < low <= -math.degrees(0.0199)
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fall"]

@@ -15,6 +15,7 @@ import pytest
 
 import nao_hil
 from bridge.recording.playback import frames_sha256
+from tests.loops import TIMEOUT
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -34,7 +35,7 @@ def test_the_import_loads_no_library() -> None:
     heavy = ["numpy", "scipy", "pybullet", "zenoh", "msgspec", "bridge"]
     script = f"import sys, nao_hil; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run(
-        [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT
     )
     assert done.stdout == "[]\n"
 

@@ -15,7 +15,7 @@ from nao_hil.analysis.report.render import Report, write_report
 from nao_hil.cli.main import run
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.site import write_page
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -148,7 +148,7 @@ def test_ctrl_c_ends_with_a_report_on_what_is_there(tmp_path: Path) -> None:
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         until(lambda: process.poll() is not None or (out / "walks").exists(), "the first walk")
         process.send_signal(signal.SIGINT)
-        error = process.communicate(timeout=120.0)[1]
+        error = process.communicate(timeout=TIMEOUT)[1]
     assert process.returncode == 130, error
     assert "Interrupted" in error and "Traceback" not in error
     assert "not done" in (out / "report.html").read_text()

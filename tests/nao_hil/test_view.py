@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 import sys
+import threading
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,12 +19,24 @@ import numpy as np
 import pytest
 
 from bridge.body import BODIES, load_body
+from bridge.body.joints import JOINTS
 from bridge.body.sole import sole_hull
 from bridge.errors import LinkError
+from bridge.messages import ActuatorFrame
 from bridge.messages.faults import JointWeak
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus
-from bridge.messages.world import EndFault, PlateUnderFoot, Push, SetFriction, StartFault, TiltFloor
+from bridge.messages.world import (
+    EndFault,
+    Pause,
+    PlateUnderFoot,
+    Push,
+    Resume,
+    SetFriction,
+    StartFault,
+    Step,
+    TiltFloor,
+)
 from bridge.messages.world_state import WorldReply
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
@@ -32,15 +45,20 @@ from emulator.scenarios.model import Scenario
 from nao_hil import view
 from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Gatherer, Moment, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
-from nao_hil.drive.driver import HOLD, NOTCHES
+from nao_hil.drive.driver import HOLD, NOTCHES, TURN
 from nao_hil.view.charts import strip_charts
 from nao_hil.view.controls import FAULTS, Controls
-from nao_hil.view.driving import Driving
-from nao_hil.view.film import first_run
+from nao_hil.view.driving import KEYS, Driving
+from nao_hil.view.hand import SPEED, Hand
 from nao_hil.view.history import History
+from nao_hil.view.joints import joint_table
 from nao_hil.view.looks import link_parts, terrain_meshes
 from nao_hil.view.page import verdict
+from nao_hil.view.recorded_run import first_run
+from nao_hil.view.slow_motion import SlowMotion
 from nao_hil.view.surroundings import initial_world
+from tests.loops import TIMEOUT, until
+from tests.ports import free_port
 from walker.planning import gait_parameters
 
 BODY = load_body("nao-v3")
@@ -123,6 +141,12 @@ class FakeGui:
         assert min <= initial_value <= max
         return self._add(label, initial_value)
 
+    def add_html(self, content: str) -> Widget:
+        return self._add(content)
+
+    def add_text(self, label: str, *, initial_value: str, **_: Any) -> Widget:
+        return self._add(label, initial_value)
+
     def add_number(self, label: str, *, initial_value: float, **_: Any) -> Widget:
         return self._add(label, initial_value)
 
@@ -138,6 +162,11 @@ class FakeGui:
 
     def press(self, label: str) -> None:
         self.widgets[label].click(None)
+
+    def type(self, label: str, text: str) -> None:
+        """As a person."""
+        self.widgets[label].value = text
+        self.widgets[label].update(SimpleNamespace(client="somebody"))
 
 
 class FakeCommands:
@@ -191,21 +220,45 @@ def driving(commands: FakeCommands, lookers: list[str]) -> Driving:
 
 
 @pytest.fixture
-def said(gui: FakeGui, commands: FakeCommands, driving: Driving) -> list[str]:
+def aimed() -> list[tuple[float, float]]:
+    """Impulses that are shown as an arrow."""
+    return []
+
+
+@pytest.fixture
+def said(gui: FakeGui, commands: FakeCommands, driving: Driving, aimed: list[tuple[float, float]]) -> list[str]:
     """What the person is told, with all tabs built."""
     words: list[str] = []
-    Controls(gui, commands, driving, words.append).build(gui, world=True)  # type: ignore[arg-type]
+    Controls(gui, commands, driving, words.append, aimed.append, 0.01).build(gui, world=True)  # type: ignore[arg-type]
     return words
 
 
-def test_the_push_button_pushes_as_the_sliders_say(
-    gui: FakeGui, commands: FakeCommands, said: list[str]
+def test_the_push_button_pushes_as_the_pad_says_and_an_arrow_shows_it_before(
+    gui: FakeGui, commands: FakeCommands, said: list[str], aimed: list[tuple[float, float]]
 ) -> None:
-    gui.widgets["impulse, N s"].value, gui.widgets["towards, deg"].value = 2.0, 90
+    for unfinished in ("", "0", "0 2 3", "0 x", "0 nan"):
+        gui.type("impulse, N s", unfinished)
+    assert aimed == []
+    gui.type("impulse, N s", "-0.5, 2")
+    assert commands.sent == [] and aimed == [(-0.5, 2.0)]  # an arrow first
     gui.press("Push")
     (push,) = commands.sent
-    assert isinstance(push, Push) and push.impulse == pytest.approx((0.0, 2.0, 0.0))
+    assert isinstance(push, Push) and push.impulse == pytest.approx((-0.5, 2.0, 0.0))
     assert said == ["Done."]
+
+
+def test_the_velocity_pad_walks_and_stop_puts_it_back_to_rest(
+    gui: FakeGui, commands: FakeCommands, said: list[str]
+) -> None:
+    gui.type("velocity", "0.2 -0.05 0.4")
+    gui.type("velocity", "0 0 0")
+    gui.type("velocity", "0.1 0 0")
+    gui.press("Stop")
+    assert gui.widgets["velocity"].value == "0.00 0.00 0.00"
+    first, rest, again, stop = commands.sent
+    assert first.op == again.op == "walk" and first.velocity == pytest.approx((0.2, -0.05, 0.4))
+    assert again.velocity == pytest.approx((0.1, 0.0, 0.0)) and again.hold == HOLD
+    assert rest == stop == WalkCommand(op="stop")
 
 
 def test_the_world_is_changed_in_si_units(gui: FakeGui, commands: FakeCommands, said: list[str]) -> None:
@@ -256,7 +309,7 @@ def test_the_buttons_of_the_wheel_do_what_the_keys_of_drive_do(
         WalkCommand(op="walk", velocity=(pytest.approx(n * own / NOTCHES), 0.0, 0.0), hold=HOLD, torso=torso)
         for n, torso in ((1, None), (2, None), (2, "thesis"))
     ] + [WalkCommand(op="stop")]
-    assert set(driving_keys()) == {"Slower", "Faster", "Stop", "Gait", "Torso control", "Admittance"}
+    assert set(driving_keys()) == set(KEYS)
 
 
 def driving_keys() -> list[str]:
@@ -310,6 +363,53 @@ def test_after_an_emergency_stop_arm_is_where_walk_and_stop_were(gui: FakeGui, s
     assert said == ["It goes down.", "Armed."]
 
 
+@pytest.mark.parametrize(("gait", "everywhere"), [("omni", True), ("static", False)])
+def test_the_pad_shows_the_directions_that_the_gait_can_go(
+    gui: FakeGui, commands: FakeCommands, driving: Driving, gait: str, everywhere: bool
+) -> None:
+    controls = Controls(gui, commands, driving, print, print, 0.01)  # type: ignore[arg-type]
+    controls.build(gui, world=False)
+    controls.show_gait(gait)
+    assert gui.widgets["turn (Turn left, Turn right)"].visible == everywhere
+    assert gui.widgets["velocity"].visible == everywhere
+    assert gui.widgets["sideways (Left, Right)"].visible == everywhere
+    assert gui.widgets["ahead (Slower, Faster)"].visible
+    gui.press("Turn left")
+    assert commands.sent[-1].velocity == pytest.approx((0.0, 0.0, TURN))
+
+
+def test_slow_motion_steps_the_world_and_ends_with_any_command_to_its_time(
+    gui: FakeGui, commands: FakeCommands, said: list[str]
+) -> None:
+    gui.widgets["slow motion"].value = "0.5"
+    gui.widgets["slow motion"].update(None)
+    until(lambda: len(commands.sent) > 3, "some steps")
+    gui.press("Resume")
+    first, *steps, last = commands.sent
+    assert (first, set(map(type, steps)), last) == (Pause(), {Step}, Resume())
+    assert "slow" not in [thread.name for thread in threading.enumerate()]
+
+
+def test_a_page_that_ends_leaves_a_world_that_goes_on(commands: FakeCommands) -> None:
+    slow = SlowMotion(commands.world, 0.01)
+    slow.end()
+    assert commands.sent == []  # it was not slowed down
+    slow.set_speed(0.1)
+    slow.end()
+    assert commands.sent[-1] == Resume()
+
+
+def test_the_joint_table_says_what_was_asked_and_what_is(standing: list[Moment]) -> None:
+    frame = standing[-1].sensors
+    asked = ActuatorFrame(position=tuple(0.01 * i for i in range(25)), stiffness=(1.0,) * 25, reply_to=1)
+    table = ElementTree.fromstring(joint_table(standing[-1]._replace(asked=asked)))
+    rows = {row[0].text: [cell.text for cell in row[1:]] for row in table.iter("tr") if row[0].text}
+    assert len(rows) == 25
+    i = JOINTS.index("LKneePitch")
+    assert rows["LKneePitch"][:2] == [f"{math.degrees(0.01 * i):.1f}", f"{math.degrees(frame.position[i]):.1f}"]
+    assert rows["LKneePitch"][2:] == [f"{frame.current[i]:.2f}", f"{frame.temperature[i]:.0f}"]
+
+
 def test_what_is_refused_is_told(gui: FakeGui, commands: FakeCommands, said: list[str]) -> None:
     commands.there = False
     gui.press("Emergency stop")
@@ -317,7 +417,7 @@ def test_what_is_refused_is_told(gui: FakeGui, commands: FakeCommands, said: lis
 
 
 def test_a_real_robot_has_no_world_to_change(gui: FakeGui, commands: FakeCommands, driving: Driving) -> None:
-    Controls(gui, commands, driving, print).build(gui, world=False)  # type: ignore[arg-type]
+    Controls(gui, commands, driving, print, print, 0.01).build(gui, world=False)  # type: ignore[arg-type]
     assert gui.tabs == ["Walk"]
     assert "Push" not in gui.widgets and "Emergency stop" in gui.widgets
 
@@ -468,13 +568,10 @@ def test_charts_of_a_recording_show_what_comes_and_write_out_what_is(standing: l
 
 
 SHARE = """
-import socket, sys
+import sys
 from viser._messages import ShareUrlRequest
 from nao_hil.view.server import open_server
-with socket.socket() as probe:
-    probe.bind(("127.0.0.1", 0))
-    port = probe.getsockname()[1]
-server = open_server("127.0.0.1", port, "test")
+server = open_server("127.0.0.1", int(sys.argv[1]), "test")
 (handler,) = server._websock_server._incoming_handlers[ShareUrlRequest]
 handler(0, ShareUrlRequest())
 print(server._share_tunnel)
@@ -484,7 +581,11 @@ server.stop()
 
 def test_a_browser_cannot_have_the_page_shared_on_the_internet() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", SHARE], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", SHARE, str(free_port())],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
     )
     assert (done.returncode, done.stdout.splitlines()[:1]) == (0, ["None"]), done.stderr
 
@@ -492,3 +593,62 @@ def test_a_browser_cannot_have_the_page_shared_on_the_internet() -> None:
 def test_a_film_shows_the_run_before_a_reset(standing: list[Moment]) -> None:
     assert first_run([*standing, *standing[:5]]) == standing
     assert first_run(standing) == standing
+
+
+class HeldRobot:
+    """Follows what it is asked for; the page lets go after some cycles."""
+
+    def __init__(self, cycles: int, first: Callable[[], None]) -> None:
+        self.frame = SimpleNamespace(position=(0.1,) * len(JOINTS))
+        self.asked: list[Any] = []
+        self.cycles, self.first = cycles, first
+
+    @contextlib.contextmanager
+    def connect(self, *_: Any, **__: Any) -> Iterator[HeldRobot]:
+        yield self
+
+    def step(self, target: Any) -> None:
+        if not self.asked:
+            self.first()
+        self.asked.append(np.array(target))
+        if len(self.asked) == self.cycles:
+            raise LinkError("The robot went away.")
+
+
+class HandGui(FakeGui):
+    """With the folder and the buttons of the joints' sliders."""
+
+    def add_folder(self, label: str, **_: Any) -> Any:  # type: ignore[override]
+        self.widgets[label] = FolderWidget()
+        return self.widgets[label]
+
+
+class FolderWidget(Widget):
+    """A folder that is kept."""
+
+    def __enter__(self) -> FolderWidget:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def test_a_held_robot_s_joints_go_where_their_sliders_are_no_faster_than_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    gui, words = HandGui(), list[str]()
+
+    def move() -> None:
+        gui.widgets["LKneePitch"].value = math.degrees(0.5)
+        gui.widgets["LKneePitch"].update(SimpleNamespace(client="somebody"))
+
+    robot = HeldRobot(100, move)
+    monkeypatch.setattr("nao_hil.view.hand.connect", robot.connect)
+    Hand(gui, contextlib.nullcontext(), BODY, "nao", "tcp/127.0.0.1:1", words.append)
+    gui.press("Take the joints")
+    until(lambda: "The robot went away." in words, "the page's word")
+    asked = np.array(robot.asked)
+    knee = asked[:, JOINTS.index("LKneePitch")]
+    assert knee[0] == pytest.approx(0.1) and knee[-1] == pytest.approx(0.5)
+    assert np.diff(knee).max() == pytest.approx(SPEED * BODY.cycle)
+    assert np.ptp(np.delete(asked, JOINTS.index("LKneePitch"), axis=1)) == 0.0
+    until(lambda: not gui.widgets["Joints, deg"].visible, "the sliders to go")

@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,8 @@ import numpy.typing as npt
 import pytest
 
 from nao_hil.runs.bare_loop import BareLoop
+from tests.loops import TIMEOUT
+from tests.ports import free_endpoint, free_port
 from tests.system.machine import complaint, engine_cycles
 
 LATENESS: pytest.StashKey[npt.NDArray[np.float64]] = pytest.StashKey()
@@ -25,8 +25,6 @@ LATENESS: pytest.StashKey[npt.NDArray[np.float64]] = pytest.StashKey()
 REPOSITORY = Path(__file__).parents[2]
 INSTALLED = os.environ.get("NAO_HIL_PYTHON")
 """Python of an installed nao-hil that is tested in place of this checkout; `.ci/wheel` gives it."""
-TIMEOUT = 120.0
-"""s for what takes well under a second on an idle machine."""
 
 
 class Command:
@@ -57,12 +55,10 @@ class Command:
     def wait(self) -> int:
         return self.process.wait(TIMEOUT)
 
-    def interrupt(self) -> float:
-        """Ctrl-C; the time it took to end, s."""
-        began = time.monotonic()
+    def interrupt(self) -> None:
+        """Ctrl-C, and its end."""
         self.process.send_signal(signal.SIGINT)
         self.wait()
-        return time.monotonic() - began
 
     def kill(self) -> None:
         self.process.kill()
@@ -99,9 +95,19 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
 @pytest.fixture
 def endpoint() -> str:
     """A Zenoh endpoint on this machine that nobody uses."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    return free_endpoint()
+
+
+@pytest.fixture
+def far() -> str:
+    """Another one, of the bridged robot."""
+    return free_endpoint()
+
+
+@pytest.fixture
+def port() -> int:
+    """A port of this machine that nobody uses."""
+    return free_port()
 
 
 @pytest.hookimpl(hookwrapper=True)

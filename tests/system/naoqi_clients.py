@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 import qi
@@ -18,12 +19,28 @@ RED = "ChestBoard/Led/Red/Actuator/Value"
 PREFIX = "Device/SubDeviceList/"
 
 
-def wait_until(dcm: Any, moment: int) -> None:
+def wait(condition: Callable[[], Any]) -> None:
+    """For what takes some cycles on an idle machine."""
     for _ in range(10_000):
-        if dcm.getTime(0) >= moment:
+        if condition():
             return
         time.sleep(0.005)
-    sys.exit("the DCM's time stands still")
+    sys.exit("what was waited for has not come")
+
+
+def wait_until(dcm: Any, moment: int) -> None:
+    wait(lambda: dcm.getTime(0) >= moment)
+
+
+def in_time(dcm: Any, *commands: Callable[[int], list[Any]]) -> int:
+    """Send commands before the first of their times, anew if the machine was busy; the time they refer to."""
+    for _ in range(100):
+        begin: int = dcm.getTime(0) + 60
+        for make in commands:
+            dcm.setAlias(make(begin))
+        if dcm.getTime(0) < begin + 40:
+            return begin
+    sys.exit("no two commands come within 100 ms")
 
 
 def dcm_program(session: Any) -> dict[str, Any]:
@@ -33,15 +50,13 @@ def dcm_program(session: Any) -> dict[str, Any]:
     result: dict[str, Any] = {"alias": dcm.createAlias(["Leds", names]), "prefix": dcm.getPrefix()}
     for form in ("time-separate", "time-mixed"):
         for update in ("Merge", "ClearAll", "ClearAfter", "ClearBefore"):
-            begin = dcm.getTime(0) + 60
-            dcm.setAlias(command("ClearAll", form, [begin + 40, begin + 80], [0.25, 0.5]))
-            dcm.setAlias(command(update, form, [begin + 60], [1.0]))
-            seen = set()
-            for _ in range(100_000):
-                if dcm.getTime(0) >= begin + 150:
-                    break
-                seen.add(memory.getData(PREFIX + RED))
-            result[f"{form} {update}"] = [max(seen), memory.getData(PREFIX + RED)]
+            begin = in_time(
+                dcm,
+                lambda begin: command("ClearAll", form, [begin + 40, begin + 80], [0.25, 0.5]),  # noqa: B023
+                lambda begin: command(update, form, [begin + 60], [1.0]),  # noqa: B023
+            )
+            wait_until(dcm, begin + 150)
+            result[f"{form} {update}"] = memory.getData(PREFIX + RED)
             dcm.set(["Leds", "ClearAll", [[0.0, dcm.getTime(0)]]])
             wait_until(dcm, begin + 190)
     now = dcm.getTime(0)
@@ -76,11 +91,11 @@ def social(session: Any) -> dict[str, Any]:
     result: dict[str, Any] = {"type": model.getRobotType()}
     arm = ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand"]
     motion.setStiffnesses(arm, 0.6)
-    time.sleep(0.1)  # it is sent with the next cycle, and read back as sent last
+    wait(lambda: max(abs(s - 0.6) for s in motion.getStiffnesses(arm)) < 1e-3)  # it is sent with the next cycle
     result["stiffness"] = motion.getStiffnesses(arm)
     before = motion.getAngles(arm, False)
     motion.setAngles(arm, [1.2, *before[1:]], 0.75)
-    time.sleep(0.5)
+    wait(lambda: abs(motion.getAngles(arm, True)[0] - 1.2) < 1e-3)
     recorded = motion.getAngles(arm, True)
     times = [[0.1, 0.2]] * len(arm)
     motion.angleInterpolation(arm, [[angle, angle + 0.01] for angle in recorded], times, True)
@@ -148,10 +163,10 @@ def samples(session: Any) -> dict[str, Any]:
     names, angles = "Body", motion.getAngles("Body", True)
     motion.setAngles(names, angles, 0.2)
     motion.setAngles(["HeadYaw", "HeadPitch"], [0.3, -0.3], 0.2)
-    time.sleep(0.5)
+    wait(lambda: abs(motion.getAngles("Head", True)[1] + 0.3) < 1e-3)
     result["set"] = motion.getAngles("Head", False)
     motion.changeAngles("HeadYaw", -0.25, 0.2)
-    time.sleep(0.4)
+    wait(lambda: abs(motion.getAngles("HeadYaw", True)[0] - 0.05) < 1e-3)
     result["changed"] = motion.getAngles("HeadYaw", False)
     motion.angleInterpolation("HeadYaw", 0.5, 0.2, True)
     motion.angleInterpolation("HeadYaw", [0.2, 0.0], [0.2, 0.4], True)
@@ -169,7 +184,7 @@ def samples(session: Any) -> dict[str, Any]:
     result["limits"] = motion.getLimits("LShoulderRoll")
     result["summary"] = motion.getSummary().splitlines()[0]
     result["turn"] = refusal(lambda: motion.moveToward(0.0, 0.0, 0.5))
-    result["unknown"] = refusal(lambda: motion.setFootSteps(["LLeg"], [[0.06, 0.1, 0.0]], [0.6], False))
+    result["unknown"] = refusal(lambda: motion.wbEnable(True))
     result["version"] = session.service("ALSystem").systemVersion()
     result["body type"] = session.service("ALMemory").getData("RobotConfig/Body/Type")
     return result

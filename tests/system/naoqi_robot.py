@@ -1,28 +1,38 @@
-"""A robot without physics, in real time: each joint is where it was last sent."""
+"""A robot without physics, in real time: each joint is where it was last sent; and a process that serves it."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import msgspec
 
 from bridge.body import load_body
 from bridge.body.quantities import absent_joints
 from bridge.link import RobotLink
-from bridge.messages import Info
+from bridge.messages import Contact, Info, SensorFrame, TruthFrame, encode
+from bridge.messages.world import COMMAND
+from bridge.messages.world_state import WorldReply, WorldThing
 from tests.frames import standing_frame
-from tests.loops import repeat_while
+from tests.loops import TIMEOUT, repeat_while, until
 
 CYCLE = 0.01
 
 
 class ObedientRobot:
-    """Runs in a thread; `frame` is the newest one, `touch` and others may be set between two."""
+    """Runs in a thread; `frame` is the newest one, `touch` and others may be set between two.
 
-    def __init__(self, body: str, endpoint: str) -> None:
+    It stands at the origin of a world with `things` to be seen.
+    """
+
+    def __init__(self, body: str, endpoint: str, things: tuple[WorldThing, ...] = ()) -> None:
+        self._things = things
         self._stop = threading.Event()
         self.info = Info(
             robot="nao",
@@ -42,9 +52,11 @@ class ObedientRobot:
 
     def _run(self) -> None:
         with RobotLink(self.info, self._endpoint) as link:
+            link.serve(COMMAND, lambda _: encode(self._world()))
             deadline = time.monotonic()
             for _ in repeat_while(lambda: not self._stop.is_set(), 100_000):
                 link.publish_sensors(self.frame)
+                link.publish_truth(_truth(self.frame))
                 deadline = max(deadline + CYCLE, time.monotonic() - CYCLE)
                 time.sleep(max(0.0, deadline - time.monotonic()))
                 command = next(reversed(link.commands()), None)
@@ -54,16 +66,74 @@ class ObedientRobot:
                     self.frame, seq=seq, time=CYCLE * seq, touch=self.touch, **changes
                 )
 
+    def _world(self) -> WorldReply:
+        return WorldReply(
+            text="",
+            seq=0,
+            time=0.0,
+            paused=False,
+            floor=(0.0, 0.0),
+            friction=0.8,
+            objects=(),
+            things=self._things,
+            faults=(),
+        )
+
     def close(self) -> None:
         self._stop.set()
-        self._thread.join(20.0)
+        self._thread.join(TIMEOUT)
         assert not self._thread.is_alive()
 
 
+def _truth(frame: SensorFrame) -> TruthFrame:
+    nothing = Contact(force=(0.0, 0.0, 0.0), cop=None)
+    return TruthFrame(
+        seq=frame.seq,
+        time=frame.time,
+        torso_position=(0.0, 0.0, 0.33),
+        torso_orientation=(0.0, 0.0, 0.0, 1.0),
+        torso_velocity=(0.0, 0.0, 0.0),
+        torso_angular_velocity=(0.0, 0.0, 0.0),
+        joints=frame.position,
+        com=(0.0, 0.0, 0.2),
+        zmp=None,
+        left=nothing,
+        right=nothing,
+        fell=False,
+    )
+
+
 @contextmanager
-def obedient_robot(body: str, endpoint: str) -> Iterator[ObedientRobot]:
-    robot = ObedientRobot(body, endpoint)
+def obedient_robot(body: str, endpoint: str, things: tuple[WorldThing, ...] = ()) -> Iterator[ObedientRobot]:
+    robot = ObedientRobot(body, endpoint, things)
     try:
         yield robot
     finally:
         robot.close()
+
+
+def serve(url: str, endpoint: str, log: Path) -> subprocess.Popen[bytes]:
+    command = [
+        "serve",
+        "naoqi",
+        "--listen",
+        url,
+        "--connect",
+        endpoint,
+        "--no-realtime-priority",
+        "--gait",
+        "dynamic",
+    ]
+    with log.open("w") as file:
+        return subprocess.Popen(
+            [sys.executable, "-m", "nao_hil.cli", *command],
+            cwd=Path(__file__).parents[2],
+            stdout=file,
+            stderr=file,
+            stdin=subprocess.DEVNULL,
+            env=os.environ | {"COLUMNS": "200"},
+        )
+
+
+def wait_for(text: str, log: Path) -> None:
+    until(lambda: text in log.read_text(), f"{text!r} in {log}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,20 +24,13 @@ pytest.importorskip("pybullet")
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
-from tests.loops import until
+from tests.loops import TIMEOUT, until
+from tests.ports import free_endpoint
 
 BODY = load_body("nao-v3")
 LED = "ChestBoard/Led/Red/Actuator/Value"
 ELBOW = "LElbowYaw/Position/Actuator/Value"
 SLOT = INDEX["LElbowYaw"]
-PATIENT = 20.0
-"""s that anything may take before the test gives up."""
-
-
-def free_endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 @contextmanager
@@ -65,14 +57,14 @@ def running_robot(mode: str) -> Iterator[str]:
             yield endpoint
         finally:
             stop.set()
-            thread.join(PATIENT)
+            thread.join(TIMEOUT)
             assert not thread.is_alive()
 
 
 @contextmanager
 def controller(endpoint: str, name: str = "program", lease: bool = True) -> Iterator[ControllerLink]:
     with ControllerLink("nao", endpoint, name) as link:
-        link.wait_robot(timeout=PATIENT)
+        link.wait_robot(timeout=TIMEOUT)
         if lease:
             link.acquire()
         yield link
@@ -96,7 +88,7 @@ def test_a_dcm_program_moves_the_robot_in_real_time() -> None:
         assert command(link, wire.SET_ALIAS, "JointAngles", "ClearAll", "time-mixed", mixed) is None
         until(lambda: ask(link, wire.GET_TIME) - begin >= 400, "0.4 s of the robot's time")
         assert ask(link, wire.READ, names=[ELBOW]) == [pytest.approx(-1.0, abs=1e-4)]
-        frame = link.latest(PATIENT)
+        frame = link.latest(TIMEOUT)
         assert frame is not None
         assert frame.position[SLOT] == pytest.approx(-1.0, abs=0.06)
 
@@ -106,7 +98,7 @@ def step(link: ControllerLink, frame: SensorFrame) -> SensorFrame:
     link.send(ActuatorFrame(reply_to=frame.seq, position=POSTURES["Stand"], stiffness=(1.0,) * 25))
 
     def newer() -> SensorFrame | None:
-        other = link.next(PATIENT)
+        other = link.next(TIMEOUT)
         return other if other is not None and other.seq > frame.seq else None
 
     result: SensorFrame = until(newer, "the next frame")
@@ -120,7 +112,7 @@ def test_in_lockstep_queries_are_answered_while_the_robot_waits() -> None:
         assert ask(link, wire.READ, names=[LED]) == [0.0]
         assert ask(link, wire.GET_TIME) == now
         seen = []
-        frame = link.latest(PATIENT)
+        frame = link.latest(TIMEOUT)
         assert frame is not None
         for _ in range(5):
             frame = step(link, frame)

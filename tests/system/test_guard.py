@@ -10,7 +10,7 @@ import pytest
 from bridge.guard import GuardStatus
 from bridge.link.guard_client import GuardClient
 from nao_hil.runs.monitor import Monitor
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 Start = Callable[..., Any]
 
@@ -46,9 +46,10 @@ def standing_height(monitor: Monitor) -> float:
 def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
     mode: str, steps: int, start: Start, endpoint: str, tmp_path: Any
 ) -> None:
-    robot = start("emulate", "--listen", endpoint, "--mode", mode, "--out", str(tmp_path / "run"), "--json")
+    emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", mode]
+    robot = start(*emulate, "--out", str(tmp_path / "run"), "--json")
     walk = ["walk", "--connect", endpoint, "--gait", "dynamic"]
-    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, 60.0) as guard:
+    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, TIMEOUT) as guard:
         assert monitor.connect() and guard.status().state == "idle"
         walker = start(*walk, "--steps", "0", "--controller", "doomed")
         until(walked(monitor, steps), "the walk")
@@ -76,9 +77,10 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
     start: Start, endpoint: str, tmp_path: Any
 ) -> None:
     where = ["--connect", endpoint]
-    start("emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"))
-    walker = start("walk", *where, "--steps", "0")
-    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, 60.0) as guard:
+    emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"]
+    start(*emulate, "--out", str(tmp_path / "run"))
+    walker = start("walk", *where, "--gait", "static", "--steps", "0")
+    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, TIMEOUT) as guard:
         assert monitor.connect()
         until(lambda: monitor.sensors and monitor.sensors.command > 200, "the walk")
         stop = start("stop", *where, "--json")
@@ -103,10 +105,10 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
 def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
     start: Start, endpoint: str, tmp_path: Any
 ) -> None:
-    emulate = ["emulate", "--listen", endpoint, "--disarmed", "--dry-run", "--out", str(tmp_path / "run")]
-    robot = start(*emulate)
+    emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--disarmed", "--dry-run"]
+    robot = start(*emulate, "--out", str(tmp_path / "run"))
     walker = start("walk", "--connect", endpoint, "--steps", "0")
-    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, 60.0) as guard:
+    with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, TIMEOUT) as guard:
         assert monitor.connect()
         until(lambda: "nao-hil arm" in words(walker.said), "the walker to be told")
         assert guard.arm("a test").armed

@@ -18,12 +18,10 @@ from bridge.host import RobotHost, robot_info
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from tests.frames import standing_frame
-from tests.loops import repeat_while, until
+from tests.loops import TIMEOUT, repeat_while, until
 
 BODY = load_body("nao-v6")
 STAND = POSTURES["StandInit"]
-PATIENT = 20.0
-"""s that an answer may take on a busy machine."""
 
 
 def sensors(seq: int) -> SensorFrame:
@@ -35,7 +33,7 @@ def echo(endpoint: str, name: str) -> Iterator[ControllerLink]:
     """A controller that answers every frame with a stand."""
     ended = threading.Event()
     with ControllerLink("nao", endpoint, name) as link:
-        link.wait_robot(timeout=PATIENT)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
 
         def serve() -> None:
@@ -77,15 +75,12 @@ def test_each_frame_gets_its_answer_until_the_controller_is_silent_and_another_t
         assert host.exchange(sensors(0)) is None
         with echo(endpoint, "first"):
             for seq in range(1, 6):
-                given = host.exchange(sensors(seq), wait=PATIENT)
+                given = host.exchange(sensors(seq), wait=TIMEOUT)
                 assert given is not None and given.reply_to == seq
                 assert given.position == STAND
             assert (host.in_force, host.missed) == (5, 0)
         # it has left without giving the robot back
-        for _ in range(round(PATIENT / 0.01)):
-            if host.link.leases.abandoned:
-                break
-            threading.Event().wait(0.01)
+        until(lambda: host.link.leases.abandoned, "its lease to be abandoned")
         assert host.supervised and host.needs_cycle and host.link.holder is None
         given = None
         for seq in range(6, 6 + dog.silence_cycles + dog.hold_cycles):
@@ -94,7 +89,7 @@ def test_each_frame_gets_its_answer_until_the_controller_is_silent_and_another_t
         assert host.guard.state == "crouch"
         assert given is not None and given.reply_to == 5
         with echo(endpoint, "second"):
-            given = host.exchange(sensors(1000), wait=PATIENT)
+            given = host.exchange(sensors(1000), wait=TIMEOUT)
             assert given is not None and given.reply_to == 1000
             assert host.guard.state in ("approach", "active") and not host.needs_cycle
 
@@ -102,7 +97,7 @@ def test_each_frame_gets_its_answer_until_the_controller_is_silent_and_another_t
 def test_a_dry_run_guards_and_gives_nothing_out(endpoint: str) -> None:
     with hosted(endpoint, dry_run=True) as host, echo(endpoint, "program"):
         for seq in range(5):
-            assert host.exchange(sensors(seq), wait=PATIENT) is None
+            assert host.exchange(sensors(seq), wait=TIMEOUT) is None
         assert host.guard.state == "active"
         assert host.in_force == -1
 
@@ -110,7 +105,7 @@ def test_a_dry_run_guards_and_gives_nothing_out(endpoint: str) -> None:
 @pytest.mark.parametrize("payload", [b"", b"\x80"])
 def test_a_stop_of_no_words_is_a_stop(payload: bytes, endpoint: str) -> None:
     with hosted(endpoint) as host, ControllerLink("nao", endpoint, "person") as person:
-        person.wait_robot(timeout=PATIENT)
+        person.wait_robot(timeout=TIMEOUT)
         asked = threading.Thread(target=lambda: person.query("stop", payload))
         asked.start()
         for seq in repeat_while(lambda: host.guard.armed):
@@ -122,7 +117,7 @@ def test_a_stop_of_no_words_is_a_stop(payload: bytes, endpoint: str) -> None:
 def test_a_refused_frame_leaves_the_valid_one_before_it_in_force(endpoint: str) -> None:
     """And what is refused or clipped is told, also of a frame that another one overtook in the same cycle."""
     with hosted(endpoint) as host, ControllerLink("nao", endpoint, "hasty") as link:
-        link.wait_robot(timeout=PATIENT)
+        link.wait_robot(timeout=TIMEOUT)
         link.acquire()
         good = ActuatorFrame(reply_to=0, position=STAND, stiffness=(1.0,) * N_JOINTS)
         link.send(msgspec.structs.replace(good, position=(9.0, *STAND[1:])))
@@ -147,5 +142,5 @@ def test_the_guard_answers_as_soon_as_the_robot_is_there(endpoint: str) -> None:
             early.wait_robot(timeout=0.3)
         RobotHost(link, Guard(BODY))
         link.announce()
-        early.wait_robot(timeout=PATIENT)
+        early.wait_robot(timeout=TIMEOUT)
         assert early.query("guard")

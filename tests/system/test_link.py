@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import secrets
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -28,10 +27,8 @@ from bridge.messages import (
     encode,
 )
 from tests.frames import standing_frame
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
-TIMEOUT = 20.0
-"""s until a test gives up; what is waited for takes some 10 ms on an idle machine."""
 ZEROS = (0.0,) * 25
 
 HOLDER = """
@@ -68,13 +65,6 @@ with ControllerLink(connect=sys.argv[1]) as link:
     print("ready", flush=True)
     link.wait_robot()
 """
-
-
-@pytest.fixture
-def endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import zenoh
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.session import MAX_RECEIVED, open_client
 from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, WalkTelemetry, decode, encode
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 INFO = Info(
     robot="nao",
@@ -36,7 +36,7 @@ def robot(endpoint: str) -> Iterator[RobotLink]:
 @pytest.fixture
 def controller(robot: RobotLink, endpoint: str) -> Iterator[ControllerLink]:
     with ControllerLink(connect=endpoint) as link:
-        assert link.wait_robot(timeout=20.0) == INFO
+        assert link.wait_robot(timeout=TIMEOUT) == INFO
         yield link
 
 
@@ -78,7 +78,7 @@ def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
             )
         )
         controller.send(msgspec.structs.replace(COMMAND, reply_to=seq))
-        command = robot.wait_command(20.0)
+        command = robot.wait_command(TIMEOUT)
         assert command is not None
         assert [t.seq for t in robot.telemetry()] == [command.reply_to] == [seq]
 

@@ -24,9 +24,8 @@ from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
-from tests.loops import repeat_while, until
+from tests.loops import TIMEOUT, repeat_while, until
 
-TIMEOUT = 20.0
 PACKET: dict[str, Any] = msgpack.unpackb(
     (Path(__file__).parents[1] / "bridge" / "adapters" / "lola" / "data" / "sensors.msgpack").read_bytes()
 )
@@ -304,26 +303,23 @@ def test_the_relay_takes_nothing_from_a_web_browser(tmp_path: Path) -> None:
     with socket.socket(socket.AF_UNIX) as lola:
         lola.bind(str(tmp_path / "lola"))
         lola.listen()
-        lola.settimeout(30.0)
+        lola.settimeout(TIMEOUT)
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as relay:
             try:
                 assert relay.stderr is not None
                 port = int(relay.stderr.readline().rpartition(":")[2])
-                with socket.create_connection(("127.0.0.1", port), 30.0) as browser:
+                with socket.create_connection(("127.0.0.1", port), TIMEOUT) as browser:
                     browser.sendall(b"POST / HTTP/1.1\r\n\r\n\x81\xa8Position\x90")
                     robot = lola.accept()[0]
                     with robot:
-                        robot.settimeout(30.0)
+                        robot.settimeout(TIMEOUT)
                         assert robot.recv(100) == b""
             finally:
                 relay.kill()
 
 
-def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path) -> None:
+def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path, port: int) -> None:
     """As on a robot: a plain Python without any package runs the one file."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     command = [sys.executable, "-I", "-S", str(RELAY)]
     options = ["--listen", f"127.0.0.1:{port}", "--socket", str(tmp_path / "robocup")]
     with subprocess.Popen(command + options, stderr=subprocess.PIPE, text=True) as relay:

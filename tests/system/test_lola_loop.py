@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,17 +12,7 @@ import pytest
 
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
-from tests.loops import until
-
-TIMEOUT = 20.0
-
-
-@pytest.fixture
-def far() -> str:
-    """Another endpoint, of the bridged robot."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+from tests.loops import TIMEOUT, until
 
 
 @pytest.fixture
@@ -44,6 +33,7 @@ def _begin(mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_pa
     path = str(tmp_path / "robocup")
     robot = start(
         *("emulate", "--robot", "nao-v6", "--mode", mode, "--listen", endpoint, "--json"),
+        *(("--engine", "mujoco") if mode == "lockstep" else ()),
         *("--out", str(tmp_path / "run")),
     )
     server = start("serve", "lola", "--socket", path, "--connect", endpoint, "--json")

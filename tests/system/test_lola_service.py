@@ -22,9 +22,8 @@ from bridge.adapters.lola.server import LolaServer, Served
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info
 from tests.frames import standing_frame
-from tests.loops import repeat_while, until
+from tests.loops import TIMEOUT, repeat_while, until
 
-TIMEOUT = 20.0
 ZEROS = (0.0,) * 25
 STILL = standing_frame(position=tuple(0.01 * slot for slot in range(25)), stiffness=(0.5,) * 25)
 

@@ -19,7 +19,7 @@ from bridge.body.joints import JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig, run_config
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 LIMP = tuple(0.0 if name[1:].startswith(("Shoulder", "Elbow", "Wrist", "Hand")) else 1.0 for name in JOINTS)
 CYCLES = 600
@@ -28,7 +28,7 @@ STANDING = 40
 
 
 def settings() -> RunConfig:
-    return run_config(None, robot="nao-v6", wear="ideal", gait="dynamic", steps=12, seed=3)
+    return run_config(None, engine="mujoco", robot="nao-v6", wear="ideal", gait="dynamic", steps=12, seed=3)
 
 
 class Program:
@@ -72,15 +72,14 @@ def test_a_walk_with_limp_arms_is_as_fast_through_lola_as_in_process(
     start: Callable[..., Any], endpoint: str, tmp_path: Path
 ) -> None:
     path = str(tmp_path / "robocup")
-    robot = start(
-        *("emulate", "--robot", "nao-v6", "--wear", "ideal", "--mode", "lockstep", "--seed", "3"),
-        *("--listen", endpoint, "--json", "--out", str(tmp_path / "run")),
-    )
+    emulate = ["emulate", "--engine", "mujoco", "--robot", "nao-v6", "--wear", "ideal", "--mode", "lockstep"]
+    where = ["--listen", endpoint, "--out", str(tmp_path / "run")]
+    robot = start(*emulate, "--seed", "3", *where, "--json")
     start("serve", "lola", "--socket", path, "--connect", endpoint)
     until(lambda: Path(path).exists(), "the socket")
     program, stream = Program(), MapStream(SENSORS)
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as peer:
-        peer.settimeout(60.0)
+        peer.settimeout(TIMEOUT)
         peer.connect(path)
         for seq in range(CYCLES):
             command = program.answer(sensor_frame(packet(peer, stream), seq=seq))

@@ -14,7 +14,7 @@ from bridge.adapters.lola.packets import actuator_map
 from bridge.adapters.lola.schema import SENSOR_BYTES
 from bridge.body.postures import POSTURES
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 START = 100
 """Packets in which the server finds the phase of the frames."""
@@ -35,7 +35,7 @@ def test_an_answer_seven_milliseconds_after_its_packet_is_in_time(
     until(lambda: Path(path).exists(), "the socket")
     answer = actuator_map(POSTURES["StandInit"], (1.0,) * 25)
     with socket.socket(socket.AF_UNIX) as peer:
-        peer.settimeout(60.0)
+        peer.settimeout(TIMEOUT)
         peer.connect(path)
         quiet_process(ROBOT_PRIORITY)
         for number in range(START + PACKETS):

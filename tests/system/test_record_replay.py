@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,7 +24,7 @@ from nao_hil.cli.main import run as nao_hil
 from nao_hil.runs import in_process as inprocess
 from nao_hil.runs.capture import Capture, described
 from nao_hil.runs.replay import Replay
-from tests.loops import repeat_while, until
+from tests.loops import TIMEOUT, repeat_while, until
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 from walker.stabilization.parameters import controller_parameters
@@ -38,7 +37,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four seconds of a dynamic walk."""
     path = tmp_path_factory.mktemp("recording") / "walk.mcap"
     gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
-    bare = controller_parameters("dynamic", {"torso": "none"})
+    bare = controller_parameters("dynamic", {"switches": {"torso": "none"}})
     controller = Controller(BODY, gait, WalkOrder(), BODY.cycle, bare)
     with EmulatedRobot(BODY, seed=2) as robot, Recorder(path, {"robot": "nao-v3"}) as recorder:
         inprocess.run(robot, Guard(BODY), controller, [recorder], 400)
@@ -46,17 +45,18 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def playing(
-    path: Path, endpoint: str, speed: float, begin: Callable[[], object] = lambda: time.sleep(0.3)
-) -> Iterator[Replay]:
-    """A recording that is played once; `begin` returns when those who listen have connected."""
+def playing(path: Path, endpoint: str, speed: float) -> Iterator[Replay]:
+    """A recording that is played once, as soon as somebody listens."""
     end = threading.Event()
 
     def wait(seconds: float) -> bool:
         return end.wait(seconds) if seconds > 0.0 else end.is_set()
 
+    def heard() -> bool:
+        return end.is_set() or bool(player._publishers["sensors"].matching_status.matching)
+
     def run() -> None:
-        begin()
+        until(heard, "a listener")
         player.play(wait, speed=speed)
 
     with Replay(path, "film", endpoint) as player:
@@ -78,13 +78,14 @@ def test_what_is_replayed_and_recorded_again_is_the_same(
 ) -> None:
     """Pose and every other number of a frame, bit for bit: msgpack and JSON carry floats whole."""
     again = tmp_path / "again.mcap"
-    with playing(recording, endpoint, speed=4.0), Capture("film", endpoint) as capture:
+    with playing(recording, endpoint, speed=4.0) as player, Capture("film", endpoint) as capture:
         info = capture.wait_robot(lambda: False)
         assert info is not None
         assert (info.body, info.side) == ("nao-v3", "replay")
         with Recorder(again, described(info)) as recorder:
-            for _ in repeat_while(lambda: capture.seconds < 3.9, 5000):
+            for _ in repeat_while(lambda: player.position < 3.98, 5000):
                 capture.record(recorder, 0.1)
+            capture.record(recorder, 1.0)
     before, after = list(read_recording(recording)), list(read_recording(again))
     for kind in (SensorFrame, TruthFrame):
         old, new = of_kind(before, kind), of_kind(after, kind)
@@ -96,7 +97,7 @@ def test_what_is_replayed_and_recorded_again_is_the_same(
 
 def test_a_recording_takes_no_commands(recording: Path, endpoint: str) -> None:
     with playing(recording, endpoint, speed=1.0), ControllerLink("film", endpoint, "stranger") as link:
-        assert link.wait_robot(timeout=20.0) is not None
+        assert link.wait_robot(timeout=TIMEOUT) is not None
         with pytest.raises(LeaseRefused, match="A recording is played back here"):
             link.acquire()
 
@@ -114,11 +115,7 @@ def test_a_recording_cut_off_by_kill_9_opens(
 ) -> None:
     cut = tmp_path / "cut.mcap"
     command = start("record", "--name", "film", "--connect", endpoint, "--out", str(cut))
-
-    def begin() -> None:
-        until(lambda: "recording `film`" in " ".join(command.said.split()), "the recorder")
-
-    with playing(recording, endpoint, speed=0.5, begin=begin):
+    with playing(recording, endpoint, speed=0.5):
         until(lambda: on_disk(cut) > 50, "half a second on the disk")
         command.process.send_signal(signal.SIGKILL)
         assert command.wait() == -signal.SIGKILL

@@ -18,7 +18,7 @@ from bridge.link.session import open_client, subscribe, try_client
 from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, encode
 from nao_hil.certificates import Keys
 from tests.frames import standing_frame
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 INFO = Info(
     robot="nao",
@@ -75,12 +75,12 @@ def ask(session: zenoh.Session, suffix: str, payload: bytes = b"", timeout: floa
 
 def test_a_controller_commands(robot: RobotLink, place: str) -> None:
     with ControllerLink(connect=place) as link:
-        assert link.wait_robot(timeout=20.0) == INFO
+        assert link.wait_robot(timeout=TIMEOUT) == INFO
         link.acquire()
         link.send(COMMAND)
         until(lambda: robot.commands(), "the command")
         robot.publish_sensors(SENSORS)
-        frame = link.next(20.0)
+        frame = link.next(TIMEOUT)
         assert frame is not None and frame.seq == 0
     until(lambda: robot.holder is None, "the end of the lease with its holder")
 
@@ -171,34 +171,25 @@ def test_a_robot_under_another_name_is_not_trusted(endpoint: str, folder: Path) 
         try_client(place)
 
 
-def test_who_waits_for_a_robot_with_a_certificate_that_expired_meanwhile_is_told(
-    endpoint: str, tmp_path: Path
+def test_a_session_ends_with_its_certificate_and_who_waits_again_is_told(
+    endpoint: str, folder: Path, tmp_path: Path
 ) -> None:
-    authority = Keys(tmp_path)
-    authority.issue("robot", days=1.0)
+    span = 8.0  # s
+    shutil.copytree(folder / "ca", tmp_path / "ca")
+    shutil.copytree(folder / "robot", tmp_path / "robot")
     place = with_keys(endpoint.replace("tcp/", "tls/"), tmp_path)
-    with RobotLink(INFO, place), ControllerLink(connect=place) as controller:
-        authority.issue("controller", days=8.0 / 86400.0)
-        assert controller.wait_robot(timeout=10.0) is not None
-        until(lambda: not controller.robot_alive, "the session to end with its certificate")
+    with RobotLink(INFO, place) as robot, ControllerLink(connect=place) as controller:
+        issued = time.monotonic()
+        Keys(tmp_path).issue("controller", days=span / 86400.0)
+        assert controller.wait_robot(timeout=TIMEOUT) == INFO
+        controller.acquire()
+        until(lambda: robot.holder is None, "the end of the lease with the certificate")
+        assert time.monotonic() - issued > span - 1.0
+        until(lambda: not controller.robot_alive, "the session to end")
         with pytest.raises(ConfigurationError, match=r"it has expired; .* --renew"):
-            controller.wait_robot(timeout=10.0)
+            controller.wait_robot(timeout=TIMEOUT)
 
 
 def test_a_robot_that_is_not_there_is_waited_for(endpoint: str, folder: Path) -> None:
     with pytest.raises(RobotSilent):
         open_client(with_keys(endpoint.replace("tcp/", "tls/"), folder), timeout=0.1)
-
-
-def test_an_open_session_ends_when_its_certificate_expires(
-    robot: RobotLink, endpoint: str, folder: Path, tmp_path: Path
-) -> None:
-    span = 3.0  # s
-    shutil.copytree(folder / "ca", tmp_path / "ca")
-    Keys(tmp_path).issue("controller", days=span / 86400.0)
-    began = time.monotonic()
-    with ControllerLink(connect=with_keys(endpoint.replace("tcp/", "tls/"), tmp_path)) as link:
-        assert link.wait_robot(timeout=20.0) == INFO
-        link.acquire()
-        until(lambda: robot.holder is None, "the end of the lease with the certificate")
-        assert time.monotonic() - began > span - 1.0

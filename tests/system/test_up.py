@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     start: Start, endpoint: str, tmp_path: Path
 ) -> None:
     runs = []
-    walk = ["--gait", "dynamic", "--seed", "3", "--steps", "4", "--json"]
+    walk = ["--engine", "mujoco", "--gait", "dynamic", "--seed", "3", "--steps", "4", "--json"]
     for name in ("a", "b"):
         folder = tmp_path / name
         command = start("up", "--mode", "lockstep", *walk, "--listen", endpoint, "--out", str(folder))
@@ -97,7 +98,8 @@ def test_the_walker_starts_first_and_needs_no_pybullet(start: Start, endpoint: s
     walk = ("walk", "--connect", endpoint, "--gait", "dynamic", "--steps", "2", "--json")
     walker = start(*walk, script=WITHOUT_PYBULLET)
     robot = start(
-        "emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run"), "--json"
+        *("emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"),
+        *("--out", str(tmp_path / "run"), "--json"),
     )
     assert walker.wait() == 0, walker.said
     assert walker.result["steps"] == 2 and not walker.result["fell"]
@@ -129,7 +131,8 @@ def test_a_robot_without_pybullet_goes_on_with_mujoco_unless_pybullet_was_asked_
 def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
     start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
-    emulate = ["emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "run")]
+    emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"]
+    emulate += ["--out", str(tmp_path / "run")]
     robot = start(*emulate)
     walker = start("walk", "--connect", endpoint, "--steps", "0", "--json")
     until(heard(monitor, lambda frame: frame.command > 200), "the walk")
@@ -138,9 +141,9 @@ def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
     cut_off = list(read_recording(tmp_path / "run" / "frames.mcap"))
     assert cut_off[-1].time > 0.5
 
+    restarted = time.time_ns()
     start(*emulate)
-    until(heard(monitor, lambda frame: 0 <= frame.command < 200), "the walker's first answers to the new robot")
-    until(heard(monitor, lambda frame: frame.command > 200), "the new walk")
+    until(heard(monitor, lambda frame: frame.wall > restarted and frame.command > 200), "the new walk")
     walker.interrupt()
     assert walker.process.returncode == 130
     assert "Traceback" not in walker.said
@@ -196,7 +199,8 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
 ) -> None:
     folder = tmp_path / "run"
     command = start(
-        "up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(folder), "--json"
+        *("up", "--engine", "mujoco", "--mode", "lockstep", "--steps", "0", "--listen", endpoint),
+        *("--out", str(folder), "--json"),
     )
     until(heard(monitor, lambda frame: frame.command > 100), "the walk")
     children = command.children()
@@ -217,8 +221,8 @@ def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
     folder.mkdir()
     for name in ("frames.mcap", "frames-2.mcap", "summary.json", "notes.txt"):
         (folder / name).write_text("old")
-    up = ("up", "--mode", "lockstep", "--gait", "dynamic", "--steps", "2", "--listen", endpoint)
-    command = start(*up, "--out", str(folder), "--json")
+    up = ["up", "--engine", "mujoco", "--mode", "lockstep", "--gait", "dynamic", "--steps", "2"]
+    command = start(*up, "--listen", endpoint, "--out", str(folder), "--json")
     assert command.wait() == 0
     assert " ".join(command.said.split()).count("is replaced") == 1
     assert not (folder / "frames-2.mcap").exists()
@@ -230,7 +234,8 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
     start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     folder = tmp_path / "run"
-    command = start("up", "--serve", "--mode", "lockstep", "--listen", endpoint, "--out", str(folder), "--json")
+    up = ["up", "--engine", "mujoco", "--serve", "--mode", "lockstep", "--listen", endpoint]
+    command = start(*up, "--out", str(folder), "--json")
     until(heard(monitor, lambda frame: frame.command > 100), "a robot under command")
 
     def push_over(world: WorldClient, impulse: float) -> None:
@@ -239,14 +244,15 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
 
     with WorldClient("nao", endpoint) as world:
         push_over(world, 5.0)
-        world.send(Reset())
-        until(heard(monitor, lambda frame: 150 < frame.command < 400), "the robot that began anew")
+        assert world.send(Reset()).seq == 0
+        began = time.time_ns()
+        until(heard(monitor, lambda frame: frame.wall > began and frame.command > 150), "it to begin anew")
         push_over(world, -5.0)
-        time = until(lambda: monitor.sensors, "a frame").time
+        fallen = until(lambda: monitor.sensors, "a frame").time
     command.interrupt()
     last = folder / "frames-2.mcap"
     told = diagnose(last)
-    assert told is not None and told.fell < time + 1.0
+    assert told is not None and told.fell < fallen + 1.0
     assert command.result["diagnosis"] == told.sentence
     assert last.name in "".join(command.said.replace("│", "").split())  # the table folds long paths
     assert inspect(last).steps == command.result["steps"]
@@ -263,7 +269,10 @@ def test_both_sides_end_with_an_up_that_is_killed(
     start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:
     folder = tmp_path / "run"
-    command = start("up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(folder))
+    command = start(
+        *("up", "--engine", "mujoco", "--mode", "lockstep", "--steps", "0", "--listen", endpoint),
+        *("--out", str(folder)),
+    )
     until(heard(monitor, lambda frame: frame.command > 0), "the walk")
     children = [Path(f"/proc/{pid}/cmdline") for pid in command.children()]
     assert len(children) == 2
@@ -279,7 +288,8 @@ def test_a_side_that_is_killed_ends_up_with_one_sentence(
     start: Start, endpoint: str, tmp_path: Path, monitor: Monitor, side: str
 ) -> None:
     command = start(
-        "up", "--mode", "lockstep", "--steps", "0", "--listen", endpoint, "--out", str(tmp_path / "run")
+        *("up", "--engine", "mujoco", "--mode", "lockstep", "--steps", "0", "--listen", endpoint),
+        *("--out", str(tmp_path / "run")),
     )
     until(heard(monitor, lambda frame: frame.command > 0), "the walk")
     (victim,) = [
@@ -294,7 +304,8 @@ def test_a_side_that_is_killed_ends_up_with_one_sentence(
 
 @pytest.mark.parametrize("command", ["emulate", "up"])
 def test_a_port_in_use_is_one_sentence(start: Start, endpoint: str, tmp_path: Path, command: str) -> None:
-    first = start("emulate", "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "first"))
+    emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"]
+    first = start(*emulate, "--out", str(tmp_path / "first"))
     until(lambda: "recording to" in first.said, "the first robot")
     second = start(command, "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "second"))
     assert second.wait() == 3

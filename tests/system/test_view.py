@@ -20,7 +20,7 @@ from bridge.link.walk_client import WalkClient
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.config import RunConfig
-from tests.loops import until
+from tests.loops import TIMEOUT, until
 
 Start = Callable[..., Any]
 
@@ -36,14 +36,6 @@ sys.meta_path.insert(0, Absent())
 from nao_hil.cli.main import main
 main()
 """
-
-
-@pytest.fixture
-def port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        number: int = probe.getsockname()[1]
-        return number
 
 
 @pytest.fixture
@@ -68,7 +60,7 @@ def recording(tmp_path: Path) -> Path:
 
 
 def get(port: int, path: str) -> tuple[int, bytes]:
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)) as connection:
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)) as connection:
         connection.request("GET", path)
         response = connection.getresponse()
         return response.status, response.read()
@@ -76,7 +68,7 @@ def get(port: int, path: str) -> tuple[int, bytes]:
 
 def handshake(port: int, origin: str, host: str) -> int:
     """Status of the response to a WebSocket's handshake; 101: it is open."""
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)) as connection:
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)) as connection:
         fields = {"Host": host, "Origin": origin, "Upgrade": "websocket", "Connection": "Upgrade"}
         fields |= {"Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
         connection.request("GET", "/", headers=fields)
@@ -104,15 +96,16 @@ def test_beyond_loopback_the_page_takes_tls_and_the_token_that_is_printed(
     start: Start, port: int, recording: Path
 ) -> None:
     view = start("view", "--replay", str(recording), "--port", str(port), "--host", "0.0.0.0")
-    until(lambda: "fingerprint" in view.said, "the page")
-    (token,) = re.findall(rf"https://[^/]+:{port}/\?token=([\w-]+)", view.said)
-    (fingerprint,) = re.findall(r"(?:[0-9A-F]{2}:){31}[0-9A-F]{2}", view.said)
+    told = re.compile(
+        rf"https://[^/]+:{port}/\?token=([\w-]+)\s.*?((?:[0-9A-F]{{2}}:){{31}}[0-9A-F]{{2}})\s", re.DOTALL
+    )
+    token, fingerprint = until(lambda: told.search(view.said), "the page's token and fingerprint").groups()
     served = ssl.get_server_certificate(("127.0.0.1", port))
     assert hashlib.sha256(ssl.PEM_cert_to_DER_cert(served)).hexdigest().upper() == fingerprint.replace(":", "")
     trust = ssl.create_default_context(cadata=served)
 
     def ask(path: str, cookie: str = "") -> http.client.HTTPResponse:
-        connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=30.0, context=trust)
+        connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=TIMEOUT, context=trust)
         with contextlib.closing(connection):
             connection.request("GET", path, headers={"Cookie": cookie})
             response = connection.getresponse()
@@ -180,10 +173,10 @@ def test_without_viser_it_says_so(start: Start) -> None:
 
 
 def test_a_run_goes_on_without_its_page(start: Start, endpoint: str, taken: int, tmp_path: Path) -> None:
-    up = ["up", "--mode", "lockstep", "--serve", "--view", "--port", str(taken), "--json"]
+    up = ["up", "--engine", "mujoco", "--mode", "lockstep", "--serve", "--view", "--port", str(taken), "--json"]
     command = start(*up, "--listen", endpoint, "--out", str(tmp_path / "run"))
     until(lambda: "no page: The page cannot be served" in command.said, "the word that there is no page")
-    with WalkClient("nao", endpoint, connect_timeout=60.0) as client:
+    with WalkClient("nao", endpoint, connect_timeout=TIMEOUT) as client:
 
         def walked() -> bool:
             try:

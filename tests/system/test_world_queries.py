@@ -1,6 +1,5 @@
 """World commands over Zenoh to a running robot, in real time and in lockstep."""
 
-import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -33,7 +32,8 @@ from bridge.messages.world import (
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
-from tests.loops import repeat_while, until
+from tests.loops import TIMEOUT, repeat_while, until
+from tests.ports import free_endpoint
 
 BODY = load_body("nao-v3")
 START = POSTURES["StandInit"]
@@ -55,12 +55,6 @@ class Ear:
 
     def notice(self, message: Notice) -> None:
         self.notices.append(message)
-
-
-def free_endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 @contextmanager
@@ -87,7 +81,7 @@ def running(mode: str) -> Iterator[tuple[WorldClient, Ear, str]]:
                 yield client, ear, endpoint
         finally:
             stop.set()
-            thread.join(10.0)
+            thread.join(TIMEOUT)
     assert not thread.is_alive()
 
 

@@ -114,7 +114,7 @@ def test_a_real_tilt_is_heard() -> None:
     assert 0.0 <= roll <= true_roll
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     cycles=st.lists(
         st.tuples(
@@ -138,7 +138,7 @@ def test_the_offsets_stay_inside_the_limits_whatever_they_are(
         assert limits.pitch_lower <= pitch <= limits.pitch_upper
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     cycles=st.lists(
         st.tuples(FORCES, st.sampled_from(["swing", "stance"]), st.floats(0.0, 1.0)), min_size=1, max_size=60

@@ -20,10 +20,13 @@ from tests.loops import repeat_while
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
 from walker.stabilization.parameters import controller_parameters
+from walker.stabilization.switches import NAMED, Switches
 
 BODY = load_body("nao-v3")
 UPRIGHT = (0.0, 0.0, 9.81)
-ON = {"admittance": True, "torso": "thesis", "ankle_admittance": True, "swing_foot_orientation": {"gain": 1.0}}
+ON = {"switches": {f: "thesis" if f == "torso" else True for f in Switches.__struct_fields__}}
+STIFF = {"switches": {"leg_admittance": False, "ankle_admittance": False, "late_touch_down": False}}
+OFF = {"switches": msgspec.to_builtins(NAMED["none"])}
 
 
 def make_controller(gait: str, order: WalkOrder, changes: dict[str, object] | None = None) -> Controller:
@@ -146,7 +149,7 @@ def test_asking_for_telemetry_changes_nothing(static_walk: Run) -> None:
 
 def test_lost_frames_are_made_up_for_in_the_plans_time() -> None:
     """With every third frame only, the plan is where it is with all of them: no block changes the plan."""
-    every, some = (make_controller("static", WalkOrder(steps=4), {"admittance": False}) for _ in range(2))
+    every, some = (make_controller("static", WalkOrder(steps=4), STIFF) for _ in range(2))
     began = 0
     for _ in repeat_while(lambda: every.state != "walk"):
         every.tick(frame(began))
@@ -198,7 +201,8 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
     if stands:
         assert controller.place == pytest.approx(place, abs=0.06)
         assert controller.delay == 0.0
-        assert command.position == pytest.approx(frame(seq).position, abs=0.01)  # from where the joints are
+        # from where the joints are, by a command that is ahead of them by what they yield: 4 degrees at most
+        assert command.position == pytest.approx(frame(seq).position, abs=0.07)
         for _ in repeat_while(lambda: controller.state == "approach"):
             seq += 1
             controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
@@ -212,7 +216,7 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
 
 def test_a_walk_that_is_only_watched_is_not_interrupted() -> None:
     """In a rehearsal (`--dry-run`) none of the walker's answers is ever in force."""
-    controller = make_controller("static", WalkOrder(steps=2), {"admittance": False})
+    controller = make_controller("static", WalkOrder(steps=2), STIFF)
     for seq in repeat_while(lambda: not controller.done):
         controller.tick(frame(seq))
     assert controller.telemetry.step == 2
@@ -245,7 +249,7 @@ def stands_after_a_gap(max_gap: float) -> bool:
 
 
 def test_a_frame_that_comes_twice_moves_no_time() -> None:
-    controller = make_controller("static", WalkOrder(steps=4), {"admittance": False, "torso": "none"})
+    controller = make_controller("static", WalkOrder(steps=4), OFF)
     for seq in range(300):
         last = controller.tick(frame(seq))
     assert controller.tick(frame(299)).position == last.position
@@ -268,7 +272,7 @@ def test_a_fallen_robot_goes_limp_in_the_pose_it_has(angle: tuple[float, float])
 
 
 def test_a_robot_lifted_off_the_ground_in_its_walk_goes_limp() -> None:
-    controller = make_controller("static", WalkOrder(steps=4), {"admittance": False})
+    controller = make_controller("static", WalkOrder(steps=4), STIFF)
     seq = 0
     for _ in repeat_while(lambda: controller.state != "walk"):
         controller.tick(frame(seq))
@@ -286,10 +290,10 @@ def test_a_robot_that_hangs_while_it_is_made_ready_is_not_falling() -> None:
 
 
 def test_switches_off_leave_the_plan_alone() -> None:
-    """Without admittance and torso control no force and no angle changes a command."""
-    off = {"admittance": False, "torso": "none"}
-    calm, wild = (make_controller("static", WalkOrder(steps=4), off) for _ in range(2))
-    for seq in range(700):
+    """Without admittance and torso control no force and no angle changes a command once the robot is held."""
+    calm, wild = (make_controller("static", WalkOrder(steps=4), OFF) for _ in range(2))
+    assert calm.tick(frame(0)) == wild.tick(frame(0))
+    for seq in range(1, 700):
         load = (1.0 + seq % 9,) * 8
         a = calm.tick(frame(seq))
         b = wild.tick(

@@ -212,7 +212,7 @@ def test_the_hull_check_of_these_tests_tells_inside_from_outside() -> None:
     assert not inside_hull((-0.5, -0.5), square)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     e_s1=st.floats(0.005, 0.05),
     ratio=st.floats(0.02, 0.95),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+from tests.loops import TIMEOUT
+
 CONTROLLERS = """
 import sys
 
@@ -19,7 +21,7 @@ for name in ("nao-v3", "nao-v6"):  # cycles of 10 and 12 ms
     for gait in GAITS:
         phases = make_gait(gait, gait_parameters(gait), body)
         for torso in ("none", "thesis", "robust"):
-            parameters = controller_parameters(gait, {"torso": torso})
+            parameters = controller_parameters(gait, {"switches": {"torso": torso}})
             Controller(body, phases, None, body.cycle, parameters)
 print([name for name in ("control", "optuna", "scipy.optimize", "matplotlib") if name in sys.modules])
 """
@@ -27,7 +29,7 @@ print([name for name in ("control", "optuna", "scipy.optimize", "matplotlib") if
 
 def test_controllers_of_all_gaits_and_methods_need_no_design_library() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", CONTROLLERS], capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-c", CONTROLLERS], capture_output=True, text=True, timeout=TIMEOUT, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[]"

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 from scipy.optimize import root
 
 from bridge.body import Body, load_body
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
+from emulator.scenarios import Scenario
+from nao_hil.runs.build import build_robot
+from nao_hil.runs.config import RunConfig
 from walker.model.com import CentreOfMass
 from walker.model.gravity import GRAVITY
 from walker.model.leg import foot_in_torso
@@ -55,6 +59,20 @@ def balanced(body: Body, com: CentreOfMass) -> list[float]:
     assert found.success
     off(found.x)
     return angles
+
+
+def test_the_command_that_holds_a_standing_robot_is_found_from_its_sensors(body: Body) -> None:
+    """The emulated robot knows what it was asked for; its encoders show what came of that."""
+    config = RunConfig(robot=body.name, engine="mujoco", mode="in-process")
+    with build_robot(config, Scenario()) as robot:
+        frame, asked = robot.frame, np.array(robot.posture)
+    pitch = [INDEX[f"{side}{joint}Pitch"] for side in "LR" for joint in ("Hip", "Knee", "Ankle")]
+    held = compensation(body).holding(frame)
+    off_measured, off_held = (np.abs(np.subtract(q, asked)[pitch]).max() for q in (frame.position, held))
+    assert off_measured > np.radians(1.0)
+    assert off_held < np.radians(0.5)
+    lying = msgspec.structs.replace(frame, fsr=(0.0,) * 8)
+    assert compensation(body).holding(lying) == frame.position
 
 
 def test_torques_of_the_stance_leg_are_the_gradient_of_the_potential_energy(body: Body) -> None:

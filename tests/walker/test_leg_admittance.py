@@ -50,7 +50,7 @@ def test_a_force_held_for_ever_ends_where_the_spring_bears_it() -> None:
     assert p.spring(leg.e) == pytest.approx(5.0, rel=1e-6)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     forces=st.lists(ANY, min_size=1, max_size=60),
     dt=st.floats(1e-4, 0.1),
@@ -68,7 +68,7 @@ def test_the_spring_never_reaches_its_pole(
         assert abs(leg.e + k_b) < POLE
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     cycles=st.lists(
         st.tuples(ANY, st.sampled_from(["swing", "stance"]), st.floats(0.0, 1.0)), min_size=2, max_size=80
@@ -87,7 +87,7 @@ def test_the_offset_changes_at_a_bounded_rate_whatever_role_and_progress_do(
         before = offset
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(forces=st.lists(ANY, min_size=1, max_size=60), z=st.floats(-0.2, -0.101))
 def test_the_leg_is_never_folded_beyond_its_limit(forces: list[float], z: float) -> None:
     leg = LegAdmittance(LegParameters())

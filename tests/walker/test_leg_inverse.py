@@ -198,7 +198,7 @@ COORDINATE = st.floats(-0.4, 0.4) | st.sampled_from([0.0, 0.05, -0.05, -0.085, -
 ANGLE = st.floats(-4.0, 4.0) | st.sampled_from([0.0, math.pi / 2, -math.pi / 2, math.pi])
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(
     p=st.tuples(COORDINATE, COORDINATE, COORDINATE),
     angles=st.tuples(ANGLE, ANGLE, ANGLE),

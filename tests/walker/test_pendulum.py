@@ -1,7 +1,7 @@
 """The linear inverted pendulum against its equation, integrated numerically."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -27,7 +27,6 @@ def test_forward_acceleration_moves_the_zmp_back():
     assert LinearPendulum(0.24525).zmp(0.0, 1.0) == pytest.approx(-0.025)
 
 
-@settings(deadline=None)
 @given(x=COORDINATE, v=st.floats(-1.0, 1.0), z=st.floats(0.1, 0.4))
 def test_at_the_capture_point_the_motion_comes_to_rest(x, v, z):
     pendulum = LinearPendulum(z)

@@ -102,7 +102,7 @@ def test_a_distance_is_met_exactly_by_the_plan(served: Served, gait: str, distan
     served.until("stand", 5000)
     status = served.ask(op="status")
     assert status.distance == pytest.approx(distance, abs=1e-9)
-    assert status.position == pytest.approx((distance, 0.0, 0.0), abs=1e-9)
+    assert served.controller.place == pytest.approx((distance, 0.0, 0.0), abs=1e-9)
     assert status.gait == gait
 
 
@@ -110,14 +110,14 @@ def test_one_walk_follows_another_where_the_first_ended(served: Served) -> None:
     served.ask(op="walk", steps=2)
     served.until("walk")
     served.until("stand")
-    first = served.ask(op="status").position[0]
+    first = served.controller.place[0]
     served.ask(op="walk", steps=3)
     served.until("walk")
     served.until("stand")
     status = served.ask(op="status")
     assert status.steps == 3
     assert first == pytest.approx(0.06, abs=1e-9)
-    assert status.position[0] == pytest.approx(0.06 + 2 * 0.06, abs=1e-9)
+    assert served.controller.place[0] == pytest.approx(0.06 + 2 * 0.06, abs=1e-9)
     assert served.telemetry[-1].left[0] == pytest.approx(0.18, abs=1e-9)
 
 
@@ -181,7 +181,7 @@ SWITCHES: Final[tuple[dict[str, Any], ...]] = (
 
 def largest_step_of_a_walk(wishes: Sequence[dict[str, Any]]) -> float:
     """Over a walk from stand to stand with the wishes given on the way."""
-    with EmulatedRobot(BODY, seed=3) as robot:
+    with EmulatedRobot(BODY, seed=3, engine="mujoco") as robot:
         served = Served(robot)
         served.until("stand")
         began = len(served.commands)
@@ -298,5 +298,33 @@ def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word(
     ahead = [0.5 * (t.left[0] + t.right[0]) for t in served.telemetry]
     assert max(ahead) > 0.05
     assert ahead[-1] < max(ahead) - 0.05
-    with pytest.raises(WalkRefused, match="leave the distance out"):
-        served.ask(op="walk", distance=1.0)
+
+
+def test_a_target_is_walked_to_and_a_distance_goes_along_the_velocity() -> None:
+    served = Served(gait="omni")
+    served.until("stand")
+    reply = served.ask(op="walk", target=(0.2, 0.1, 0.5))
+    assert "to 0.2 m ahead, 0.1 m to the left, 0.5 rad" in reply.text
+    served.until("walk")
+    with pytest.raises(WalkRefused, match="walk with a target is under way"):
+        served.ask(op="set", velocity=(0.1, 0.0, 0.0))
+    served.ask(op="stop")
+    served.until("stand")
+    assert (
+        "to 0 m ahead, 0.3 m to the left" in served.ask(op="walk", velocity=(0.0, 0.1, 0.0), distance=0.3).text
+    )
+
+
+@pytest.mark.parametrize(
+    ("gait", "order", "words"),
+    [
+        ("omni", {"target": (1.0, 0.0, 0.0), "distance": 1.0}, "not both"),
+        ("omni", {"velocity": (0.1, 0.0, 0.3), "distance": 1.0}, "without a turn"),
+        ("static", {"target": (1.0, 0.0, 0.0)}, "`omni`"),
+    ],
+)
+def test_what_no_target_or_distance_can_be_is_refused(gait: str, order: dict[str, Any], words: str) -> None:
+    served = Served(gait=gait)
+    served.until("stand")
+    with pytest.raises(WalkRefused, match=words):
+        served.ask(op="walk", **order)

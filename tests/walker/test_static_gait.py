@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicSpline
 
@@ -23,7 +23,6 @@ share = st.floats(0.0, 1.0)
 
 
 @given(length, length, duration, share)
-@settings(deadline=None)
 def test_quintic_is_the_polynomial_from_rest_to_rest(start, end, T, s):
     """BPoly.from_derivatives finds (3.6) from its six end conditions by another way."""
     poly = BPoly.from_derivatives([0.0, T], [[start, 0.0, 0.0], [end, 0.0, 0.0]])
@@ -34,7 +33,6 @@ def test_quintic_is_the_polynomial_from_rest_to_rest(start, end, T, s):
 
 
 @given(length, length, length, duration, share)
-@settings(deadline=None)
 def test_lift_is_the_clamped_cubic_spline(start, middle, end, T, s):
     spline = CubicSpline([0.0, T / 2, T], [start, middle, end], bc_type="clamped")
     motion = lift_spline(start, middle, end, T, s * T)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
@@ -83,7 +83,6 @@ COORDINATE = st.floats(-1.0, 1.0) | st.sampled_from([0.0, 0.1, -0.1, 1.0])
 POINTS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=1, max_size=12)
 
 
-@settings(deadline=None)
 @given(points=POINTS, weights=st.lists(st.floats(0.0, 1.0), min_size=12, max_size=12))
 def test_mixtures_of_the_contacts_are_never_outside(points, weights):
     polygon = SupportPolygon(convex_hull(points))
@@ -92,7 +91,6 @@ def test_mixtures_of_the_contacts_are_never_outside(points, weights):
     assert polygon.margin(weight @ np.array(points) / weight.sum()) >= -1e-9
 
 
-@settings(deadline=None)
 @given(points=POINTS, point=st.tuples(COORDINATE, COORDINATE))
 def test_margin_falls_by_no_more_than_the_way(points, point):
     # A signed distance changes by at most the distance that the point moves.

@@ -85,7 +85,7 @@ phases = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.sampled_from(sorted(DESIGNS)), phases)
 def test_continuous_and_bounded_under_anything(name: str, course) -> None:
     """Each phase: who stands, for how many cycles, one wild first sample (any float), then a likely one."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bridge.body import BODIES, load_body
@@ -44,7 +44,6 @@ def test_even_load_is_in_the_middle_of_the_four_places():
 FORCES = st.lists(st.floats(0.0, 25.0), min_size=8, max_size=8)
 
 
-@settings(deadline=None)
 @given(
     fsr=FORCES,
     left=st.tuples(COORDINATE, COORDINATE, st.floats(-1.0, 1.0)),

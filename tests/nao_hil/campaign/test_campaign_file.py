@@ -22,7 +22,7 @@ first_seed = 5
 duration = 0.2
 [base]
 gait = "static"
-controller = { torso = "none", admittance = false }
+controller = { switches = { torso = "none" } }
 [axes]
 slope = [0, 2]
 wear = ["ideal", "nominal"]
@@ -34,7 +34,9 @@ def test_quantities_change_what_they_name_and_nothing_else() -> None:
     assert changed(WALK, "push", 2.0).scenario.pushes[0].impulse_vector() == (2.0, 0.0, 0.0)
     assert changed(WALK, "push", 0.0) == WALK
     assert changed(WALK, "friction", 0.3).scenario.floor.friction == 0.3
-    assert changed(WALK, "controller.torso", "none").config.controller == {"torso": "none"}
+    assert changed(WALK, "controller.switches.torso", "none").config.controller == {
+        "switches": {"torso": "none"}
+    }
     assert changed(WALK, "controller.damping.roll", 0.1).config.controller == {"damping": {"roll": 0.1}}
     nominal, slow = load_wear("nominal"), changed(WALK, "delay", 0.05).wear
     assert slow is not None and slow.servo.delay == 0.05
@@ -49,7 +51,7 @@ def test_quantities_change_what_they_name_and_nothing_else() -> None:
         ("slop", 1.0, "slope"),
         ("scenario.floor.hight", 1.0, "hight"),
         ("wear.servo.delay", "long", "delay"),
-        ("controller.torsoo", "none", "torsoo"),
+        ("controller.switches.torsoo", "none", "torsoo"),
         ("parameters.unheard", 1.0, "unheard"),
         ("friction", -1.0, "friction"),
         ("gait.x", 1.0, "gait is no table"),

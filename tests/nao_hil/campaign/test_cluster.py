@@ -18,8 +18,9 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.executors import Job, WorkerRefused, base, open_executor
 from nao_hil.runs.walk import Walk
+from walker.stabilization.switches import switch_changes
 
-BARE = {"admittance": False, "torso": "none"}
+BARE = switch_changes("none")
 HERE = Path(__file__).parent
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(HERE.parents[2]), "PYTHONWARNINGS": "ignore"}
 

@@ -59,7 +59,7 @@ def test_the_key_has_the_whole_configuration_and_not_the_name(tmp_path: Path) ->
         "seed": 1,
         "parameters": {"a": 1.0},
     }
-    for field, value in (other | {"controller": {"torso": "none"}}).items():
+    for field, value in (other | {"controller": {"switches": {"torso": "none"}}}).items():
         config = msgspec.structs.replace(WALK.config, **{field: value})
         assert key(msgspec.structs.replace(WALK, config=config)) != key(WALK), field
 

@@ -7,10 +7,8 @@ import json
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -26,6 +24,8 @@ from nao_hil.campaigns.tuned import compare, importances, write_tuned
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
+from tests.loops import TIMEOUT, until
+from tests.ports import free_port
 
 pytestmark = pytest.mark.filterwarnings("ignore::optuna.exceptions.ExperimentalWarning")
 SPACE = {"controller.damping.roll": Range(0.0, 0.2), "controller.damping.pitch": Range(0.0, 0.2)}
@@ -57,6 +57,7 @@ def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:
 
 def test_a_study_finds_the_best_point_and_ends_hopeless_trials_early(tmp_path: Path) -> None:
     study = open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
+    study.sampler = optuna.samplers.TPESampler(seed=1)
     enqueue(study, {"controller.damping.roll": 0.2, "controller.damping.pitch": 0.1})  # detuned
     improve(study, SPACE, ENSEMBLE, attempt, 40, lambda: False)
     assert count(study) == 40
@@ -127,9 +128,11 @@ def test_a_database_that_is_none_is_one_sentence() -> None:
 
 
 def test_the_command_walks_and_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["tune", "controller.damping.roll=0:0.2", "--gait", "dynamic", "--trials", "2", "--seeds", "1",
-               "--duration", "0.2", "--cluster", "inline", "--out", str(tmp_path), "--json"]  # fmt: skip
-    assert run(command) == 0
+    config = tmp_path / "run.toml"
+    config.write_text('engine = "mujoco"\ngait = "dynamic"\n')
+    what = ["controller.damping.roll=0:0.2", "--config", str(config), "--trials", "2", "--seeds", "1"]
+    where = ["--duration", "0.2", "--cluster", "inline", "--out", str(tmp_path), "--json"]
+    assert run(["tune", *what, *where]) == 0
     data = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert data["trials"] == 2 and data["unseen"]["after"]["n"] == 1
     assert data["unseen"]["seeds"] == "1000000 to 1000000 (only 1 of 20 seeds)"
@@ -157,9 +160,7 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
         return
     if not BINARIES or (os.geteuid() == 0 and shutil.which("runuser") is None):
         pytest.skip("needs PostgreSQL (Debian's package postgresql)")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     folder = Path("/tmp") / f"nao-hil-postgres-{os.getpid()}-{port}"
     folder.mkdir()
     if os.geteuid() == 0:
@@ -167,7 +168,7 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     prefix = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
 
     def control(*arguments: str) -> None:
-        subprocess.run([*prefix, *arguments], check=True, cwd="/", stdout=subprocess.DEVNULL, timeout=120)
+        subprocess.run([*prefix, *arguments], check=True, cwd="/", stdout=subprocess.DEVNULL, timeout=TIMEOUT)
 
     data, bin_ = str(folder / "data"), BINARIES[-1]
     control(str(bin_ / "initdb"), "-D", data, "-U", "study", "-A", "trust", "--no-sync")
@@ -187,14 +188,11 @@ def test_four_processes_share_a_study_and_two_that_are_killed_lose_and_double_no
         subprocess.Popen([sys.executable, "-c", WORKER, database, str(Path(__file__).parent)]) for _ in range(4)
     ]
     study = open_study(database, SPACE, ENSEMBLE)
-    for _ in range(600):
-        if count(study) >= 6:
-            break
-        time.sleep(0.1)
+    until(lambda study=study: count(study) >= 6, "the first trials", pause=0.1)
     for worker in workers[:2]:
         worker.send_signal(signal.SIGKILL)
     for worker in workers:
-        worker.wait(120)
+        worker.wait(TIMEOUT)
     assert [worker.returncode for worker in workers[2:]] == [0, 0]
     trials = open_study(database, SPACE, ENSEMBLE).trials
     assert [trial.number for trial in trials] == list(range(len(trials)))

@@ -19,8 +19,9 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset
 from nao_hil.runs.executors import RunFailed
 from nao_hil.runs.walk import Walk, WalkOutcome, walk
+from walker.stabilization.switches import switch_changes
 
-BARE = {"admittance": False, "torso": "none"}
+BARE = switch_changes("none")
 
 
 def bare(seed: int = 0, duration: float = 0.5, name: str = "test") -> Walk:
@@ -77,7 +78,7 @@ def test_a_fall_ends_the_run() -> None:
 def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     plate = PlateUnderFoot(foot="right", size=(0.2, 0.08, 0.01), shift=(0.03, 0.0))
     config = RunConfig(gait="static", controller=BARE)
-    track = walk(Walk(name="plate", config=config, duration=3.6, plates=((2.5, plate),))).track
+    track = walk(Walk(name="plate", config=config, duration=3.6, happenings=((2.5, plate),))).track
     left, right = (soles_in_world(load_body("nao-v3"), side, track)[:, 2, 3] for side in ("L", "R"))
     # level at the start, and a plate apart when the first single support has ended
     before, after = track["time"] < 0.5, track["time"] > 3.5
@@ -91,7 +92,7 @@ def test_the_key_is_what_the_walk_depends_on() -> None:
     assert store.key(bare(name="other")) == key
     assert store.key(bare(seed=1)) != key
     assert store.key(bare(duration=2.0)) != key
-    changed = msgspec.structs.replace(bare().config, controller={"torso": "thesis"})
+    changed = msgspec.structs.replace(bare().config, controller={"switches": {"torso": "thesis"}})
     assert store.key(msgspec.structs.replace(bare(), config=changed)) != key
 
 

@@ -4,21 +4,27 @@ import json
 import math
 import threading
 from collections.abc import Sequence
+from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import msgspec
 import numpy as np
 import pytest
 
 from nao_hil.analysis.statistics import wilson
-from nao_hil.experiments import dynamic_torso, landing_force, obstacle, torso_drift
+from nao_hil.experiments import ablation_arms, dynamic_torso, landing_force, obstacle, torso_drift
 from nao_hil.experiments.arms import Arm, arm, direction, falls_finding, pairs
+from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.context import Context
+from nao_hil.experiments.plates import drawn_plate
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from walker.stabilization.parameters import controller_parameters
+from walker.stabilization.switches import Switches, differing
 
 NOMINAL = RunConfig(wear="nominal")
 
@@ -129,7 +135,7 @@ def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -
 
 def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
     setup = landing_force.ObstacleSetup(duration=3.6, plate_time=3.0, lower=(), higher=())
-    changes = RunConfig(wear="nominal", controller={"torso": "none"})
+    changes = RunConfig(wear="nominal", controller={"switches": {"torso": "none"}})
     with Campaign(cluster="inline") as campaign:
         outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
     data = json.loads(msgspec.json.encode(outcome.result))
@@ -149,6 +155,58 @@ def test_a_stop_before_each_arm_has_a_run_leaves_nothing_to_judge(tmp_path: Path
         obstacle.experiment(Context(campaign, tmp_path, (0,), NOMINAL))
 
 
+def switches_of(arms: dict[str, dict[str, Any]], gait: str) -> list[Switches]:
+    return [controller_parameters(gait, {"switches": changes}).switches for changes in arms.values()]
+
+
+def test_compared_arms_of_every_experiment_differ_in_one_switch() -> None:
+    chains = {"obstacle": "static", "torso_drift": "static", "dynamic_torso": "dynamic"}
+    found_in = {
+        entry.module
+        for entry in EXPERIMENTS.values()
+        if hasattr(import_module(f"nao_hil.experiments.{entry.module}"), "SWITCHES")
+    }
+    assert found_in == set(chains)
+    for name, gait in chains.items():
+        arms = import_module(f"nao_hil.experiments.{name}").SWITCHES
+        for one, other in pairwise(switches_of(arms, gait)):
+            assert len(differing(one, other)) == 1, name
+    for task in ablation_arms.TASKS:
+        found = ablation_arms.arms(task, controller_parameters(task.gait).switches)
+        by_name = {each.name: each.switches for each in found}
+        assert len(by_name) == len(found)
+        for each in found:
+            if each.compared:
+                assert len(differing(each.switches, by_name[each.compared])) == 1, each.name
+        assert {task.switch, *task.suspects} <= set(Switches.__struct_fields__)
+
+
+def test_arms_that_differ_in_two_switches_are_refused(tmp_path: Path) -> None:
+    context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
+    off = {"torso": "none", "ground_tilt": False}
+    with pytest.raises(ValueError, match="differ in 2 switches: torso, ground_tilt"):
+        context.run(context.walks("one", "static", 1.0), context.walks("two", "static", 1.0, off))
+
+
+def test_gaits_are_compared_with_all_that_is_their_own_and_nothing_else(tmp_path: Path) -> None:
+    context = Context(cast(Campaign, Stopped()), tmp_path, (5,), NOMINAL)
+    one, other = context.walks("one", "omni", 1.0), context.walks("two", "huang", 1.0)
+    context.run(one, other)
+    with pytest.raises(ValueError, match="differ in the gait and in the controller"):
+        context.run(one, context.walks("two", "huang", 1.0, {"torso": "none"}))
+
+
+@pytest.mark.parametrize("seed", range(200, 220))
+def test_a_drawn_plate_lies_under_its_foot_and_clear_of_the_other(seed: int) -> None:
+    """Corners by rotation; the other foot's sole begins 45 mm inward (feet 90 mm apart, soles up to 45 mm)."""
+    plate = drawn_plate(seed, 0.01)
+    (length, width, _), (x, y), yaw = plate.size, plate.shift, plate.yaw
+    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+    corners = np.array([(i * length / 2, j * width / 2) for i in (-1, 1) for j in (-1, 1)]) @ turn.T + (x, y)
+    assert corners[:, 1].max() <= 0.045 + 1e-9
+    assert corners[:, 1].max() > -0.03 and plate == drawn_plate(seed, 0.01) != drawn_plate(seed + 1, 0.01)
+
+
 class Stopped:
     """A campaign that was stopped after three walks."""
 
@@ -166,14 +224,14 @@ def test_a_stop_leaves_about_as_many_runs_of_each_arm(tmp_path: Path) -> None:
 
 def test_arms_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
     changes = RunConfig(
-        gait="dynamic", controller={"torso": "thesis", "leg": {"D": 99.0}}, parameters={"z": 0.24}
+        gait="dynamic", controller={"switches": {"torso": "thesis"}, "leg": {"D": 99.0}}, parameters={"z": 0.24}
     )
     context = Context(cast(Campaign, Stopped()), tmp_path, (0,), changes)
     static, dynamic = (
         context.config("static", 3, {"torso": "none"}),
         context.config("dynamic", 3, {"torso": "none"}),
     )
-    assert (static.controller, static.parameters) == ({"torso": "none"}, {})
-    assert dynamic.controller == {"torso": "none", "leg": {"D": 99.0}}
+    assert (static.controller, static.parameters) == ({"switches": {"torso": "none"}}, {})
+    assert dynamic.controller == {"switches": {"torso": "none"}, "leg": {"D": 99.0}}
     assert dynamic.parameters == {"z": 0.24}
     assert context.on("ideal").wear == "ideal"

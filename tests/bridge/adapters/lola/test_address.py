@@ -7,6 +7,7 @@ import pytest
 
 from bridge.adapters.lola.address import Address, connect, listen, parse_address, remove
 from bridge.errors import ConfigurationError, LinkError
+from tests.ports import free_port
 
 
 def test_a_path_or_a_host_and_a_port() -> None:
@@ -47,9 +48,7 @@ def test_where_somebody_listens_or_a_file_is_nobody_else_listens(tmp_path: Path)
 
 
 def test_over_tcp_small_packets_go_out_at_once() -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = Address(host="127.0.0.1", port=free.getsockname()[1])
+    address = Address(host="127.0.0.1", port=free_port())
     with listen(address), connect(address, 1.0) as peer:
         assert peer.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
         with pytest.raises(LinkError, match="in use"):

@@ -28,7 +28,7 @@ def is_mark(value: dict[str, Any]) -> bool:
 
 
 @given(st.lists(st.integers(0, 3 * len(ACTUATORS)), max_size=40))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_maps_come_out_however_the_stream_is_cut(cuts: list[int]) -> None:
     stream, data, found = MapStream(schema.ACTUATORS), ACTUATORS * 3, []
     edges = [0, *sorted(cuts), len(data)]

@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from itertools import pairwise
-from threading import RLock
-from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import pytest
 
-from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.interpolation import smooth
 from bridge.adapters.naoqi.methods import VENDOR
-from bridge.adapters.naoqi.services import Services
-from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
 
 H25 = [
     *("HeadYaw", "HeadPitch"),
@@ -30,63 +26,6 @@ H25 = [
     *("RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RWristYaw", "RHand"),
 ]
 """Order of `Body` (vendor's body-parts page)."""
-
-
-class Standing:
-    """Of the walking side: no walker."""
-
-    handover = SimpleNamespace(has_robot=False)
-
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        return {}
-
-
-class Robot:
-    """A served robot that goes where it is sent at once."""
-
-    def __init__(self, frame: SensorFrame, body: str = "nao-v5") -> None:
-        self.frame = frame
-        self.events: list[tuple[str, Any]] = []
-        self.commanded = 0
-        self.services = Services(
-            RobotConfig(load_body(body), "nao"),
-            frame,
-            RLock(),
-            Standing(),  # type: ignore[arg-type]
-            lambda: None,
-            self.count,
-            lambda *event: self.events.append(event),
-        )
-
-    def count(self) -> None:
-        self.commanded += 1
-
-    def run(self, seconds: float, **changes: Any) -> list[tuple[float, ...]]:
-        """Positions sent in each of the next cycles."""
-        sent = []
-        for _ in range(round(100.0 * seconds)):
-            command = self.services.joints.answer()
-            self.frame = msgspec.structs.replace(
-                self.frame,
-                seq=self.frame.seq + 1,
-                time=self.frame.time + 0.01,
-                position=command.position,
-                stiffness=command.stiffness,
-                **changes,
-            )
-            self.services.cycle(self.frame)
-            sent.append(self.services.joints.answer().position)
-        return sent
-
-    def call(self, service: str, method: str, *arguments: Any) -> Any:
-        return self.services.call(service, method, list(arguments))
-
-    def motion(self, method: str, *arguments: Any) -> Any:
-        return self.call("ALMotion", method, *arguments)
-
-    def angle(self, joint: str) -> float:
-        angle: float = self.motion("getAngles", joint, True)[0]
-        return angle
 
 
 @pytest.fixture
@@ -223,7 +162,7 @@ def test_resting_crouches_and_waking_stands_up(robot: Robot) -> None:
 
 @pytest.mark.parametrize("posture", sorted(POSTURES))
 def test_a_posture_is_reached_joint_by_joint(robot: Robot, posture: str) -> None:
-    pitch = 1.5 if posture.startswith("Lying") else 0.0
+    pitch = {"LyingBelly": 1.5, "LyingBack": -1.5}.get(posture, 0.0)
     robot.run(0.5, angle=(0.0, pitch))
     done = robot.call("ALRobotPosture", "applyPosture", posture, 1.0)
     robot.run(6.0, angle=(0.0, pitch))
@@ -232,9 +171,29 @@ def test_a_posture_is_reached_joint_by_joint(robot: Robot, posture: str) -> None
         assert robot.angle(joint) == pytest.approx(POSTURES[posture][INDEX[joint]], abs=5e-3), joint
 
 
-def test_a_way_that_is_not_planned_is_refused(robot: Robot) -> None:
-    with pytest.raises(NaoqiRefused, match="Sit is Sitting, the robot is Standing"):
+def test_a_body_without_a_motion_for_the_way_is_refused(robot: Robot) -> None:
+    with pytest.raises(NaoqiRefused, match="no motion brings a nao-v5 from Standing to Sitting"):
         robot.call("ALRobotPosture", "goToPosture", "Sit", 0.5)
+
+
+def test_a_robot_sits_down_by_the_motion_and_says_so(standing: Callable[..., SensorFrame]) -> None:
+    robot = Robot(standing(), "nao-v6")
+    done = robot.call("ALRobotPosture", "goToPosture", "SitRelax", 0.8)
+    assert robot.wait(done, 20.0) is True
+    assert robot.call("ALRobotPosture", "getPosture") == "SitRelax"
+
+
+def test_lying_down_is_no_fall_and_its_result_is_where_the_torso_is(
+    standing: Callable[..., SensorFrame],
+) -> None:
+    robot = Robot(standing(), "nao-v6")
+    done = robot.call("ALRobotPosture", "goToPosture", "LyingBelly", 0.8)
+    robot.run(1.0, angle=(0.0, 1.4))  # face down
+    assert min(robot.motion("getStiffnesses", "Body")) > 0.99  # a fall would leave 0.1
+    assert robot.wait(done, 20.0) is True
+    robot = Robot(standing(), "nao-v6")
+    done = robot.call("ALRobotPosture", "goToPosture", "LyingBelly", 0.8)
+    assert robot.wait(done, 20.0) is False  # the joints went there, the torso stayed upright
 
 
 def test_stopping_ends_motions_and_the_calls_that_wait_for_them(robot: Robot) -> None:
@@ -256,10 +215,15 @@ def test_touching_the_robot_raises_events(robot: Robot) -> None:
 
 def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(robot: Robot) -> None:
     table = robot.services.names()
-    for service, methods in VENDOR.items():
-        assert set(methods) - {"subscriber"} <= set(table[service])
-    with pytest.raises(NaoqiRefused, match=r"ALMotion\.setFootSteps is not offered"):
-        robot.motion("setFootSteps", 1, 2, 3)
+    for service, vendor in VENDOR.items():
+        if service != "ALModule":
+            assert set(vendor.methods) - {"subscriber"} <= set(table[service])
+    with pytest.raises(NaoqiRefused, match=r"ALMotion\.wbEnable is not offered by nao-hil: .*whole-body.*\.$"):
+        robot.motion("wbEnable", True)
+    with pytest.raises(
+        NaoqiRefused, match=r"ALLeds: unknown method 'fadeRBG' \(did you mean 'fadeRGB'\?\); known: .*\.$"
+    ):
+        robot.call("ALLeds", "fadeRBG")
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def memory_of(standing: Frames) -> MemoryOf:
     def make(body: str, **changes: object) -> Memory:
         sheet = load_body(body)
         joints = Joints(sheet, standing())
-        memory = Memory(sheet, lambda: joints.dcm, RobotConfig(sheet, "nao").keys(), lambda *_: None)
+        memory = Memory(sheet, lambda: joints.dcm, RobotConfig(sheet, "nao").keys())
         memory.update(standing(**changes))
         return memory
 
@@ -95,7 +95,7 @@ def test_what_is_written_out_reads_back_as_the_same_frame(body: str, old: bool, 
         fsr=tuple(range(8)),
     )
     joints = Joints(sheet, frame)
-    memory = Memory(sheet, lambda: joints.dcm, {}, lambda *_: None)
+    memory = Memory(sheet, lambda: joints.dcm, {})
     memory.update(frame)
     reader = FrameReader(sheet, old)
     fields = reader.fields(memory.get_list(reader.keys))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -27,6 +28,8 @@ class Stage:
         self.bound = 0.2
         self.seq = 0
         self.place = 0.0
+        self.velocity: Any = None
+        self.target: Any = None
 
     def give_away(self) -> None:
         self.did.append("give away")
@@ -59,10 +62,13 @@ class Stage:
             position=(self.place, 0.0, 0.0),
         )
 
-    def walk(self, velocity: Any, *, distance: float | None, gait: str) -> WalkStatus:
+    def walk(
+        self, *, velocity: Any, gait: str, distance: float | None = None, target: Any = None
+    ) -> WalkStatus:
         if abs(velocity[0]) > self.bound:
             raise WalkRefused("0.5 m/s is beyond 0.2 m/s.")
         self.did.append(f"walk {velocity[0]:g} {distance}")
+        self.velocity, self.target = velocity, target
         self.state = "walk"
         return self.status()
 
@@ -83,8 +89,14 @@ def stage() -> Stage:
 @pytest.fixture
 def walking(stage: Stage) -> Iterator[WalkingMethods]:
     handover = WalkerHandover(stage, stage.start, lambda: stage, "dynamic")  # type: ignore[arg-type,return-value]
-    yield WalkingMethods(handover, 0.15)
+    yield WalkingMethods(handover, (0.15, 0.0, 0.0))
     handover.close()
+
+
+@pytest.fixture
+def all_ways(walking: WalkingMethods) -> WalkingMethods:
+    """With a gait that walks in any direction."""
+    return WalkingMethods(walking.handover, (0.2, 0.1, 1.0))
 
 
 def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
@@ -142,7 +154,7 @@ def test_the_way_of_earlier_walkers_counts(walking: WalkingMethods, stage: Stage
 def test_turning_and_sideways_are_refused_before_anything_moves(
     walking: WalkingMethods, stage: Stage, method: str, arguments: list[Any]
 ) -> None:
-    with pytest.raises(NaoqiRefused, match="the gaits walk straight only"):
+    with pytest.raises(NaoqiRefused, match="this gait walks straight only"):
         call(walking, method, *arguments)
     assert stage.did == []
 
@@ -158,3 +170,39 @@ def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage)
     stage.state = "fallen"
     with pytest.raises(NaoqiRefused, match="The robot fell"):
         ended.result(PATIENT)
+
+
+def test_moves_in_any_direction_are_fractions_of_the_full_speed(all_ways: WalkingMethods, stage: Stage) -> None:
+    call(all_ways, "moveToward", 0.5, -1.0, 0.2)
+    assert stage.velocity == pytest.approx((0.1, -0.1, 0.2))
+
+
+@pytest.mark.parametrize("arguments", [(0.1, 0.2, 0.3), ([0.1, 0.2, 0.3],)])
+def test_move_to_is_a_walk_to_a_place(all_ways: WalkingMethods, stage: Stage, arguments: tuple[Any]) -> None:
+    ended = all_ways.methods()["walkTo"](*arguments)
+    until(lambda: stage.state == "walk")
+    assert stage.target == (0.1, 0.2, 0.3)
+    stage.state = "stand"
+    assert ended.result(PATIENT) is None
+
+
+def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage) -> None:
+    """A step of 8 cm, closed by the other foot; then a turn of 1 rad on the left foot."""
+    steps = all_ways.methods()["setFootSteps"]
+    ended = steps(["LLeg", "RLeg"], [[0.08, 0.1, 0.0], [0.0, -0.1, 0.0]], [1, 2], True)
+    until(lambda: stage.state == "walk")
+    assert stage.target == pytest.approx((0.08, 0.0, 0.0))
+    stage.state = "stand"
+    assert ended.result(PATIENT) is None
+    steps(["LLeg", "RLeg"], [[0.0, 0.1, 1.0], [0.0, -0.1, 0.0]], [1, 2], True)
+    until(lambda: stage.state == "walk")
+    # the left foot stays at (0, 0.05) and turns; the right one comes beside it
+    half = 0.05
+    assert stage.target == pytest.approx((half * math.sin(1.0), half * (1.0 - math.cos(1.0)), 1.0))
+
+
+def test_wrong_footsteps_are_refused(all_ways: WalkingMethods) -> None:
+    with pytest.raises(NaoqiRefused, match="LLeg or RLeg is expected"):
+        call(all_ways, "setFootSteps", ["LArm"], [[0.0, 0.1, 0.0]])
+    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] is expected"):
+        call(all_ways, "setFootSteps", ["LLeg"], [[0.0, 0.1]])

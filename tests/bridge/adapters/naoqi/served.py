@@ -1,0 +1,87 @@
+"""A served robot without a link: it goes where it is sent at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import RLock
+from types import SimpleNamespace
+from typing import Any
+
+import msgspec
+
+from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.services import Services
+from bridge.body import load_body
+from bridge.messages import SensorFrame
+from walker.model.tree import BodyTree
+
+
+class Standing:
+    """Of the walking side: no walker."""
+
+    handover = SimpleNamespace(has_robot=False)
+
+    def __init__(self, walks: dict[str, Callable[..., Any]]) -> None:
+        self._walks = walks
+
+    def methods(self) -> dict[str, Callable[..., Any]]:
+        return self._walks
+
+
+class Robot:
+    """A served robot that goes where it is sent at once."""
+
+    def __init__(
+        self, frame: SensorFrame, body: str = "nao-v5", walks: dict[str, Callable[..., Any]] | None = None
+    ) -> None:
+        self.frame = frame
+        self.events: list[tuple[str, Any]] = []
+        self.commanded = 0
+        self.services = Services(
+            RobotConfig(load_body(body), "nao"),
+            frame,
+            RLock(),
+            Standing(walks or {}),  # type: ignore[arg-type]
+            lambda body: BodyTree(body).link_frames,
+            lambda: None,
+            self.count,
+            lambda event, value, callbacks: self.events.append((event, value)),
+        )
+
+    def count(self) -> None:
+        self.commanded += 1
+
+    def run(self, seconds: float, **changes: Any) -> list[tuple[float, ...]]:
+        """Positions sent in each of the next cycles."""
+        sent = []
+        for _ in range(round(100.0 * seconds)):
+            command = self.services.joints.answer()
+            self.frame = msgspec.structs.replace(
+                self.frame,
+                seq=self.frame.seq + 1,
+                time=self.frame.time + 0.01,
+                position=command.position,
+                stiffness=command.stiffness,
+                **changes,
+            )
+            self.services.cycle(self.frame)
+            sent.append(self.services.joints.answer().position)
+        return sent
+
+    def call(self, service: str, method: str, *arguments: Any) -> Any:
+        return self.services.call(service, method, list(arguments))
+
+    def wait(self, done: Any, seconds: float = 10.0) -> Any:
+        """The result of a call that takes time, which must end within so many seconds."""
+        for _ in range(round(20.0 * seconds)):
+            if done.done():
+                break
+            self.run(0.05)
+        return done.result(0.0)
+
+    def motion(self, method: str, *arguments: Any) -> Any:
+        return self.call("ALMotion", method, *arguments)
+
+    def angle(self, joint: str) -> float:
+        angle: float = self.motion("getAngles", joint, True)[0]
+        return angle

@@ -1,0 +1,172 @@
+"""ALMotion's Cartesian control, ALTracker and the detections against the body's lengths and plain geometry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.body.joints import N_JOINTS
+from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+
+LENGTH = load_body("nao-v5").lengths
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame]) -> Robot:
+    return Robot(standing())
+
+
+@pytest.fixture
+def straight(standing: Callable[..., SensorFrame]) -> Robot:
+    """All joints at zero: legs straight, arms straight forward."""
+    return Robot(standing(position=(0.0,) * N_JOINTS))
+
+
+def test_effectors_of_a_straight_robot_are_where_its_lengths_add_up(straight: Robot) -> None:
+    hand = straight.motion("getPosition", "LArm", 0, True)
+    reach = LENGTH.UpperArmLength + LENGTH.LowerArmLength + LENGTH.HandOffsetX
+    side = LENGTH.ShoulderOffsetY + LENGTH.ElbowOffsetY
+    assert hand == pytest.approx([reach, side, LENGTH.ShoulderOffsetZ - LENGTH.HandOffsetZ, 0, 0, 0], abs=1e-9)
+    height = LENGTH.HipOffsetZ + LENGTH.ThighLength + LENGTH.TibiaLength + LENGTH.FootHeight
+    assert straight.motion("getPosition", "RLeg", 0, True)[:3] == pytest.approx(
+        [0, -LENGTH.HipOffsetY, -height]
+    )
+    for measured in (True, False):
+        assert straight.motion("getPosition", "Torso", 2, measured) == pytest.approx(
+            [0, 0, height, 0, 0, 0], abs=1e-3
+        )
+    head = straight.motion("getTransform", "Head", 0, True)
+    assert (head[3], head[7], head[11]) == pytest.approx((0.0, 0.0, LENGTH.NeckOffsetZ))
+
+
+def test_a_torso_that_leans_is_seen_in_the_robots_space_by_the_sensors(straight: Robot) -> None:
+    straight.run(0.02, angle=(0.0, 0.2))
+    assert straight.motion("getPosition", "Torso", 2, True)[4] == pytest.approx(0.2, abs=1e-6)
+    assert straight.motion("getPosition", "Torso", 2, False)[4] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_worlds_space_stays_where_the_robot_began(standing: Callable[..., SensorFrame]) -> None:
+    robot = Robot(standing(), walks={"getRobotPosition": lambda _: [1.0, 2.0, math.pi / 2.0]})
+    x, y, *_, yaw = robot.motion("getPosition", "Torso", 1, True)
+    ahead = robot.motion("getPosition", "Torso", 2, True)[0]
+    assert (x, y, yaw) == pytest.approx((1.0, 2.0 + ahead, math.pi / 2.0), abs=1e-3)
+
+
+def test_the_centre_of_mass_of_the_parts_is_that_of_the_whole(robot: Robot) -> None:
+    parts = ["Head", "LArm", "LLeg", "RLeg", "RArm", "Torso"]
+    masses = np.array([robot.motion("getMass", part) for part in parts])
+    places = np.array([robot.motion("getCOM", part, 0, True) for part in parts])
+    assert masses.sum() == pytest.approx(robot.motion("getMass", "Body"))
+    assert masses @ places / masses.sum() == pytest.approx(robot.motion("getCOM", "Body", 0, True))
+
+
+@pytest.mark.parametrize("effector", ["LArm", "RArm"])
+def test_a_hand_goes_where_it_is_sent(robot: Robot, effector: str) -> None:
+    wanted = robot.motion("getPosition", effector, 0, False)
+    wanted[0] += 0.03
+    wanted[2] += 0.04
+    robot.motion("setPositions", effector, 0, wanted, 0.5, 7)
+    robot.run(2.0)
+    assert robot.motion("getPosition", effector, 0, True)[:3] == pytest.approx(wanted[:3], abs=1e-3)
+
+
+def test_a_change_is_relative_and_takes_a_transform(robot: Robot) -> None:
+    before = robot.motion("getPosition", "LArm", 0, False)
+    shift = [1.0, 0.0, 0.0, 0.02, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, -0.02]
+    robot.motion("changeTransform", "LArm", 0, shift, 0.5, 7)
+    robot.run(2.0)
+    after = robot.motion("getPosition", "LArm", 0, True)
+    assert np.subtract(after, before)[:3] == pytest.approx([0.02, 0.0, -0.02], abs=1e-3)
+
+
+def test_the_torso_goes_down_between_the_feet(robot: Robot) -> None:
+    start = robot.motion("getPosition", "Torso", 2, False)
+    low = [*start[:2], start[2] - 0.03, *start[3:]]
+    foot = robot.motion("getPosition", "LLeg", 2, False)
+    done = robot.motion("positionInterpolations", ["Torso"], 2, [[low, start]], 63, [[0.5, 1.0]])
+    robot.run(0.5)
+    assert robot.motion("getPosition", "Torso", 2, False) == pytest.approx(low, abs=2e-3)
+    assert robot.motion("getPosition", "LLeg", 2, False) == pytest.approx(foot, abs=2e-3)
+    assert not done.done()
+    robot.run(0.6)
+    assert done.done()
+    assert robot.motion("getPosition", "Torso", 2, False) == pytest.approx(start, abs=2e-3)
+
+
+def test_a_path_is_a_line_and_takes_its_time(robot: Robot) -> None:
+    """The singular form with relative places, as in old programs: `path, mask, durations, isAbsolute`."""
+    start = np.array(robot.motion("getPosition", "RArm", 0, False)[:3])
+    done = robot.motion("positionInterpolation", "RArm", 0, [0.0, 0.0, 0.05, 0.0, 0.0, 0.0], 7, 1.0, False)
+    heights = []
+    for _ in range(11):
+        robot.run(0.1)
+        off = np.array(robot.motion("getPosition", "RArm", 0, True)[:3]) - start
+        heights.append(off[2])
+        assert np.abs(off[:2]).max() < 3e-3
+    assert done.done()
+    assert heights[4] == pytest.approx(0.025, abs=2e-3)
+    assert heights[-1] == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_place_out_of_reach_is_gone_to_as_near_as_the_arm_allows(robot: Robot) -> None:
+    robot.motion("setPosition", "LArm", 0, [1.0, 0.1, 0.1, 0.0, 0.0, 0.0], 0.5, 7)
+    robot.run(3.0)
+    x, y, z, *_ = robot.motion("getPosition", "LArm", 0, True)
+    shoulder = (0.0, LENGTH.ShoulderOffsetY, LENGTH.ShoulderOffsetZ)
+    assert math.dist((x, y, z), shoulder) > 0.2
+
+
+@pytest.mark.parametrize("point", [[0.6, 0.2, 0.3], [0.5, -0.3, 0.1]])
+def test_the_camera_looks_at_a_place(robot: Robot, point: list[float]) -> None:
+    robot.wait(robot.call("ALTracker", "lookAt", point, 0, 0.5, False))
+    camera = np.array(robot.motion("getTransform", "CameraTop", 0, True)).reshape(4, 4)
+    x, y, z, _ = np.linalg.inv(camera) @ (*point, 1.0)
+    assert x > 0.0
+    assert math.degrees(math.atan2(math.hypot(y, z), x)) < 0.5
+
+
+def test_an_arm_points_at_a_place(robot: Robot) -> None:
+    point = np.array([1.0, 0.4, 0.3])
+    robot.wait(robot.call("ALTracker", "pointAt", "LArm", point.tolist(), 0, 0.5))
+    hand = np.array(robot.motion("getPosition", "LArm", 0, True)[:3])
+    shoulder = np.array([0.0, LENGTH.ShoulderOffsetY, LENGTH.ShoulderOffsetZ])
+    along, arm = point - shoulder, hand - shoulder
+    assert math.degrees(math.acos(along @ arm / np.linalg.norm(along) / np.linalg.norm(arm))) < 8.0
+
+
+def test_a_landmark_is_detected_where_the_cameras_geometry_says(robot: Robot) -> None:
+    robot.call("ALLandMarkDetection", "subscribe", "me", 100, 0.0)
+    robot.run(0.3)
+    assert robot.events == []
+    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
+    place = camera @ (1.0, 0.2, -0.1, 1.0)  # ahead of the camera, to its left and below its axis
+    robot.call("NaoHil", "show", "landmark", 80, [float(x) for x in place[:3]], 0.1)
+    robot.run(0.3)
+    name, value = robot.events[-1]
+    assert name == "LandmarkDetected" and len(value) == 5 and value[4] == "CameraTop"
+    [[shape, [number]]] = value[1]
+    assert number == 80
+    assert shape[1:3] == pytest.approx([math.atan2(0.2, 1.0), math.atan2(0.1, 1.0)], abs=1e-6)
+    assert shape[3] == pytest.approx(0.1 / math.sqrt(1.05), rel=0.01)
+    robot.call("NaoHil", "hide", "landmark", 80)
+    robot.run(0.2)
+    assert robot.events[-1] == ("LandmarkDetected", [])
+
+
+def test_a_face_is_known_once_it_was_learnt(robot: Robot) -> None:
+    camera = np.array(robot.motion("getTransform", "CameraTop", 1, True)).reshape(4, 4)
+    place: list[Any] = [float(x) for x in (camera @ (0.8, 0.0, 0.0, 1.0))[:3]]
+    robot.call("NaoHil", "show", "face", "somebody", place)
+    assert robot.call("ALFaceDetection", "learnFace", "Anna") is True
+    robot.call("ALMemory", "subscribeToEvent", "FaceDetected", "Module", "onFace")  # starts the extractor, too
+    robot.run(0.2)
+    [_, [face, filtered], *_] = robot.call("ALMemory", "getData", "FaceDetected")
+    assert face[1][2] == "Anna"
+    assert len(face[0]) == 5 and [len(points) for points in face[1][3:5]] == [14, 14]
+    assert filtered in ([], [2, ["Anna"]])

@@ -1,0 +1,303 @@
+"""Methods of NAOqi's services: the shape and the unit of what they return, by the vendor's pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame]) -> Robot:
+    return Robot(standing())
+
+
+def is_list_of(kind: Any) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, list) and all(isinstance(item, kind) for item in value)
+
+
+def is_a(kind: Any) -> Callable[[Any], bool]:
+    return lambda value: type(value) is kind
+
+
+NUMBERS, NAMES = is_list_of(float), is_list_of(str)
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments", "fits"),
+    [
+        (
+            "ALMotion.getTransform",
+            ["LArm", 0, True],
+            lambda v: NUMBERS(v) and len(v) == 16 and v[12:] == [0, 0, 0, 1],
+        ),
+        ("ALMotion.getPosition", ["CameraTop", 2, False], lambda v: NUMBERS(v) and len(v) == 6),
+        ("ALMotion.getCOM", ["Body", 0, False], lambda v: NUMBERS(v) and len(v) == 3),
+        ("ALMotion.getMass", ["Body"], lambda v: 4.5 < v < 5.5),
+        (
+            "ALMotion.getSupportPolygon",
+            [2, True],
+            lambda v: all(NUMBERS(c) and len(c) == 2 for c in v) and len(v) > 3,
+        ),
+        ("ALMotion.setMotionConfig", [[["ENABLE_FOOT_CONTACT_PROTECTION", True]]], is_a(type(None))),
+        ("ALMotion.getMotionCycleTime", [], lambda v: v == 20),
+        ("ALMotion.getTaskList", [], lambda v: v == []),
+        ("ALMotion.robotIsWakeUp", [], is_a(bool)),
+        ("ALMotion.getSmartStiffnessEnabled", [], is_a(bool)),
+        ("ALMotion.getBreathEnabled", ["Arms"], is_a(bool)),
+        ("ALMotion.setCollisionProtectionEnabled", ["Arms", True], is_a(bool)),
+        ("ALRobotPosture.getPosture", [], lambda v: v == "StandInit"),
+        ("ALRobotPosture.getPostureFamily", [], lambda v: v == "Standing"),
+        ("ALRobotPosture.getPostureList", [], lambda v: NAMES(v) and "Sit" in v),
+        ("ALTextToSpeech.getLanguage", [], lambda v: v == "English"),
+        ("ALTextToSpeech.getAvailableLanguages", [], lambda v: NAMES(v) and "French" in v),
+        ("ALTextToSpeech.getVolume", [], lambda v: v == 1.0),
+        ("ALTextToSpeech.getParameter", ["speed"], lambda v: v == 100.0),
+        ("ALTextToSpeech.getVoice", [], is_a(str)),
+        ("ALAnimatedSpeech.getBodyLanguageMode", [], lambda v: v == 2),
+        ("ALAnimatedSpeech.getBodyLanguageModeToStr", [], lambda v: v == "contextual"),
+        ("ALMemory.getDataList", ["Battery/"], lambda v: NAMES(v) and len(v) >= 4),
+        (
+            "ALMemory.getTimestamp",
+            ["DCM/Time"],
+            lambda v: len(v) == 3 and v[1] > 1_600_000_000 and v[2] < 1_000_000,
+        ),
+        ("ALMemory.getData", ["robotIsWakeUp"], is_a(bool)),
+        ("ALMemory.getData", ["footContact"], lambda v: v == 1.0),
+        ("ALMemory.getData", ["leftFootTotalWeight"], lambda v: v == pytest.approx(2.0)),
+        ("ALMemory.getData", ["WordRecognized"], lambda v: v[0] == "" and v[1] < 0.0),
+        ("ALMemory.getData", ["FaceDetected"], lambda v: v == []),
+        ("ALMemory.getData", ["BatteryChargeChanged"], lambda v: v == 90),
+        ("ALMemory.getData", ["BatteryPowerPluggedChanged"], is_a(bool)),
+        ("ALMemory.getData", ["PostureFamilyChanged"], lambda v: v == "Standing"),
+        ("ALMemory.getData", ["TouchChanged"], lambda v: v == []),
+        ("ALMemory.getEventList", [], lambda v: {"FrontTactilTouched", "SonarLeftDetected"} <= set(v)),
+        ("ALMemory.getExtractorEvent", ["ALSonar"], lambda v: len(v) == 4),
+        ("ALMemory.getSubscribers", ["TouchChanged"], lambda v: v == []),
+        (
+            "ALLeds.listGroups",
+            [],
+            lambda v: NAMES(v) and {"FaceLeds", "BrainLedsFront", "LeftFaceLed1"} <= set(v),
+        ),
+        ("ALLeds.listGroup", ["FaceLeds"], lambda v: len(v) == 48),
+        ("ALLeds.listLEDs", [], NAMES),
+        ("ALLeds.getIntensity", ["ChestLeds"], is_a(float)),
+        ("ALSonar.getSubscribersInfo", [], lambda v: v == []),
+        ("ALSonar.getMemoryKeyList", [], lambda v: "Device/SubDeviceList/US/Left/Sensor/Value" in v),
+        ("ALTouch.getStatus", [], lambda v: len(v) == 14 and v[1] == ["Head/Touch/Front", False]),
+        ("ALBattery.getBatteryCharge", [], lambda v: v == 90),
+        ("ALBodyTemperature.getTemperatureDiagnosis", [], lambda v: v == []),
+        ("ALRobotModel.getRobotType", [], lambda v: v == "Nao"),
+        ("ALSystem.systemVersion", [], lambda v: v.startswith("2.1")),
+        ("ALSystem.robotName", [], lambda v: v == "nao"),
+        ("ALBehaviorManager.getInstalledBehaviors", [], lambda v: v == []),
+        ("ALBehaviorManager.isBehaviorInstalled", ["dance"], lambda v: v is False),
+        ("ALAutonomousLife.getState", [], lambda v: v == "disabled"),
+        ("ALAutonomousLife.setState", ["disabled"], is_a(type(None))),
+        ("ALBasicAwareness.isEnabled", [], lambda v: v is False),
+        ("ALBasicAwareness.getTrackingMode", [], lambda v: v == "Head"),
+        ("ALSpeechRecognition.getLanguage", [], lambda v: v == "English"),
+        ("ALFaceDetection.getLearnedFacesList", [], lambda v: v == []),
+        ("ALFaceDetection.learnFace", ["nobody"], lambda v: v is False),
+        ("ALVideoDevice.subscribeCamera", ["me", 0, 1, 11, 10], lambda v: v == "me_0"),
+        ("ALVideoDevice.getHorizontalFOV", [0], lambda v: v == pytest.approx(math.radians(60.9))),
+        ("ALVideoDevice.getVerticalFOV", [1], lambda v: v == pytest.approx(math.radians(47.6))),
+        (
+            "ALVideoDevice.getAngularPositionFromImagePosition",
+            [0, [0.0, 1.0]],  # lower left corner: half the fields of view
+            lambda v: v == pytest.approx([math.radians(30.45), math.radians(23.8)]),
+        ),
+        (
+            "ALVideoDevice.getImagePositionFromAngularPosition",
+            [0, [0.0, 0.0]],
+            lambda v: v == pytest.approx([0.5, 0.5]),
+        ),
+        ("ALVideoDevice.getParameter", [0, 99], lambda v: v == 233493508),
+        ("ALVideoDevice.setParameter", [0, 11, 0], is_a(bool)),
+        ("ALVideoDevice.setActiveCamera", [1], is_a(bool)),
+        ("ALVideoDevice.unsubscribe", ["nobody"], lambda v: v is False),
+        ("ALTracker.getTargetPosition", [0], lambda v: v == []),
+        ("ALTracker.isTargetLost", [], lambda v: v is True),
+        ("ALTracker.getSupportedTargets", [], lambda v: NAMES(v) and "RedBall" in v),
+        ("ALTracker.isActive", [], lambda v: v is False),
+        ("ALTracker.isTargetLost", [], lambda v: v is True),
+        ("ALAudioDevice.getOutputVolume", [], lambda v: v == 100),
+        ("ALAudioPlayer.getMasterVolume", [], lambda v: v == 1.0),
+        ("ALPreferenceManager.getValue", ["domain", "setting"], lambda v: v is None),
+    ],
+)
+def test_a_method_returns_what_its_page_says(
+    robot: Robot, call: str, arguments: list[Any], fits: Callable[[Any], bool]
+) -> None:
+    service, method = call.split(".")
+    value = robot.call(service, method, *arguments)
+    assert fits(value), value
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments", "sentence"),
+    [
+        ("ALMotion.getTransform", ["Nose", 0, True], r"'Nose' has no frame on a nao-v5; Torso, Head"),
+        ("ALMotion.getPosition", ["LArm", 7, True], r"The space 7 is not known; 0 FRAME_TORSO"),
+        ("ALMotion.setPositions", ["Nose", 0, [0.0] * 6, 0.5, 7], "'Nose' is no effector"),
+        ("ALMotion.setPositions", ["LArm", 0, [0.0] * 5, 0.5, 7], "a position of 6 numbers"),
+        ("ALMotion.setTransforms", ["LArm", 0, [0.0] * 12, 0.5, 7], "columns are no rotation"),
+        ("ALMotion.positionInterpolations", ["LArm", 0, [[0.1] * 6], 7, [-1.0]], "times"),
+        (
+            "ALMotion.setMotionConfig",
+            [[["ENABLE_FOOT_CONTACT", True]]],
+            "did you mean 'ENABLE_FOOT_CONTACT_PROTECTION'",
+        ),
+        ("ALTextToSpeech.setLanguage", ["Klingon"], "unknown language 'Klingon'"),
+        ("ALTextToSpeech.setVolume", [2.0], "from 0 to 1"),
+        ("ALTextToSpeech.setParameter", ["speed", 1000], "50 to 400"),
+        ("ALBehaviorManager.runBehavior", ["dance"], "'dance' is not installed"),
+        ("ALAutonomousLife.setState", ["asleep"], "unknown state 'asleep'"),
+        ("ALAutonomousLife.getActivityNature", ["a/."], "there is no activity"),
+        ("ALAudioPlayer.playFile", ["/nothing.wav"], "cannot be read"),
+        ("ALTracker.track", ["Face"], "Face is not registered"),
+        ("ALTracker.setMode", ["Feet"], "unknown mode 'Feet'"),
+        ("ALVideoDevice.getImageRemote", ["handle"], "nobody subscribed as"),
+        (
+            "ALVideoDevice.subscribeCamera",
+            ["me", 0, 5, 11, 10],
+            r"resolution 5 is not offered; 0 \(160 x 120\)",
+        ),
+        ("ALMemory.getData", ["nothing"], "there is no data under 'nothing'"),
+        ("ALMemory.subscribeToEvent", ["event", "module"], r"takes \(event, module, method\)"),
+        ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of words"),
+        ("ALNavigation.navigateTo", [1.0, 0.0], "moveTo and moveToward walk"),
+    ],
+)
+def test_an_error_says_what_is_wrong_and_what_would_be_right(
+    robot: Robot, call: str, arguments: list[Any], sentence: str
+) -> None:
+    with pytest.raises(NaoqiRefused, match=sentence):
+        robot.call(*call.split("."), *arguments)
+
+
+def test_a_said_text_takes_the_time_of_speech_and_raises_its_events_in_order(robot: Robot) -> None:
+    """At 14 letters a second and speed 200: 28 letters last a second; a pause of 500 ms is added."""
+    robot.call("ALTextToSpeech", "setParameter", "speed", 200)
+    done = robot.call("ALTextToSpeech", "say", r"aaaaaa bbbbbb \pau=500\ cccccc dddddd")
+    robot.run(1.4)
+    assert not done.done()
+    robot.run(0.3)
+    assert done.result(0.0) is None
+    names = [name.removeprefix("ALTextToSpeech/") for name, _ in robot.events]
+    assert names[:3] == ["Status", "CurrentSentence", "TextStarted"]
+    assert names[-2:] == ["TextDone", "Status"]
+    words = [value for name, value in robot.events if name.endswith("CurrentWord") and "Position" not in name]
+    assert words == ["aaaaaa", "bbbbbb", "cccccc", "dddddd"]
+    assert robot.call("ALMemory", "getData", "ALTextToSpeech/Status")[1] == "done"
+
+
+def test_texts_are_said_one_after_the_other_and_stopped_together(robot: Robot) -> None:
+    first, second = (robot.call("ALTextToSpeech", "say", "x" * 140) for _ in range(2))
+    robot.run(1.0)
+    robot.call("ALMotion", "killAll")  # stops motions, not speech
+    robot.run(0.1)
+    assert not first.done()
+    robot.call("ALTextToSpeech", "stopAll")
+    robot.run(0.2)
+    assert first.done() and second.done()
+    assert ("ALTextToSpeech/TextInterrupted", 1) in robot.events
+
+
+def test_a_module_is_called_for_its_event_until_it_unsubscribes(robot: Robot) -> None:
+    told: list[Any] = []
+    robot.services.events._publish = lambda *event: told.append(event)
+    robot.call("ALMemory", "subscribeToEvent", "MyEvent", "MyModule", "onEvent")
+    assert robot.call("ALMemory", "getSubscribers", "MyEvent") == ["MyModule"]
+    robot.call("ALMemory", "raiseEvent", "MyEvent", [1, "two"])
+    robot.call("ALMemory", "unsubscribeToEvent", "MyEvent", "MyModule")
+    robot.call("ALMemory", "raiseEvent", "MyEvent", 3)
+    assert told == [("MyEvent", [1, "two"], [["MyModule", "onEvent", ""]]), ("MyEvent", 3, [])]
+    assert [value for value, _ in robot.call("ALMemory", "getEventHistory", "MyEvent")] == [[1, "two"], 3]
+
+
+def test_waiting_for_a_key_ends_with_its_next_value(robot: Robot) -> None:
+    done = robot.call("ALMemory", "getDataOnChange", "Mine", 0)
+    assert not done.done()
+    robot.call("ALMemory", "insertData", "Mine", 5)
+    assert done.result(0.0) == 5
+
+
+def test_the_sonar_tells_near_things_to_its_subscribers_only(robot: Robot) -> None:
+    robot.run(0.1)
+    assert robot.events == []
+    robot.call("ALSonar", "subscribe", "me", 500, 1.0)
+    robot.run(0.1)
+    assert dict(robot.events) == {"SonarLeftDetected": 0.5, "SonarRightNothingDetected": 0.6}
+    robot.call("ALSonar", "unsubscribe", "me")
+    robot.run(0.1, sonar=(2.0, 0.3))
+    assert len(robot.events) == 2
+
+
+def test_words_are_recognized_by_the_vocabulary_while_it_listens(robot: Robot) -> None:
+    listen = "ALSpeechRecognition"
+    robot.call(listen, "setVocabulary", ["yes", "no", "please"], False)
+    assert robot.call("NaoHil", "hear", "yes") == []
+    robot.call(listen, "subscribe", "me")
+    assert robot.call("NaoHil", "hear", "Yes!") == ["yes"]
+    assert robot.call("ALMemory", "getData", "WordRecognized")[0] == "yes"
+    assert robot.call("NaoHil", "hear", "yes please") == []
+    with pytest.raises(NaoqiRefused, match="pause"):
+        robot.call(listen, "setVocabulary", ["stop"], True)
+    robot.call(listen, "pause", True)
+    robot.call(listen, "setVocabulary", ["stop"], True)
+    robot.call(listen, "pause", False)
+    assert robot.call("NaoHil", "hear", "now stop it") == ["stop"]
+    assert robot.call("ALMemory", "getData", "WordRecognized")[0] == "<...> stop <...>"
+
+
+def test_a_call_begun_with_post_is_waited_for_and_stopped_by_its_number(robot: Robot) -> None:
+    key = robot.motion("pCall", ["angleInterpolation", "HeadYaw", 1.0, 2.0, True])
+    robot.run(1.0)
+    assert robot.motion("isRunning", key) is True
+    ended = robot.motion("wait", key, 0)
+    assert not ended.done()
+    robot.motion("stop", key)
+    robot.run(0.5)
+    assert ended.result(0.0) is False
+    assert robot.motion("isRunning", key) is False
+    assert robot.angle("HeadYaw") == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [({"fsr": (0.0,) * 8}, "no foot touches the ground"), ({}, "stiffness of LHipYawPitch")],
+)
+def test_a_walk_begins_with_stiff_legs_on_the_ground_only(
+    changes: dict[str, Any], sentence: str, standing: Callable[..., SensorFrame]
+) -> None:
+    robot = Robot(standing(**changes), walks={"moveTo": lambda *_: "walks"})
+    if not changes:
+        robot.motion("setStiffnesses", "LLeg", 0.5)
+        robot.run(0.05)
+    with pytest.raises(NaoqiRefused, match=sentence):
+        robot.motion("moveTo", 0.1, 0.0, 0.0)
+    switched_off = [["ENABLE_FOOT_CONTACT_PROTECTION", False], ["ENABLE_STIFFNESS_PROTECTION", 0]]
+    robot.motion("setMotionConfig", switched_off)
+    assert robot.motion("moveTo", 0.1, 0.0, 0.0) == "walks"
+
+
+def test_what_is_sent_follows_the_robot_while_another_moves_it(robot: Robot) -> None:
+    """`Position/Actuator/Value` of joints that a walker has: the serving process holds them cycle by cycle."""
+    position = list(robot.frame.position)
+    position[0] = 0.4
+    robot.run(0.05)
+    frame = SensorFrame(
+        **{f: getattr(robot.frame, f) for f in robot.frame.__struct_fields__}
+        | {"seq": robot.frame.seq + 1, "position": tuple(position)}
+    )
+    robot.services.cycle(frame)
+    robot.services.joints.hold()
+    key = "Device/SubDeviceList/HeadYaw/Position/Actuator/Value"
+    assert robot.call("ALMemory", "getData", key) == pytest.approx(0.4, abs=1e-4)

@@ -1,0 +1,179 @@
+"""Pictures of the cameras against an independent pinhole: places, pitch and fields of the vendor's pages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.postures import POSTURES
+from bridge.messages import Contact, TruthFrame
+from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
+from bridge.types import Vec3
+from emulator.camera.colours import encode_picture
+from emulator.camera.picture import draw, hidden
+from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
+
+NOTHING = Contact(force=(0.0, 0.0, 0.0), cop=None)
+LOOKS = {
+    # vendor's video pages: x, z (m) and pitch (deg) of each camera in the head's frame, field of view (deg)
+    "nao-v3": (((0.0539, 0.0679, 0.0), (0.0488, 0.02381, 40.0)), (47.8, 36.8)),
+    "nao-v5": (((0.05871, 0.06364, 1.2), (0.05071, 0.01774, 39.7)), (60.9, 47.6)),
+    "nao-v6": (((0.05871, 0.06364, 1.2), (0.05071, 0.01774, 39.7)), (56.3, 43.7)),
+}
+NECK = 0.1265
+"""Of the head's joints over the Torso frame, m (vendor's page on links)."""
+
+
+def truth(yaw: float, pitch: float, at: Vec3 = (0.0, 0.0, 0.33), heading: float = 0.0) -> TruthFrame:
+    joints = list(POSTURES["StandInit"])
+    joints[INDEX["HeadYaw"]], joints[INDEX["HeadPitch"]] = yaw, pitch
+    return TruthFrame(
+        seq=0,
+        time=0.0,
+        torso_position=at,
+        torso_orientation=(0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)),
+        torso_velocity=(0.0, 0.0, 0.0),
+        torso_angular_velocity=(0.0, 0.0, 0.0),
+        joints=tuple(joints),
+        com=(0.0, 0.0, 0.0),
+        zmp=None,
+        left=NOTHING,
+        right=NOTHING,
+        fell=False,
+    )
+
+
+def world(*things: WorldThing, boxes: tuple[WorldObject, ...] = ()) -> WorldReply:
+    return WorldReply(
+        text="",
+        seq=0,
+        time=0.0,
+        paused=False,
+        floor=(0.0, 0.0),
+        friction=0.8,
+        objects=boxes,
+        things=things,
+        faults=(),
+    )
+
+
+def ball(at: Vec3, size: float = 0.06) -> WorldThing:
+    return WorldThing(name="ball", kind="ball", size=size, position=at, facing=(1.0, 0.0, 0.0))
+
+
+def pinhole(
+    body: str, camera: int, frame: TruthFrame, heading: float, yaw: float, pitch: float, point: Vec3
+) -> tuple[float, float, float]:
+    """Depth (m), and place in a picture from (0, 0) upper left to (1, 1), written out turn by turn."""
+    (eyes, (across, down)) = LOOKS[body]
+    ex, ez, tilt = eyes[camera]
+    x, y, z = (p - t for p, t in zip(point, frame.torso_position, strict=True))
+    angle = heading + yaw
+    x, y = math.cos(angle) * x + math.sin(angle) * y, -math.sin(angle) * x + math.cos(angle) * y
+    z -= NECK
+    x, z = math.cos(pitch) * x - math.sin(pitch) * z, math.sin(pitch) * x + math.cos(pitch) * z
+    x, z = x - ex, z - ez
+    t = math.radians(tilt)
+    x, z = math.cos(t) * x - math.sin(t) * z, math.sin(t) * x + math.cos(t) * z
+    u = 0.5 - 0.5 * (y / x) / math.tan(math.radians(across / 2.0))
+    v = 0.5 - 0.5 * (z / x) / math.tan(math.radians(down / 2.0))
+    return x, u, v
+
+
+def picture(body: str, camera: int, frame: TruthFrame, reply: WorldReply, width: int) -> np.ndarray:
+    scene = CameraScene(load_body(body))
+    links = scene.links(frame)
+    solids = [*scene.limbs(links), *boxes_of(reply), *map(thing_of, reply.things)]
+    return draw(scene.view(camera, links), floor_of(reply), solids, width, 3 * width // 4)
+
+
+def red(rgb: np.ndarray) -> np.ndarray:
+    r, g, b = (rgb[..., i].astype(int) for i in range(3))
+    return (r > 2 * g) & (r > 2 * b)
+
+
+@pytest.mark.parametrize(
+    ("body", "camera", "width", "heading", "yaw", "pitch", "at"),
+    [
+        ("nao-v5", 0, 320, 0.0, 0.0, 0.0, (1.2, 0.1, 0.30)),
+        ("nao-v5", 1, 320, 0.0, 0.0, 0.0, (0.35, -0.1, 0.03)),
+        ("nao-v5", 1, 640, 0.7, -0.4, 0.2, (0.3, 0.12, 0.03)),
+        ("nao-v3", 0, 320, -1.0, 0.5, 0.3, (0.7, -0.4, 0.15)),
+        ("nao-v6", 1, 320, 0.0, 0.3, -0.1, (0.5, 0.15, 0.03)),
+    ],
+)
+def test_a_ball_is_where_the_cameras_geometry_says(
+    body: str, camera: int, width: int, heading: float, yaw: float, pitch: float, at: Vec3
+) -> None:
+    frame = truth(yaw, pitch, heading=heading)
+    depth, u, v = pinhole(body, camera, frame, heading, yaw, pitch, at)
+    seen = red(picture(body, camera, frame, world(ball(at)), width))
+    rows, columns = np.nonzero(seen)
+    assert math.hypot(columns.mean() + 0.5 - u * width, rows.mean() + 0.5 - v * 0.75 * width) < 2.0
+    focal = 0.5 * width / math.tan(math.radians(LOOKS[body][1][0] / 2.0))
+    assert math.sqrt(seen.sum() / math.pi) == pytest.approx(focal * 0.03 / depth, rel=0.1)
+
+
+def test_a_box_before_the_ball_hides_it() -> None:
+    frame, thing = truth(0.0, 0.0), ball((1.2, 0.0, 0.3))
+    box = WorldObject(
+        name="b", size=(0.1, 0.4, 0.8), position=(0.8, 0.0, 0.4), orientation=(0.0, 0.0, 0.0, 1.0), mass=0.0
+    )
+    scene = CameraScene(load_body("nao-v5"))
+    view = scene.view(0, scene.links(frame))
+    place = np.array(thing.position)
+    assert not hidden(place, view, boxes_of(world()))
+    assert hidden(place, view, boxes_of(world(boxes=(box,))))
+    assert red(picture("nao-v5", 0, frame, world(thing), 160)).any()
+    assert not red(picture("nao-v5", 0, frame, world(thing, boxes=(box,)), 160)).any()
+
+
+def test_the_robot_sees_its_hands_before_it_and_not_its_head() -> None:
+    frame, empty = truth(0.0, 0.0), world()
+    scene = CameraScene(load_body("nao-v5"))
+    links = scene.links(frame)
+    view = scene.view(1, links)
+    floor = draw(view, floor_of(empty), [], 160, 120)
+    ahead = draw(scene.view(0, links), floor_of(empty), [], 160, 120)
+    assert (picture("nao-v5", 0, frame, empty, 160) == ahead).all()
+    joints = list(frame.joints)
+    for side in "LR":
+        joints[INDEX[f"{side}ShoulderPitch"]], joints[INDEX[f"{side}ElbowRoll"]] = 0.6, 0.0
+        joints[INDEX[f"{side}ShoulderRoll"]] = 0.0
+    reaching = TruthFrame(**{f: getattr(frame, f) for f in frame.__struct_fields__} | {"joints": tuple(joints)})
+    assert (picture("nao-v5", 1, reaching, empty, 160) != floor).any()
+
+
+def test_a_landmark_is_seen_from_its_front_only() -> None:
+    at, eye = (1.0, 0.0, 0.5), np.array((0.0, 0.0, 0.5))
+    for turn, away in ((math.pi, False), (math.pi - 0.9, False), (math.pi - 1.2, True), (0.0, True)):
+        mark = WorldThing(
+            name="80", kind="landmark", size=0.1, position=at, facing=(math.cos(turn), math.sin(turn), 0.0)
+        )
+        assert facing_away(mark, eye) is away
+
+
+@pytest.mark.parametrize(
+    ("space", "expected"),
+    # ITU-R BT.601, full range, of pure red, as JFIF has it
+    [
+        *((0, [76]), (1, [85]), (2, [255]), (3, [255]), (4, [0]), (6, [0]), (7, [255])),
+        *(
+            (9, [76, 85, 76, 255]),
+            (10, [76, 85, 255]),
+            (11, [255, 0, 0]),
+            (12, [0, 255, 76]),
+            (13, [0, 0, 255]),
+        ),
+    ],
+)
+def test_colour_spaces_of_red(space: int, expected: list[int]) -> None:
+    picture_ = np.zeros((2, 2, 3), dtype=np.uint8)
+    picture_[..., 0] = 255
+    data = list(encode_picture(picture_, space))
+    assert data[: len(expected)] == pytest.approx(expected, abs=1)
+    assert len(data) == 4 * (2 if space == 9 else len(expected))

@@ -1,0 +1,162 @@
+"""What the experiments on the omnidirectional gait measure, from made-up walks with known answers."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from scipy.stats import t as student
+
+from bridge.body import TORSO, load_body
+from bridge.messages import WalkTelemetry
+from bridge.messages.world import Push
+from nao_hil.experiments.terrain import TerrainSetup, _grounds
+from nao_hil.experiments.threshold import ThresholdSearch
+from nao_hil.experiments.velocity_measure import cell, heading_velocity, mean, straight
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.events import Load, StridePush, WalkEvents
+from nao_hil.runs.track import CHANNELS, WIDTH, Track
+from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+
+FULL = (0.35, 0.2, 1.5)
+STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
+
+
+def on_an_arc(velocity, duration=12.0, heading=0.7, odometry=1.0) -> WalkOutcome:
+    """A walk at a constant velocity in the torso's heading, and an odometry that tells a part of the way."""
+    time = np.arange(0.0, duration, 0.01)
+    yaw = heading + velocity[2] * time
+    x, y = np.zeros_like(time), np.zeros_like(time)
+    for i in range(1, len(time)):
+        middle = 0.5 * (yaw[i] + yaw[i - 1])
+        x[i] = x[i - 1] + 0.01 * (math.cos(middle) * velocity[0] - math.sin(middle) * velocity[1])
+        y[i] = y[i - 1] + 0.01 * (math.sin(middle) * velocity[0] + math.cos(middle) * velocity[1])
+    rows = np.zeros((len(time), WIDTH), dtype=np.float32)
+    rows[:, STARTS["time"]] = time
+    rows[:, STARTS["torso"]], rows[:, STARTS["torso"] + 1] = x, y
+    rows[:, STARTS["orientation"] + 2], rows[:, STARTS["orientation"] + 3] = np.sin(yaw / 2), np.cos(yaw / 2)
+    place = STARTS["place"]
+    rows[:, place], rows[:, place + 1], rows[:, place + 2] = odometry * x, odometry * y, yaw
+    end = WalkEnd(ending="walked", time=duration, roll=0.0, pitch=0.0, steps=1, distance=1.0, tilt_max=0.1)
+    return WalkOutcome(Walk(name="", config=RunConfig(), duration=duration), end, Track(rows))
+
+
+def test_the_velocity_is_that_in_the_torsos_heading():
+    track = on_an_arc((0.2, -0.05, 0.9)).track
+    assert heading_velocity(track) == pytest.approx((0.2, -0.05, 0.9), abs=1e-4)
+    assert heading_velocity(track.until(2.5)) is None
+
+
+def test_a_cell_has_the_ratio_and_the_coupling():
+    """0.18 of 0.2 m/s forward, with 0.15 rad/s unasked: 0.1 of full turn over 4/7 of full speed."""
+    found = cell((0.2, 0.0, 0.0), [on_an_arc((0.18, 0.0, 0.15))] * 3, FULL)
+    assert found.ratio.value == pytest.approx(0.9, abs=1e-3)
+    assert found.coupling.value == pytest.approx(0.1 / (4.0 / 7.0), abs=1e-3)
+    assert (found.n, found.survived) == (3, 3)
+
+
+def test_the_interval_of_a_mean_is_students():
+    values = [1.0, 1.2, 0.9, 1.1]
+    low, high = student.interval(0.95, 3, np.mean(values), np.std(values, ddof=1) / 2.0)
+    assert mean(values).interval == pytest.approx((low, high))
+    assert not mean([1.0]).within(0.9, 1.1)  # one walk proves nothing
+
+
+def test_odometry_that_tells_less_of_the_way_is_off_by_as_much():
+    found = straight([on_an_arc((0.25, 0.0, 0.0), odometry=0.96)] * 2)
+    assert found.odometry.value == pytest.approx(0.04, abs=1e-4)
+    assert found.heading_deg.value == pytest.approx(0.0, abs=1e-3)
+    turned = straight([on_an_arc((0.25, 0.0, math.radians(1.0)))] * 2)
+    assert turned.heading_deg.value == pytest.approx(12.0, abs=0.1)
+    assert turned.odometry.value == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("true", [0.5, 1.5, 4.0])
+def test_a_threshold_is_found_by_few_trials(true):
+    """Of 40 observers with a spread of 0.15, nine in ten and more have the truth in their interval."""
+    random, hits, found = np.random.default_rng(1), 0, []
+    for _ in range(40):
+        search = ThresholdSearch(0.2, 8.0)
+        for _ in range(12):
+            strength = search.threshold.value
+            search.tell(strength, bool(math.log(strength / true) > random.normal(0.0, 0.15)))
+        low, high = search.threshold.interval
+        hits += low <= true <= high
+        found.append(search.threshold.value)
+    assert hits >= 36
+    assert float(np.median(found)) == pytest.approx(true, rel=0.1)
+
+
+class Stage:
+    """Notes the commands."""
+
+    def __init__(self) -> None:
+        self.did: list[Push] = []
+
+    def execute(self, command: Push) -> None:
+        self.did.append(command)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.25, 0.5])
+def test_a_push_comes_at_its_phase_of_the_stride(phase):
+    """Strides of 0.8 s from t = 0.1 s on; the first that begins at 2 s or later begins at 2.5 s."""
+    stage = Stage()
+    push = StridePush(time=2.0, phase=phase, impulse=2.0, direction=math.pi / 2)
+    events, at = WalkEvents((), (push,), (), stage), math.nan  # type: ignore[arg-type]
+    for i in range(500):
+        time = 0.01 * i
+        left = (time - 0.1) % 0.8 < 0.4 - 1e-9 if time >= 0.1 else False
+        events.follow(telemetry("SSL" if left else "SSR"), time)
+        events.happen(time, None)  # type: ignore[arg-type]
+        if stage.did and math.isnan(at):
+            at = time
+    assert at == pytest.approx(2.5 + 0.8 * phase, abs=0.0101)
+    assert len(stage.did) == 1
+    assert stage.did[0].impulse == pytest.approx((0.0, 2.0, 0.0))
+
+
+def telemetry(phase: str) -> WalkTelemetry:
+    flat = (0.0,) * 6
+    return WalkTelemetry(
+        seq=0, state="walk", phase=phase, step=0, steps=0, zmp=(0.0, 0.0), com=(0.0, 0.0), left=flat, right=flat
+    )
+
+
+def test_a_load_moves_the_centre_of_mass_and_adds_the_inertia_of_two_points():
+    """About the common centre, two bodies have the reduced mass times the square of their distance."""
+    body, load = load_body("nao-v6"), Load(mass=0.5, at=(-0.08, 0.0, 0.05))
+    before, after = body.links[TORSO], load.on(body).links[TORSO]
+    assert after.mass == pytest.approx(before.mass + 0.5)
+    moment = np.array(before.com) * before.mass + np.array(load.at) * load.mass
+    assert np.array(after.com) * after.mass == pytest.approx(moment)
+    way = np.array(load.at) - np.array(before.com)
+    reduced = before.mass * load.mass / after.mass
+    expected = np.trace(tensor(before.inertia)) + 2.0 * reduced * float(way @ way)
+    assert np.trace(tensor(after.inertia)) == pytest.approx(expected)
+    # a rotation about the line that joins both is not hindered
+    assert way @ (tensor(after.inertia) - tensor(before.inertia)) @ way == pytest.approx(0.0, abs=1e-12)
+
+
+def tensor(inertia) -> np.ndarray:
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def test_worlds_follow_the_seed_alone():
+    """Slopes are 5 degrees whatever their direction; plates have edges of 4 to 20 cm and are 10 mm high."""
+    task, setup = Walk(name="", config=RunConfig(), duration=20.0), TerrainSetup()
+    grounds = _grounds(setup)
+    for seed in range(5):
+        floor = grounds["slope"](task, np.random.default_rng(seed))["scenario"].floor
+        roll, pitch = math.radians(floor.roll), math.radians(floor.pitch)
+        steepness = math.acos(math.cos(roll) * math.cos(pitch))
+        assert math.degrees(steepness) == pytest.approx(5.0, abs=0.01)
+        plates = grounds["plates"](task, np.random.default_rng(seed))["happenings"]
+        assert plates == grounds["plates"](task, np.random.default_rng(seed))["happenings"]
+        assert len(plates) == 5
+        for time, plate in plates:
+            assert 0.0 < time < 20.0
+            assert plate.size[2] == 0.01 and all(0.04 <= edge <= 0.20 for edge in plate.size[:2])
+        assert len({msgspec.structs.astuple(plate) for _, plate in plates}) == 5

@@ -1,0 +1,54 @@
+"""A batch is many single robots, bit for bit."""
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+
+import nao_hil
+from bridge.errors import ConfigurationError
+
+SEEDS, WEARS, WORLDS = (3, 4, 5), ("worn", "nominal", "ideal"), ("flat", "rough", "turf")
+
+
+@pytest.mark.parametrize(("engine", "threads"), [("mujoco", 2), ("pybullet", None)])
+def test_a_batch_gives_the_numbers_of_single_robots(engine: str, threads: int | None) -> None:
+    if find_spec(engine) is None:
+        pytest.skip(f"{engine} is not installed")
+    random = np.random.default_rng(0)
+    with nao_hil.Batch(SEEDS, wear=WEARS, scenario=WORLDS, engine=engine, threads=threads) as batch:
+        stand = batch.frames.position[0]
+        commands = stand + random.normal(0.0, 0.05, (12, len(SEEDS), 25))
+        stiffness = random.uniform(0.5, 1.0, (12, len(SEEDS), 25))
+        together = [batch.step(p, s) for p, s in zip(commands, stiffness, strict=True)]
+        for i, (seed, wear, world) in enumerate(zip(SEEDS, WEARS, WORLDS, strict=True)):
+            with nao_hil.Robot(seed=seed, wear=wear, scenario=world, engine=engine) as robot:
+                for k, frames in enumerate(together):
+                    frame = robot.step(commands[k, i], stiffness[k, i])
+                    for field in frames.__struct_fields__:
+                        np.testing.assert_array_equal(getattr(frames, field)[i], getattr(frame, field))
+                assert robot.truth == batch.truths[i]
+
+
+def test_one_robot_begins_anew_and_the_others_go_on() -> None:
+    pytest.importorskip("mujoco")
+    with nao_hil.Batch([1, 2], body="nao-v6") as batch:
+        first = batch.frames
+        later = batch.step(first.position, [0.8] * 25)
+        frames = batch.reset([1], which=[0])
+        np.testing.assert_array_equal(frames.gyroscope[0], first.gyroscope[0])
+        np.testing.assert_array_equal(frames.gyroscope[1], later.gyroscope[1])
+        assert frames.time.tolist() == [0.0, batch.cycle]
+
+
+def test_wrong_arrays_are_refused_in_words() -> None:
+    pytest.importorskip("mujoco")
+    with pytest.raises(ConfigurationError, match="at least one seed"):
+        nao_hil.Batch([])
+    with pytest.raises(ConfigurationError, match="wear has 3 values for 2 seeds"):
+        nao_hil.Batch([1, 2], wear=WEARS)
+    with nao_hil.Batch([1, 2]) as batch:
+        with pytest.raises(ConfigurationError, match=r"position has the shape \(3, 25\)"):
+            batch.step(np.zeros((3, 25)))
+        with pytest.raises(ConfigurationError, match="1 seeds for 2 robots"):
+            batch.reset([1])

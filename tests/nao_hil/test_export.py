@@ -1,0 +1,72 @@
+"""The exported robot in simulators that know nothing of this project."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.body import TORSO, joint_tree, load_body
+from emulator.wear import load_wear
+from nao_hil.cli.main import run
+from nao_hil.experiments import torso_step
+from nao_hil.experiments.plant_fit import fit_plant, read_shape
+
+mujoco = pytest.importorskip("mujoco")
+PAGE = Path(__file__).parents[2] / "docs/how-to/export.md"
+
+
+@pytest.fixture(params=["mjcf", "urdf"])
+def exported(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    file = tmp_path / "nao.xml"
+    assert run(["export", request.param, "--robot", "nao-v6", "--wear", "worn", "--out", str(file)]) == 0
+    return file
+
+
+def test_masses_and_places_of_the_links_are_the_data_sheets(exported: Path) -> None:
+    body = load_body("nao-v6")
+    spec = mujoco.MjSpec.from_file(str(exported))
+    spec.compiler.fusestatic = False
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    assert "Apache License" in exported.read_text()
+    where = {TORSO: np.zeros(3)}
+    for name, joint in joint_tree(body).items():
+        where[name] = where[joint.parent] + joint.offset
+        np.testing.assert_allclose(data.body(name).xpos, where[name], atol=1e-6)
+        assert model.body(name).mass[0] == pytest.approx(body.links[name].mass)
+        np.testing.assert_allclose(data.joint(name).xaxis, joint.axis, atol=1e-6)
+    com = sum(link.mass * (where[name] + link.com) for name, link in body.links.items() if name in where)
+    place = sum(model.body(name).mass[0] * data.body(name).xipos for name in where if name != TORSO)
+    torso = body.links[TORSO]
+    np.testing.assert_allclose(com, place + torso.mass * np.array(torso.com), atol=1e-5)
+
+
+def test_the_drives_of_the_mujoco_model_are_the_wear_profiles(tmp_path: Path) -> None:
+    file = tmp_path / "nao.xml"
+    assert run(["export", "mjcf", "--robot", "nao-v6", "--wear", "worn", "--out", str(file)]) == 0
+    model, wear = mujoco.MjModel.from_xml_path(str(file)), load_wear("worn").servo
+    assert np.ptp(model.joint("LKneePitch gear").range) == pytest.approx(wear.backlash.KneePitch)
+    assert model.actuator_delay[model.actuator("LKneePitch").id] == pytest.approx(wear.delay)
+    assert model.tendon_frictionloss[model.tendon("LKneePitch").id] == pytest.approx(wear.dry_friction)
+    # rotor inertia and back-EMF: their ratio is the motor's time constant
+    knee = model.joint("LKneePitch")
+    assert knee.armature[0] / knee.damping[0] == pytest.approx(wear.motor_time_constant, rel=1e-4)
+
+
+def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["export", "mjcf", "--robot", "nao-v3", "--out", "nao.xml"]) == 0
+    program = re.search(r'```python title="torso_step.py"\n(.*?)```', PAGE.read_text(), re.DOTALL)
+    assert program is not None
+    found: dict[str, object] = {}
+    exec(program[1], found)
+    response = np.array(found["step"])[11::12]
+    time = 0.012 * np.arange(1, len(response) + 1)
+    ours = torso_step.run([1], engine="mujoco")
+    frequency = fit_plant(time, response)[0].natural_frequency_rad_s
+    assert frequency == pytest.approx(ours.true.natural_frequency_rad_s, rel=0.1)
+    assert read_shape(time, response).peak == pytest.approx(ours.true_shape.peak, rel=0.1)
+    # and the page's own reading
+    assert found["frequency"] == pytest.approx(ours.true.natural_frequency_rad_s, rel=0.1)

@@ -1,0 +1,39 @@
+"""The summary of a walk that its controller says nothing of."""
+
+from __future__ import annotations
+
+import pytest
+
+from bridge.body import load_body
+from bridge.guard import Guard
+from bridge.messages import WalkTelemetry
+from emulator.robot import EmulatedRobot
+from nao_hil.runs import in_process
+from nao_hil.runs.summary import RunStatistics
+from walker.controller import Controller, WalkOrder
+from walker.planning import gait_parameters, make_gait
+
+
+class Deaf(RunStatistics):
+    """As for a foreign client: no telemetry."""
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        pass
+
+
+def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
+    body = load_body("nao-v3")
+    gait = make_gait("dynamic", gait_parameters("dynamic"), body)
+    controller = Controller(body, gait, WalkOrder(steps=8, settle=0.0), body.cycle)
+    told, seen = RunStatistics(3, "pybullet"), Deaf(3, "pybullet")
+    with EmulatedRobot(body, seed=3) as robot:
+        in_process.run(robot, Guard(body), controller, [told, seen], 1500)
+    expected, found = told.summary(1.0), seen.summary(1.0)
+    assert expected.steps == 8
+    assert abs(found.steps - expected.steps) <= 1  # the feet are closed by one more
+    # From the first lift to the last touch-down: without the shift of weight before, which the walker counts.
+    assert expected.speed < found.speed == pytest.approx(expected.velocity[0], rel=0.15)
+    assert found.velocity[0] == pytest.approx(expected.velocity[0], rel=0.1)
+    assert found.torso_max > 0.0
+    for field in ("distance", "cycles", "frames_sha256", "fell"):
+        assert getattr(found, field) == getattr(expected, field)

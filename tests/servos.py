@@ -1,0 +1,19 @@
+"""Drives on their own, joint by joint led by a test."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.drives import run_drives
+from emulator.servo.servo import Servo
+
+Vector = NDArray[np.float64]
+
+
+def torques(servo: Servo, position: Vector, velocity: Vector) -> Vector:
+    """Torques (n,), N m, of one step for joint angles (n,), rad, and velocities (n,), rad/s."""
+    assert servo.advance(1) == 1
+    found = np.zeros(len(position))
+    run_drives(servo.drives, position, velocity, found)
+    return found

@@ -1,0 +1,140 @@
+"""An exported run in a headless browser, from the disk: `make browser-test`, which needs Chromium."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+from bridge.messages import TruthFrame
+from bridge.recording.playback import read_recording
+from nao_hil.cli.main import run
+from nao_hil.view.export.video import SOFTWARE
+from tests.loops import until
+
+pytestmark = pytest.mark.browser
+
+SIZES = [(1280, 800), (390, 844)]
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A fall of a robot that is pushed after two seconds."""
+    folder = tmp_path_factory.mktemp("run")
+    scenario = folder / "push.toml"
+    scenario.write_text("[[pushes]]\ntime = 2.0\nimpulse = 5.0\ndirection = 90.0\n")
+    walk = ["up", "--mode", "in-process", "--gait", "static", "--scenario", str(scenario)]
+    assert run([*walk, "--out", str(folder / "walk")]) == 1
+    return folder / "walk"
+
+
+@pytest.fixture(scope="module")
+def exported(recording: Path) -> Path:
+    file = recording / "walk.html"
+    assert run(["export", str(recording), "--html", str(file)]) == 0
+    return file
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(SOFTWARE))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def complaints() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def open_run(chromium: Any, exported: Path, complaints: list[str]) -> Iterator[Callable[..., Page]]:
+    pages = []
+
+    def begin(width: int, height: int, moment: str = "") -> Page:
+        page: Page = chromium.new_page(viewport={"width": width, "height": height})
+        page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "request", lambda r: complaints.append(r.url) if not r.url.startswith(("file:", "data:")) else None
+        )
+        page.goto(f"file://{exported}{moment}")
+        page.wait_for_selector("body[data-ready=yes]")
+        pages.append(page)
+        return page
+
+    yield begin
+    for page in pages:
+        page.close()
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_an_exported_run_plays_from_the_disk(
+    open_run: Callable[..., Page], complaints: list[str], width: int, height: int
+) -> None:
+    page = open_run(width, height)
+    page.get_by_label("speed").select_option("0.1")
+    page.get_by_role("button", name="Pause").click()
+    still = page.evaluate("player.time")
+    page.wait_for_timeout(200)
+    assert page.evaluate("player.time") == still
+    page.get_by_role("button", name="Play").click()
+    until(lambda: page.evaluate("player.time") > still, "it to play")
+    page.keyboard.press("Space")
+    page.get_by_role("button", name="Play").wait_for()
+    assert complaints == []
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_a_linked_moment_shows_where_the_robot_was(
+    open_run: Callable[..., Page], recording: Path, complaints: list[str], width: int, height: int
+) -> None:
+    truth = [r.message for r in read_recording(recording / "frames.mcap") if isinstance(r.message, TruthFrame)]
+    fell = next(frame for frame in truth if frame.fell)
+    page = open_run(width, height, f"#t={fell.time + 0.02:.2f}")
+    shown = page.evaluate(f"player.moment({fell.time}).position.slice(0, 3)")
+    np.testing.assert_allclose(shown, fell.torso_position, atol=2e-3)
+    until(lambda: "It fell at" in page.inner_text("#fell"), "the verdict")
+    assert "the ZMP left the support polygon" in page.inner_text("#fell")
+    assert "is pushed with 5 N s" in page.inner_text("#events")
+    robot, controls = page.locator("#scene").bounding_box(), page.locator("footer").bounding_box()
+    assert robot and controls and robot["height"] > 0.45 * height
+    assert controls["y"] >= robot["y"] + robot["height"] - 1.0  # the controls do not cover the robot
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert complaints == []
+
+
+SEEK = """
+(to) => new Promise((done, failed) => {
+  const video = document.querySelector("video");
+  const seek = () => { video.onseeked = done; video.currentTime = to; };
+  video.onerror = () => failed(video.error);
+  if (video.readyState > 0) seek(); else video.onloadedmetadata = seek;
+})
+"""
+
+
+def test_a_video_lasts_as_long_as_its_stretch_and_can_be_wound(
+    start: Callable[..., Any], chromium: Any, recording: Path
+) -> None:
+    file = recording / "fall.webm"
+    stretch = ["--from", "1.9", "--to", "2.4", "--speed", "0.5"]
+    assert start("export", str(recording), "--video", str(file), *stretch).wait() == 0
+    (recording / "video.html").write_text('<video src="fall.webm" muted>')
+    page = chromium.new_page()
+    page.goto(f"file://{recording / 'video.html'}")
+    pictures = []
+    for time in (0.9, 0.1):
+        page.evaluate(SEEK, time)
+        pictures.append(iio.imread(page.locator("video").screenshot())[:, :, :3].astype(int))
+    last = "(([v]) => [v.duration, v.videoWidth, v.videoHeight])(document.querySelectorAll('video'))"
+    assert page.evaluate(last) == pytest.approx([1.0, 1280, 720], abs=0.02)
+    assert (np.abs(pictures[1] - pictures[0]).max(axis=2) > 40).sum() > 5000  # it has tipped
+    page.close()

@@ -1,0 +1,69 @@
+"""Deviation from the plan: a robot that carries the plan out has none, one that is displaced has that."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.body.joints import LEG_SLOTS
+from walker.estimation.deviation import DeviationEstimator, DeviationParameters
+from walker.model.com import CentreOfMass
+from walker.model.leg import foot_in_torso
+from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
+from walker.planning.pose import PoseMaker
+
+BODY = load_body("nao-v3")
+DT = 0.01
+LATE = 4
+"""Cycles of the latency of 0.04 s."""
+
+
+def follow(velocity, ahead=None, cycles=960):
+    """Feedback over a walk whose encoders show the plan of a latency ago, moved by `ahead(cycle)`, m."""
+    names = dict(zip(("v_x", "v_y", "v_yaw"), velocity, strict=True))
+    gait = make_gait("omni", gait_parameters("omni", names), BODY)
+    pose = PoseMaker(BODY, standing_plan(gait))
+    estimator = DeviationEstimator(DeviationParameters(), BODY, DT, deviation=True, placement=True)
+    plans, found = [], []
+    for k, (plan, _) in enumerate(itertools.islice(dry_walk(gait, DT), cycles)):
+        plans.append(plan)
+        then = plans[max(k - LATE, 0)]
+        x = ahead(k) if ahead else 0.0
+        angles = pose.unlimited_angles(replace(then, com=(then.com[0] + x, then.com[1])))
+        found.append((plan, estimator.update(angles, (0.0, 0.0), plan, DT)))
+    return found
+
+
+@pytest.mark.parametrize("velocity", [(0.2, 0.0, 0.0), (0.0, 0.1, 0.0)])
+def test_a_robot_that_carries_out_its_plan_has_little_deviation(velocity):
+    """Legs move the centre of mass by some millimetres in each step alike; the mean takes that out."""
+    feedback = [f for plan, f in follow(velocity) if 24 <= plan.step < 38]
+    assert np.abs([f.deviation for f in feedback]).max() < 0.012
+    assert abs(feedback[-1].placement) < 0.002
+
+
+def test_a_centre_of_mass_that_runs_ahead_is_predicted_by_the_pendulum():
+    """x = a e^(w t) has the capture point 2 x; after the latency it is e^(w d) times as far."""
+    gait = make_gait("omni", gait_parameters("omni", {"v_x": 0.0}), BODY)
+    pose, stand = PoseMaker(BODY, standing_plan(gait)), standing_plan(gait)
+    there, here = (pose.unlimited_angles(replace(stand, com=(stand.com[0] + x, 0.0))) for x in (0.01, 0.0))
+    slots = LEG_SLOTS["L"]
+    com = CentreOfMass(BODY)
+    at = [com(q)[0] - foot_in_torso(BODY, "L", [q[slot] for slot in slots])[0, 3] for q in (there, here)]
+    share = (at[0] - at[1]) / 0.01  # the feet stay behind, and their mass with them
+    omega = math.sqrt(9.81 / gait_parameters("omni").z)
+    begin = 620
+
+    def ahead(k):
+        return 0.004 * math.exp(omega * (k - begin) * DT) if k >= begin else 0.0
+
+    k = begin + 18
+    pushed, calm = follow((0.0, 0.0, 0.0), ahead, k + 1), follow((0.0, 0.0, 0.0), None, k + 1)
+    found = pushed[k][1].deviation[0] - calm[k][1].deviation[0]
+    assert pushed[k][0].support != "both"
+    assert found == pytest.approx(share * 2.0 * ahead(k) * math.exp(omega * 0.04), rel=0.25)

@@ -1,0 +1,69 @@
+"""Steering to a target: a point that moves as it is told arrives, and stays within the gait's limits."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bridge.errors import ConfigurationError
+from walker.planning import gait_parameters
+from walker.planning.omni.footholds import approached
+from walker.planning.order import WalkOrder, target_order
+from walker.planning.plan import Foothold
+from walker.planning.steering import NEAR, TURNED, Steering
+
+P = gait_parameters("omni")
+start = st.builds(Foothold, st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
+
+
+def moved(here: Foothold, velocity, dt: float) -> Foothold:
+    """Along the arc of a constant velocity."""
+    x, y, turn = (v * dt for v in velocity)
+    middle = Foothold(here.x, here.y, here.yaw + 0.5 * turn)
+    return Foothold(*middle.point(x, y), here.yaw + turn)
+
+
+def end(steering: Steering, here: Foothold, steps: int = 400) -> tuple[Foothold, int]:
+    """Where it arrives: the velocity changes from step to step, within the gait's accelerations."""
+    velocity = (0.0, 0.0, 0.0)
+    for step in range(steps):
+        if steering.arrived(here):
+            return here, step
+        wanted = P.clipped(steering.velocity(here))
+        velocity = approached(P, velocity, wanted)
+        here = moved(here, velocity, P.T)
+    pytest.fail(f"not there after {steps} steps, but at {here}")
+
+
+@given(start, st.floats(0.3, 1.0))
+@settings(max_examples=60)
+def test_it_arrives_from_anywhere(begin, share):
+    goal = Foothold(0.4, -0.1, 1.0)
+    there, _ = end(Steering(P, goal, share), begin)
+    assert math.dist(there[:2], goal[:2]) <= NEAR
+    assert abs(math.remainder(there.yaw - goal.yaw, math.tau)) <= TURNED
+
+
+@given(start)
+@settings(max_examples=60)
+def test_it_makes_use_of_its_share_of_the_limits_and_of_no_more(begin):
+    assert P.share(Steering(P, Foothold(), 0.5).velocity(begin)) <= 0.5 + 1e-9
+
+
+def test_a_long_way_is_walked_at_full_speed_and_the_short_rest_slowly():
+    """Far off the speed is the limit's, near the goal that of a brake: v^2 = 2 a s at most."""
+    steering = Steering(P, Foothold(5.0))
+    assert steering.velocity(Foothold())[0] == pytest.approx(P.max_velocity[0])
+    for rest in (0.2, 0.1, 0.05):
+        assert steering.velocity(Foothold(5.0 - rest))[0] ** 2 <= 2.0 * P.max_acceleration[0] * rest
+
+
+def test_a_target_is_for_gaits_of_any_direction_and_as_fast_as_their_velocity():
+    order = target_order(WalkOrder(), (1.0, 0.0, 0.0), P.with_velocity((0.15, 0.0, 0.0)))
+    assert order.target == (1.0, 0.0, 0.0)
+    assert order.share == pytest.approx(0.15 / P.max_velocity[0])
+    with pytest.raises(ConfigurationError, match="straight ahead"):
+        target_order(WalkOrder(), (1.0, 0.0, 0.0), gait_parameters("dynamic"))
