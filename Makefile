@@ -11,15 +11,15 @@ NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 
 help:
 	@echo "make setup   .venv with everything needed to run and test"
-	@echo "make demo    setup, then a walk: robot and walker in two processes"
+	@echo "make demo    setup, then under a minute of what it can do, with a line of what to look at"
 	@echo "make test    setup, then all tests but those in real time and those of the page in a browser"
 	@echo "make realtime-test  tests by the wall clock; they need the machine to themselves"
 	@echo "make browser-test  the page in a headless browser; needs Chromium"
 	@echo "make wheel-test  the wheel in a fresh environment without the lock, its page in a headless browser"
-	@echo "make check   ruff, mypy, import-linter, and the docs with every link"
+	@echo "make check   ruff, mypy, import-linter, spelling, and the docs with every link"
 	@echo "make docs    the documentation as pages: site/index.html"
 	@echo "make bench   benchmarks, each beside its floor"
-	@echo "make images  the container images: emulator, walker, bridge, view"
+	@echo "make images  the container images: emulator, walker, campaign, bridge, view"
 	@echo "make compose-test   builds images and walks ten steps between two containers, plain and encrypted"
 	@echo "make lock    requirements.lock anew (Python 3.10, so that it holds for all later ones)"
 	@echo "make clean   remove .venv and what tools left behind; recordings in runs/ stay"
@@ -39,8 +39,7 @@ $(STAMP): requirements.lock pyproject.toml
 	@touch $@
 
 demo: setup
-	@echo "Ten steps, about a minute; look at http://127.0.0.1:8080/ as soon as the page is there."
-	$(BIN)/nao-hil up --view
+	$(BIN)/nao-hil demo
 
 # Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
 test: setup
@@ -61,6 +60,7 @@ check: setup docs
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/codespell *.md docs/*.md docs/how-to bridge emulator walker nao_hil examples
 
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
@@ -69,7 +69,7 @@ bench: setup
 	$(BIN)/python -m nao_hil.bench
 
 images:
-	cd docker && for target in emulator walker bridge view; do \
+	cd docker && for target in emulator walker campaign bridge view; do \
 		docker build -f Dockerfile --target $$target -t nao-hil-$$target \
 		--build-arg BASE=$${BASE:-python:3.11-slim-bookworm} --build-arg NO_INDEX=$$NO_INDEX .. || exit 1; done
 
