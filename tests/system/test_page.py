@@ -146,7 +146,6 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     assert moved > calm + math.radians(0.5)
 
 
-@pytest.mark.skip(reason="not passed since omni is the default gait and the pads are there")
 def test_keys_and_a_gamepad_drive_once_they_may(
     start: Start, endpoint: str, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
 ) -> None:
@@ -292,7 +291,6 @@ def check_in_sight(page: Page, *buttons: str) -> None:
         assert tab.evaluate(IN_SIGHT), tab.inner_text()
 
 
-@pytest.mark.skip(reason="not passed since omni is the default gait and the pads are there")
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
 def test_walk_stop_push_fall_reset_and_walk_again(
     start: Start,
