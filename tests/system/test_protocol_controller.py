@@ -128,8 +128,8 @@ def stranger() -> Any:
 def test_the_bytes_printed_are_those_of_both_encoders(kind: str) -> None:
     text = section(f"### Example {kind}")
     (values,) = re.findall(r"```json\n(.*?)```", text, re.DOTALL)
-    (dump,) = re.findall(r"```hexdump\n(.*?)```", text, re.DOTALL)
-    payload = bytes.fromhex("".join(line[6:54] for line in dump.splitlines()))
+    (dump,) = re.findall(r"```hex\n(.*?)```", text, re.DOTALL)
+    payload = bytes.fromhex(dump)
     fields = json.loads(values)
     assert text.startswith(f"\n{len(payload)} bytes of")
     assert stranger().pack(fields) == payload
