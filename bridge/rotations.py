@@ -7,11 +7,12 @@ together they are R_yaw R_pitch R_roll (Prenner 2011, 2.4), as the robot's Angle
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bridge.types import Array, Vec3
+from bridge.types import Array, Vec2, Vec3
 
 
 def R_yaw(phi: float) -> Array:
@@ -58,6 +59,24 @@ def about_axis(axis: Vec3, angle: float) -> Array:
 def heading(R: Array) -> float:
     """Yaw of a rotation matrix or a homogeneous transform, shape (3, 3) or (4, 4): of its x axis, rad."""
     return math.atan2(R[1, 0], R[0, 0])
+
+
+def angles(R: Array) -> Vec3:
+    """Roll, pitch and yaw of a rotation matrix or a homogeneous transform, rad; the inverse of `rotation`."""
+    pitch = math.asin(min(1.0, max(-1.0, -float(R[2, 0]))))
+    return math.atan2(R[2, 1], R[2, 2]), pitch, heading(R)
+
+
+def planar_point(frame: Vec3, point: Sequence[float]) -> Vec2:
+    """A point of a frame in the plane, in the coordinates that the frame's own pose is given in.
+
+    Args:
+        frame: origin, m, and yaw, rad, of the frame.
+        point: x and y in the frame, m; further elements are not read.
+    """
+    x, y, phi = frame
+    c, s = math.cos(phi), math.sin(phi)
+    return x + c * point[0] - s * point[1], y + s * point[0] + c * point[1]
 
 
 def matrix(quaternion: ArrayLike) -> Array:

@@ -282,10 +282,9 @@ class EmulatedRobot:
 
     def stand_up(self) -> None:
         """Put the robot where it lies back on its feet, held in its start posture with full stiffness."""
-        turn = self._torso.rotation
         x, y, _ = self.world.to_floor(self._torso.position)
         self.engine.robot.hold_torso(False)
-        self._place((x, y, math.atan2(turn[3], turn[0])))
+        self._place((x, y, self._torso.heading))
         self.servo.start(self.engine.robot.position)
         self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
         self._torso = self.engine.robot.torso()
@@ -304,9 +303,8 @@ class EmulatedRobot:
         if found is None:
             self.stand_up()
             return
-        turn = self._torso.rotation
         x, y, _ = self.world.to_floor(self._torso.position)
-        lay(self.world, self.body, found, (x, y, math.atan2(turn[3], turn[0])))
+        lay(self.world, self.body, found, (x, y, self._torso.heading))
         self._release(found)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)

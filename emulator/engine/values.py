@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -25,13 +26,13 @@ class Surface:
     """What the floor, and all that is fixed on it, is to a sole.
 
     Sole and floor together are a bed of independent springs (Winkler's foundation): the pressure at a place is
-    the depth there times `bedding`. So a sole sinks, tilts under a load off its middle, and resists a turn on
-    the spot by the friction of its whole patch: friction x load x mean distance from the middle.
+    the depth there times `stiffness_per_area`. So a sole sinks, tilts under a load off its middle, and resists
+    a turn on the spot by the friction of its whole patch: friction x load x mean distance from the middle.
     """
 
     friction: float
     """Coulomb coefficient against soles."""
-    bedding: float
+    stiffness_per_area: float
     """Pressure per depth, of sole and floor in series, N/m^3."""
     relaxation: float
     """Damping of the bed over its stiffness, s."""
@@ -51,6 +52,11 @@ class TorsoState:
     """Of the frame's origin, world frame, m/s."""
     angular_velocity: Vec3
     """World frame, rad/s."""
+
+    @property
+    def heading(self) -> float:
+        """Yaw in the world, rad."""
+        return math.atan2(self.rotation[3], self.rotation[0])
 
 
 @dataclass(frozen=True)

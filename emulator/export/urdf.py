@@ -13,6 +13,7 @@ import numpy as np
 from bridge.body import Body, joint_tree
 from bridge.body.model import Link
 from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
+from bridge.rotations import angles
 from bridge.types import Vec3
 from emulator.engine.shapes import BoxShape, CapsuleShape, PrismShape, Shape, SphereShape, link_shapes
 from emulator.engine.tensor import tensor_matrix
@@ -77,9 +78,8 @@ def _solids(shape: Shape) -> list[list[Xml.Element]]:
 def _capsule(shape: CapsuleShape) -> list[list[Xml.Element]]:
     turn = np.reshape(matrix(shape.orientation), (3, 3))
     half = 0.5 * shape.length * turn[:, 2]
-    roll, pitch = np.arctan2(turn[2, 1], turn[2, 2]), -np.arcsin(turn[2, 0])
-    yaw, radius = np.arctan2(turn[1, 0], turn[0, 0]), _words(shape.radius)
-    middle = _solid(shape.centre, "cylinder", (roll, pitch, yaw), radius=radius, length=_words(shape.length))
+    radius = _words(shape.radius)
+    middle = _solid(shape.centre, "cylinder", angles(turn), radius=radius, length=_words(shape.length))
     first, last = (np.array(shape.centre) + half).tolist(), (np.array(shape.centre) - half).tolist()
     return [middle, *(_solid((x, y, z), "sphere", radius=radius) for x, y, z in (first, last))]
 

@@ -8,6 +8,7 @@ from typing import Final
 
 from bridge.body import Body
 from bridge.messages.world import PlateUnderFoot
+from bridge.rotations import planar_point
 from bridge.types import Side, Vec3
 from emulator.engine.shapes import FOOT_LINKS, sole_points
 from emulator.poses import Pose, matrix
@@ -65,9 +66,7 @@ class WaitingPlates:
         ahead = world.to_floor(_point(foot, (1.0, 0.0, 0.0)))
         here = world.to_floor(foot.position)
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
-        c, s = math.cos(yaw), math.sin(yaw)
-        dx, dy = plate.shift
-        at = (x + c * dx - s * dy, y + s * dx + c * dy)
+        at = planar_point((x, y, yaw), plate.shift)
         world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0)
         self._say(
             "world",

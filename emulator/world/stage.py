@@ -21,6 +21,7 @@ from bridge.messages.world import (
     min_tilt_duration,
 )
 from bridge.messages.world_state import WorldObject
+from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
 from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, Pendulum
 from emulator.world.plates import WaitingPlates
@@ -123,15 +124,14 @@ class Stage:
     def _heading(self) -> tuple[Vec3, float]:
         """Torso's origin, and its heading in the world, rad."""
         torso = self._engine.robot.torso()
-        return torso.position, math.atan2(torso.rotation[3], torso.rotation[0])
+        return torso.position, torso.heading
 
     def _push(self, command: Push) -> str:
         target, boxes = command.target, self._world.boxes
         steps = max(1, round(command.duration / self._dt))
         _, heading = self._heading()
-        c, s = math.cos(heading), math.sin(heading)
         x, y, z = (part / (steps * self._dt) for part in command.impulse)
-        force = (c * x - s * y, s * x + c * y, z)
+        force = (*planar_point((0.0, 0.0, heading), (x, y)), z)
         robot = self._engine.robot
         movable = [name for name, box in boxes.items() if box.mass > 0.0]
         if target in (TORSO, *robot.joints):
@@ -167,8 +167,7 @@ class Stage:
             return at, yaw
         position, heading = self._heading()
         x, y = self._below(position)[:2]
-        c, s = math.cos(heading), math.sin(heading)
-        return (x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]), yaw + heading
+        return planar_point((x, y, heading), at), yaw + heading
 
     def _place_thing(self, command: PlaceThing) -> str:
         world, name, kind = self._world, command.name, command.kind

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 
 from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
 from bridge.messages.world_state import Terrain, WorldThing
+from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
 from emulator.engine.base import Engine
 from emulator.engine.values import Surface
@@ -219,10 +220,6 @@ class World:
 
 def _footprint(size: Vec3, at: Vec2, yaw: float) -> list[Vec2]:
     """Middle and corners of a box's bottom; the corners a little inside, so that neighbours do not count."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    points = [at]
-    for sx in (-0.499, 0.499):
-        for sy in (-0.499, 0.499):
-            x, y = sx * size[0], sy * size[1]
-            points.append((at[0] + c * x - s * y, at[1] + s * x + c * y))
-    return points
+    inside = (-0.499, 0.499)
+    corners = [planar_point((*at, yaw), (sx * size[0], sy * size[1])) for sx in inside for sy in inside]
+    return [at, *corners]

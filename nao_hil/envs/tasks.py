@@ -15,7 +15,7 @@ from bridge.body.postures import POSTURES
 from bridge.body.quantities import standing_height
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.rotations import yaw
+from bridge.rotations import planar_point, yaw
 from bridge.types import Vec3
 from nao_hil.envs.task import Array, Judgement, Task
 
@@ -103,8 +103,7 @@ class Velocity(Task):
         """See the class."""
         heading = float(yaw(truth.torso_orientation))
         x, y, _ = truth.torso_velocity
-        c, s = math.cos(heading), math.sin(heading)
-        moving = np.array([c * x + s * y, c * y - s * x, truth.torso_angular_velocity[2]])
+        moving = np.array([*planar_point((0.0, 0.0, -heading), (x, y)), truth.torso_angular_velocity[2]])
         self._mean += (moving - self._mean) * self.body.cycle / AVERAGED
         error = (self._mean - self.wanted) / FASTEST
         return Judgement(0.0 if truth.fell else math.exp(-float(error @ error)), truth.fell)

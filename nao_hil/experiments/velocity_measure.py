@@ -143,12 +143,8 @@ def true_path(track: Track) -> Array:
 def _moved(path: Array) -> Vec3:
     """From the first pose to the last, in the frame of the first."""
     (x, y, yaw), (u, v, end) = path[0], path[-1]
-    c, s = math.cos(yaw), math.sin(yaw)
-    return (
-        float(c * (u - x) + s * (v - y)),
-        float(c * (v - y) - s * (u - x)),
-        float(end - yaw),
-    )
+    ahead, aside = rotations.planar_point((0.0, 0.0, -yaw), (u - x, v - y))
+    return float(ahead), float(aside), float(end - yaw)
 
 
 def _odometry_error(track: Track) -> float:

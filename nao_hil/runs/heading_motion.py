@@ -49,9 +49,9 @@ class HeadingMotion:
         if before.time < self._from:
             return
         x, y = (b - a for a, b in zip(before.torso_position[:2], truth.torso_position[:2], strict=True))
-        c, s = math.cos(yaw + 0.5 * turn), math.sin(yaw + 0.5 * turn)
-        self._x += c * x + s * y
-        self._y += c * y - s * x
+        ahead, aside = rotations.planar_point((0.0, 0.0, -(yaw + 0.5 * turn)), (x, y))
+        self._x += ahead
+        self._y += aside
         self._turn += turn
         self._time += truth.time - before.time
 

@@ -24,6 +24,14 @@ def test_one_quaternion_gives_one_matrix_and_one_angle() -> None:
     assert (float(rotations.roll(q)), float(rotations.pitch(q))) == pytest.approx((0.3, -0.2))
     assert rotations.heading(turn.as_matrix()) == pytest.approx(0.7)
     np.testing.assert_allclose(rotations.rotation(0.3, -0.2, 0.7), turn.as_matrix(), atol=1e-12)
+    assert rotations.angles(turn.as_matrix()) == pytest.approx((0.3, -0.2, 0.7))
+
+
+def test_a_point_in_the_plane() -> None:
+    turned = Rotation.from_euler("z", 0.7).apply((0.3, -0.4, 0.0))
+    assert rotations.planar_point((1.0, 2.0, 0.7), (0.3, -0.4)) == pytest.approx(
+        (1.0 + turned[0], 2.0 + turned[1])
+    )
 
 
 def test_about_an_axis() -> None:

@@ -134,13 +134,13 @@ def test_the_feet_of_all_bodies_resist_a_turn_alike(engine: Engine, name: str) -
 
 @pytest.mark.parametrize("surface", SURFACES)
 def test_a_sole_sinks_as_a_bed_of_springs_says(engine: Engine, surface: str) -> None:
-    """Depth = load / (bedding x area), and 25 um of PyBullet's own."""
+    """Depth = load / (stiffness_per_area x area), and 25 um of PyBullet's own."""
     body = load_body("nao-v3")
     length, width = sides(body)
     foot = PressedFoot(engine, body, surface)
     for _ in range(1000):
         foot.step((0.0, 0.0, 0.0))
-    expected = LOAD / (SURFACES[surface].bedding * length * width)
+    expected = LOAD / (SURFACES[surface].stiffness_per_area * length * width)
     own = 0.0 if isinstance(engine, MujocoEngine) else 2.5e-5
     assert -foot.height() == pytest.approx(expected, rel=0.03, abs=own)
 
@@ -149,7 +149,7 @@ def test_a_sole_sinks_as_a_bed_of_springs_says(engine: Engine, surface: str) -> 
 def test_a_sole_tilts_under_a_load_off_its_middle_as_a_bed_of_springs_does(
     engine: Engine, surface: str
 ) -> None:
-    """Angle = load x arm / (bedding x second moment of the rectangle), inside the kern.
+    """Angle = load x arm / (stiffness_per_area x second moment of the rectangle), inside the kern.
 
     PyBullet chooses the points of the outline that carry, which costs up to 40 %.
     """
@@ -162,6 +162,6 @@ def test_a_sole_tilts_under_a_load_off_its_middle_as_a_bed_of_springs_does(
         for _ in range(1500):
             foot.step((0.0, 0.0, 0.0), along)
         pitch.append(foot.angles()[0])
-    expected = LOAD * 2.0 * arm / (SURFACES[surface].bedding * width * length**3 / 12.0)
+    expected = LOAD * 2.0 * arm / (SURFACES[surface].stiffness_per_area * width * length**3 / 12.0)
     error = 0.03 if isinstance(engine, MujocoEngine) else 0.45
     assert pitch[1] - pitch[0] == pytest.approx(expected, rel=error)

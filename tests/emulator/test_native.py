@@ -11,7 +11,7 @@ from emulator.poses import Pose
 
 def test_the_places_of_fields_are_those_of_the_installed_version() -> None:
     engine = MujocoEngine(PhysicsSettings())
-    engine.scene.set_surface(Surface(friction=1.0, bedding=1e8, relaxation=0.01))
+    engine.scene.set_surface(Surface(friction=1.0, stiffness_per_area=1e8, relaxation=0.01))
     body = load_body("nao-v6")
     engine.add_robot(body, np.full(len(joint_tree(body)), 0.01))
     engine.robot.set_torso(Pose((0.0, 0.0, 0.333)))

@@ -29,7 +29,7 @@ from bridge.body.quantities import total_mass
 from bridge.body.sole import sole_hull
 from bridge.config import read_toml
 from bridge.errors import NaoqiRefused
-from bridge.rotations import R_pitch, R_yaw, rotation
+from bridge.rotations import R_pitch, R_yaw, angles, rotation
 from bridge.types import Array, Side, Vec3
 from bridge.validation import convert
 
@@ -70,9 +70,7 @@ def inverse(H: Array) -> Array:
 
 def position6(H: Array) -> list[float]:
     """`[x, y, z, wx, wy, wz]` of a transform, with R = Rz(wz) Ry(wy) Rx(wx)."""
-    pitch = math.asin(min(1.0, max(-1.0, -float(H[2, 0]))))
-    angles = (math.atan2(H[2, 1], H[2, 2]), pitch, math.atan2(H[1, 0], H[0, 0]))
-    return [*(float(x) for x in H[:3, 3]), *angles]
+    return [*(float(x) for x in H[:3, 3]), *angles(H)]
 
 
 def from_position6(position: Sequence[float]) -> Array:

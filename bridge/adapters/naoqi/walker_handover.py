@@ -6,7 +6,6 @@ that needs the joints takes it back when the walker stands. During a handover th
 
 from __future__ import annotations
 
-import math
 import queue
 import threading
 import time
@@ -19,6 +18,7 @@ from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.link.walk_client import WalkClient
 from bridge.messages.walk import WalkStatus
 from bridge.realtime import leave_real_time
+from bridge.rotations import planar_point
 from bridge.types import Vec3
 
 _POLL: Final = 0.1
@@ -173,12 +173,7 @@ class WalkerHandover:
     def position(self) -> list[float]:
         """Where the robot is by the odometry of its walks since the start: x, y, yaw; m and rad."""
         here = self._status.position if self._status else (0.0, 0.0, 0.0)
-        x, y, yaw = self._origin
-        return [
-            x + math.cos(yaw) * here[0] - math.sin(yaw) * here[1],
-            y + math.sin(yaw) * here[0] + math.cos(yaw) * here[1],
-            yaw + here[2],
-        ]
+        return [*planar_point(self._origin, here), self._origin[2] + here[2]]
 
     def velocity(self) -> list[float]:
         """Of the steps that are planned now: m/s, m/s, rad/s."""

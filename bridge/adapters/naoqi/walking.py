@@ -10,6 +10,7 @@ from typing import Any, Final
 from bridge.adapters.naoqi.arguments import number
 from bridge.adapters.naoqi.walker_handover import WalkerHandover
 from bridge.errors import NaoqiRefused
+from bridge.rotations import planar_point
 from bridge.types import Vec3
 
 _WIDTH: Final = 0.1
@@ -128,6 +129,4 @@ def _three(method: str, values: Sequence[Any], bound: float) -> Vec3:
 
 def _composed(frame: Vec3, pose: Vec3) -> Vec3:
     """A pose of a frame in the frame's own frame, m and rad."""
-    (x, y, yaw), (a, b, turn) = frame, pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    return x + c * a - s * b, y + s * a + c * b, yaw + turn
+    return *planar_point(frame, pose), frame[2] + pose[2]

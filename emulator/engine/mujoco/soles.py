@@ -88,7 +88,7 @@ def soften_soles(model: Any, body: Body, surface: Surface) -> None:
         body: Data sheet of the robot.
         surface: Under it.
     """
-    whole = surface.bedding * sole_area(body)
+    whole = surface.stiffness_per_area * sole_area(body)
     for side, link in FOOT_LINKS.items():
         bed = sole_bed(body, side)
         for number, share in enumerate(bed.shares.tolist()):

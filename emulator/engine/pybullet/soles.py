@@ -28,7 +28,7 @@ def soften_soles(robot: RobotModel, surface: Surface) -> None:
         robot: With soles and pads.
         surface: Under it.
     """
-    stiffness = surface.bedding * robot.sole_area / _POINTS
+    stiffness = surface.stiffness_per_area * robot.sole_area / _POINTS
     shares = ((robot.feet, OUTER_SHARE), (robot.pads, 1.0 - OUTER_SHARE))
     for links, share in shares:
         for link in links.values():

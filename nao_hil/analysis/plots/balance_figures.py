@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from bridge.body.sole import sole_hull
 from bridge.messages import WalkTelemetry
-from bridge.rotations import pitch, roll
+from bridge.rotations import R_yaw, pitch, roll
 from bridge.types import Pose, Side
-from nao_hil.analysis.plots.tables import Array, Tables, column, rotation
+from nao_hil.analysis.plots.tables import Array, Tables, column
 from nao_hil.analysis.plots.time_axes import plot_line, time_axes
 from walker.model.support_polygon import SupportPolygon, convex_hull
 
@@ -85,7 +85,7 @@ def _footprints(t: Tables) -> list[Array]:
 
 def _sole(t: Tables, side: Side, foot: Pose) -> Array:
     """Corners of a sole in the walk frame, shape (n, 2), m."""
-    corners: Array = sole_hull(t.body, side) @ rotation(foot[5]).T + foot[:2]
+    corners: Array = sole_hull(t.body, side) @ R_yaw(foot[5])[:2, :2].T + foot[:2]
     return corners
 
 

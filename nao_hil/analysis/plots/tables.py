@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.playback import read_recording
-from bridge.rotations import yaw
+from bridge.rotations import R_yaw, yaw
 
 Array = NDArray[np.float64]
 SINGLE: Final = ("SSL", "SSR")
@@ -78,12 +78,12 @@ class Tables:
         first = self.truth[min(int(np.searchsorted(seqs, self.telemetry[0].seq)), len(seqs) - 1)]
         heading = float(yaw(first.torso_orientation))
         planned = np.array(self.telemetry[0].com)
-        return np.array(first.com[:2]) - rotation(heading) @ planned, heading
+        return np.array(first.com[:2]) - R_yaw(heading)[:2, :2] @ planned, heading
 
     def to_walk_frame(self, points: Array) -> Array:
         """World x and y to the walk frame, shape (n, 2), m."""
         origin, heading = self.walk_frame()
-        return np.asarray((points - origin) @ rotation(heading), dtype=np.float64)
+        return np.asarray((points - origin) @ R_yaw(heading)[:2, :2], dtype=np.float64)
 
 
 def load(path: Path, body: Body, begin: float = 0.0, end: float = math.inf) -> Tables:
@@ -115,9 +115,3 @@ def column(messages: Sequence[Any], field: str, width: int = 0) -> Array:
         return np.array(rows, dtype=np.float64)
     blank = (math.nan,) * width
     return np.array([blank if row is None else row for row in rows], dtype=np.float64).reshape(-1, width)
-
-
-def rotation(angle: float) -> Array:
-    """Of the plane, shape (2, 2)."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]])
