@@ -25,6 +25,7 @@ HEAD: Final = 16.0
 BINS: Final = 250
 """Points drawn of each line."""
 
+BACKGROUND: Final = "#1f2023"
 BLUE, ORANGE, GREEN, RED, GREY = "#339af0", "#ff922b", "#40c057", "#fa5252", "#868e96"
 MARKS: Final = {"world": "#fcc419", "fall": RED}
 """Colours of symptoms; the others are orange, the first of a fall is red."""
@@ -112,6 +113,8 @@ TOLD: Final = 3
 TOLD_HEIGHT: Final = 12.5
 LETTERS: Final = 54
 """Of a line."""
+LETTER_HEIGHT: Final = 10.0
+"""Two numbers of a scale that are nearer than this would overlap."""
 
 
 def strip_charts(
@@ -135,14 +138,15 @@ def strip_charts(
     end = now + ahead
     rows, phases = history.window(end, WINDOW)
     begin = end - WINDOW
-    body, y = [], HEAD if first is not None else 0.0
+    body, titles, y = [], [], HEAD if first is not None else 0.0
     for chart in charts:
         if chart.lines[0].column == "late" and not np.isfinite(rows[:, COLUMNS.index("late")]).any():
             continue  # a recording has no wall clock
         if chart.lines[0].column == "late":
             missed = int(rows[-1, COLUMNS.index("missed")])
             chart = chart._replace(title=f"{chart.title} · {missed} missed" if missed else chart.title)
-        body.append(_chart(chart, rows, begin, now, y))
+        body.append(_chart(chart, rows, begin, y))
+        titles.append(_title(chart, rows[: int(np.searchsorted(rows[:, 0], now, side="right"))], y))
         y += GAP + chart.height + 5.0
     body.append(_phases(rows[:, 0], phases, begin, y))
     y += GAP + PHASE_HEIGHT
@@ -152,16 +156,18 @@ def strip_charts(
             f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{y:g}" stroke="#f8f9fa" stroke-width="0.8"/>'
         )
     body.append(_marks(symptoms, first, begin, end, y))
+    body.append(f'<g paint-order="stroke" stroke="{BACKGROUND}" stroke-width="3">{"".join(titles)}</g>')
     body.append(_seconds(begin, end, y))
     y += 15.0
-    body.append(_told([s for s in symptoms if s.time <= now][-TOLD:], y))
+    known = sorted((s for s in symptoms if s.time <= now), key=lambda s: s.time)
+    body.append(_told(known[-TOLD:], y))
     return _svg("".join(body), y + TOLD * TOLD_HEIGHT + 3.0)
 
 
 def _svg(body: str, height: float) -> str:
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="100%" class="charts" style="display: block; '
-        f"box-sizing: border-box; padding: 4px 10px 0 0; background: #1f2023; "
+        f"box-sizing: border-box; padding: 4px 10px 0 0; background: {BACKGROUND}; "
         f'font-family: Inter, sans-serif">{body}</svg>'
     )
 
@@ -170,19 +176,18 @@ def _x(time: float, begin: float) -> float:
     return LEFT + (WIDTH - LEFT) * (time - begin) / WINDOW
 
 
-def _chart(chart: Chart, rows: Floats, begin: float, now: float, top: float) -> str:
+def _chart(chart: Chart, rows: Floats, begin: float, top: float) -> str:
     columns = [rows[:, COLUMNS.index(line.column)] for line in chart.lines]
     low, high = _range(chart, columns)
     y_0 = top + GAP
     scale = chart.height / (high - low)
-    until = int(np.searchsorted(rows[:, 0], now, side="right"))
-    parts = [_title(chart, [column[:until] for column in columns], top), _box(y_0, chart.height)]
-    for value in (low, 0.0, high):
-        if value in (low, high) or low < value < high:
-            y = y_0 + (high - value) * scale
-            parts.append(_text(LEFT - 3, y + 3.5, f"{value:.0f}", GREY, "end", size=9.5))
-            if value == 0.0:
-                parts.append(_rule(y))
+    parts = [_box(y_0, chart.height)]
+    for value in (low, high):
+        parts.append(_scale(y_0 + (high - value) * scale, value))
+    if low < 0.0 < high:
+        parts.append(_rule(y_0 + high * scale))
+        if min(high, -low) * scale > LETTER_HEIGHT:
+            parts.append(_scale(y_0 + high * scale, 0.0))
     for line, values in zip(chart.lines, columns, strict=True):
         for points in _pieces(rows[:, 0], np.clip(values, low, high), line.column == "late"):
             path = " ".join(f"{_x(t, begin):.1f},{y_0 + (high - v) * scale:.1f}" for t, v in points)
@@ -216,10 +221,12 @@ def _pieces(times: Floats, values: Floats, peaks: bool) -> list[list[tuple[float
     return [piece for piece in pieces if len(piece) > 1]
 
 
-def _title(chart: Chart, columns: Sequence[Floats], top: float) -> str:
+def _title(chart: Chart, rows: Floats, top: float) -> str:
+    """Name, and the last numbers of some rows."""
     parts = [_text(LEFT, top + 12, chart.title, "#ced4da", weight="600")]
     x = WIDTH - 2.0
-    for line, values in reversed(list(zip(chart.lines, columns, strict=True))):
+    for line in reversed(chart.lines):
+        values = rows[:, COLUMNS.index(line.column)]
         known = values[np.isfinite(values)]
         word = f"{line.name} {round(float(known[-1]))}" if len(known) else line.name
         parts.append(_text(x, top + 12, word, line.colour, "end"))
@@ -286,6 +293,10 @@ def _seconds(begin: float, end: float, y: float) -> str:
 
 def _box(y: float, height: float) -> str:
     return f'<rect x="{LEFT:g}" y="{y:g}" width="{WIDTH - LEFT:g}" height="{height:g}" fill="#141517"/>'
+
+
+def _scale(y: float, value: float) -> str:
+    return _text(LEFT - 3, y + 3.5, f"{value:.0f}", GREY, "end", size=9.5)
 
 
 def _rule(y: float) -> str:

@@ -17,6 +17,13 @@ SPEEDS: Final = ("0.1", "0.25", "0.5", "1", "2", "4")
 AHEAD: Final = 3.0
 """What the charts show of the time after the moment that is drawn, s."""
 
+LINK: Final = (
+    '<div style="padding: 0 0.6em"><button class="nao-link" style="width: 100%; height: 2.1em; border: 0; '
+    'cursor: pointer; font: inherit; color: #fff; background: var(--mantine-primary-color-filled)">'
+    "Copy a link to this moment</button></div>"
+)
+"""Button of `page.js`, which can copy; viser's own cannot."""
+
 
 class Film:
     """Shows a recording until it is told to stop.
@@ -50,6 +57,7 @@ class Film:
         with self._page.tabs.add_tab("Timeline"):
             self._speed = gui.add_dropdown("speed", SPEEDS, initial_value="1")
             jump = gui.add_button("To what went wrong first")
+            gui.add_html(LINK)
             add_downloads(gui, lambda: self._file, self._page.say)
         self._at = self._times[0]
         self._playing = True
@@ -62,7 +70,7 @@ class Film:
     def _moved(self, event: Any) -> None:
         if event.client is not None:  # a person, not the film itself
             self._set_playing(False)
-            self._at = float(self._slider.value)
+            self._at = min(max(float(self._slider.value), self._times[0]), self._times[-1])
 
     def _pressed(self) -> None:
         if not self._playing and self._at >= self._times[-1]:

@@ -17,6 +17,8 @@ from nao_hil.connection import connect
 
 SPEED: Final = 1.0
 """At which a joint goes where its slider is, rad/s."""
+STEP: Final = 0.5
+"""Of a slider, deg."""
 WAIT: Final = 3.0
 """s for a robot to answer."""
 
@@ -47,9 +49,10 @@ class Hand:
         with self._folder:
             for name in (name for name in JOINTS if name in body.joints):
                 joint = body.joints[name]
-                low, high = math.degrees(joint.lower), math.degrees(joint.upper)
+                low, high = (math.degrees(limit) / STEP for limit in (joint.lower, joint.upper))
+                low, high = STEP * math.ceil(low), STEP * math.floor(high)  # shown as they are
                 rest = min(max(0.0, low), high)
-                slider = gui.add_slider(name, min=low, max=high, step=0.5, initial_value=rest)
+                slider = gui.add_slider(name, min=low, max=high, step=STEP, initial_value=rest)
                 slider.on_update(lambda event, name=name: self._moved(event, name))
                 self._sliders[name] = slider
         self._take.on_click(lambda _: self.let_go() if self._end else self._begin())
@@ -73,7 +76,7 @@ class Hand:
                 target = np.array(robot.frame.position)
                 self._wanted[:] = target
                 for name, slider in self._sliders.items():
-                    slider.value = round(2.0 * math.degrees(target[INDEX[name]])) / 2.0
+                    slider.value = STEP * round(math.degrees(target[INDEX[name]]) / STEP)
                 self._show(True)
                 step = SPEED * self._body.cycle
                 while not end.is_set():

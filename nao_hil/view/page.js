@@ -1,6 +1,12 @@
 // What the page's library does not have: keys and a gamepad that drive, and a word when the page has ended.
 "use strict";
 
+/** Write into a field of the page as a person does: its library hears of it by the event. */
+const writeField = (input, text) => {
+  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(input, text);
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+};
+
 // Keys and a gamepad press the page's own buttons, as long as the box that allows it is ticked.
 (() => {
   const KEYS = { w: "Faster", s: "Slower", a: "Turn left", d: "Turn right", q: "Left", e: "Right", " ": "Stop", x: "Stop", g: "Gait", t: "Torso control", m: "Admittance" };
@@ -154,9 +160,7 @@
   const numbers = (input) => input.value.trim().split(/[ ,]+/).map(Number);
   const write = (input, values) => {
     const text = values.map((value) => (Math.abs(value) < 0.005 ? 0 : value).toFixed(2)).join(" ");
-    if (text === input.value) return;
-    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(input, text);
-    input.dispatchEvent(new Event("input", { bubbles: true }));
+    if (text !== input.value) writeField(input, text);
   };
   const place = (pad) => {
     const input = field(pad), most = pad.dataset.most.split(" ").map(Number);
@@ -188,4 +192,38 @@
   };
   for (const kind of ["pointerdown", "pointermove"]) document.addEventListener(kind, (event) => drag(event, false), { capture: true });
   document.addEventListener("pointerup", (event) => drag(event, true), { capture: true });
+})();
+
+// A moment of a recording: an address may name it (?t=12.3), and a button copies that address.
+(() => {
+  const LOOK = 500; // ms
+  const SAID = 3000; // ms
+
+  const field = () => {
+    const label = [...document.querySelectorAll("label")].find((each) => each.textContent === "time, s");
+    const follows = (input) => label.compareDocumentPosition(input) & Node.DOCUMENT_POSITION_FOLLOWING;
+    return label && [...document.querySelectorAll("input[inputmode=decimal]")].find(follows);
+  };
+  const asked = parseFloat(new URLSearchParams(location.search).get("t"));
+  let tries = Number.isFinite(asked) ? 10 : 0;
+  const wait = setInterval(() => {
+    if (tries === 0) return clearInterval(wait);
+    const input = field();
+    if (!input) return;
+    // What plays may overwrite the field once; when it stands at the moment, it stays there.
+    tries = tries < 10 && parseFloat(input.value) === asked ? 0 : tries - 1;
+    if (tries > 0) writeField(input, asked.toFixed(2));
+  }, LOOK);
+
+  document.addEventListener("click", async (event) => {
+    const button = event.target.closest?.(".nao-link"), input = button && field();
+    if (!input) return;
+    const query = new URLSearchParams(location.search), label = button.textContent;
+    query.set("t", input.value);
+    history.replaceState(null, "", `?${query}`);
+    button.disabled = true; // until its label is back
+    const copied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+    button.textContent = copied ? "Copied" : "The link is in the address bar";
+    setTimeout(() => Object.assign(button, { textContent: label, disabled: false }), SAID);
+  });
 })();

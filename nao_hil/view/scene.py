@@ -27,6 +27,9 @@ CAPTURE: Final[Colour] = (204, 93, 232)
 COM: Final[Colour] = (250, 82, 82)
 SAFE: Final[Colour] = (32, 201, 151)
 LOST: Final[Colour] = (250, 82, 82)
+CELLS: Final[tuple[Colour, Colour]] = ((214, 218, 224), (62, 66, 74))
+SECTIONS: Final[tuple[Colour, Colour]] = ((176, 182, 190), (92, 98, 108))
+"""Lines of the floor on a light and on a dark page."""
 OBSTACLE: Final[Colour] = (212, 163, 92)
 GROUND: Final[Colour] = (104, 92, 72)
 
@@ -100,9 +103,11 @@ class RobotScene:
     Args:
         server: A `viser.ViserServer`.
         body: Data sheet of the robot.
+        dark: The page is dark.
     """
 
-    def __init__(self, server: Any, body: Body) -> None:
+    def __init__(self, server: Any, body: Body, dark: bool) -> None:
+        self._dark = dark
         self._server, self._scene = server, server.scene
         self._kinematics = FloatingBase(body)
         self._body = body
@@ -159,8 +164,8 @@ class RobotScene:
             height=100.0,
             cell_size=0.1,
             section_size=0.5,
-            cell_color=(62, 66, 74),
-            section_color=(92, 98, 108),
+            cell_color=CELLS[self._dark],
+            section_color=SECTIONS[self._dark],
             wxyz=wxyz,
             position=place,
         )
@@ -192,6 +197,11 @@ class RobotScene:
         if each:
             colours = np.tile(colours, (n, 2, 1))
         return self._scene.add_line_segments(name, points, colours, thickness=width, thickness_units="screen")
+
+    def dress(self, dark: bool) -> None:
+        """Draw the floor for a dark or a light page."""
+        self._dark = dark
+        self._draw_floor()
 
     def see_through(self, through: bool) -> None:
         """Draw the robot so that one sees its centre of mass."""

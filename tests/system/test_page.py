@@ -13,7 +13,7 @@ from typing import Any
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Locator, Page, sync_playwright
 
 from bridge.body import load_body
 from bridge.recording.playback import read_recording
@@ -29,6 +29,8 @@ Start = Callable[..., Any]
 TIMEOUT = 120_000
 """ms: a browser that draws in software beside a robot on two cores takes its time."""
 SOFTWARE = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+COARSE = "?fixedDpr=0.5"
+"""Of an address: viser draws a quarter of the pixels, for a browser without a graphics card."""
 STOPS = 200
 """Cycles from Stop to a stand: `omni` slows down over some steps of 0.25 s."""
 OWN = ("http://127.0.0.1:", "blob:http://127.0.0.1:", "data:")
@@ -58,9 +60,9 @@ def browser_page(errors: list[str]) -> Iterator[Page]:
         browser.close()
 
 
-def open_page(page: Page, port: int) -> None:
+def open_page(page: Page, port: int, query: str = COARSE) -> None:
     """Open it, wait until the charts are drawn, and until the 3-D picture has a robot in it."""
-    page.goto(f"http://127.0.0.1:{port}/")
+    page.goto(f"http://127.0.0.1:{port}/{query}")
     page.wait_for_selector("svg.charts polyline")
     for _ in range(60):
         if drawn(page) > 300:
@@ -104,7 +106,6 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     up = ["up", "--gait", "static", "--serve", "--view", "--port", str(port), "--json"]
     up += ["--listen", endpoint, "--out", str(run)]
     command = start(*up)
-    browser_page.wait_for_timeout(3000)
     wait_for_server(browser_page, port)
     open_page(browser_page, port)
 
@@ -117,7 +118,7 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     browser_page.wait_for_function("document.body.innerText.includes('SSL')")
     browser_page.wait_for_selector("svg.charts polyline")
     before, curves, time = picture(browser_page), charts(browser_page), shown_time(browser_page)
-    browser_page.wait_for_timeout(3000)
+    browser_page.wait_for_timeout(1500)
     assert (np.abs(picture(browser_page) - before).max(axis=2) > 40).sum() > 100  # it moves
     assert charts(browser_page) != curves
     assert shown_time(browser_page) > time
@@ -208,9 +209,20 @@ def test_a_recorded_fall_is_explained_on_the_page(
     assert start(*walk, "--out", str(run), "--json").wait() == 1
     start("view", "--replay", str(run / "frames.mcap"), "--port", str(port))
     wait_for_server(browser_page, port)
-    open_page(browser_page, port)
+    open_page(browser_page, port, f"{COARSE}&t=1.5")
+    browser_page.wait_for_function("document.body.innerText.includes('· 1.5 s')")
+    browser_page.get_by_role("button", name="Play", exact=True).wait_for()
 
     press(browser_page, "Timeline", "To what went wrong first")
+    browser_page.wait_for_function("!document.body.innerText.includes('· 1.5 s')")
+    browser_page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    browser_page.get_by_role("button", name="Copy a link to this moment").click()
+    browser_page.get_by_role("button", name="Copied").wait_for()
+    linked = browser_page.evaluate("navigator.clipboard.readText()")
+    address, _, time = linked.partition("&t=")
+    assert address == f"http://127.0.0.1:{port}/{COARSE}"
+    assert float(time) == pytest.approx(shown_time(browser_page), abs=0.06)  # the headline has tenths
+    assert browser_page.url == linked
     with browser_page.expect_download() as download:
         browser_page.get_by_role("button", name="Download the recording").click()
     assert Path(download.value.path()).read_bytes() == (run / "frames.mcap").read_bytes()
@@ -283,12 +295,19 @@ IN_SIGHT = """
 
 def check_in_sight(page: Page, *buttons: str) -> None:
     """What must never be covered: the emergency stop, these buttons, and the tabs."""
-    page.wait_for_timeout(700)  # the page's script pins rows three times a second
     for name in ("Emergency stop", *buttons):
-        button = page.get_by_role("button", name=name, exact=True)
-        assert button.evaluate(IN_SIGHT), name
+        wait_until_in_sight(page.get_by_role("button", name=name, exact=True), name)
     for tab in page.get_by_role("tab").all():
-        assert tab.evaluate(IN_SIGHT), tab.inner_text()
+        wait_until_in_sight(tab, tab.inner_text())
+
+
+def wait_until_in_sight(shown: Locator, name: str) -> None:
+    """The page's script pins rows three times a second."""
+    for _ in range(30):
+        if shown.evaluate(IN_SIGHT):
+            return
+        shown.page.wait_for_timeout(100)
+    pytest.fail(f"{name} is covered")
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
