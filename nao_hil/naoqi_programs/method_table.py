@@ -76,6 +76,10 @@ def answers() -> dict[str, dict[str, str]]:
     return found
 
 
+def _names(methods: list[str]) -> str:
+    return " ".join(f"`{method}`" for method in methods)
+
+
 def method_table() -> str:
     """The tables, as Markdown."""
     found = answers()
@@ -86,22 +90,25 @@ def method_table() -> str:
     offering = sum(any(answer != "no" for answer in of.values()) for of in modules)
     lines = [
         f"{offering} services offer methods. Of the vendor's {sum(count.values())} methods {count['yes']} are "
-        f"offered, {count['partly']} partly, and {count['no']} refuse with one sentence. `ALModule` are those "
-        "of every service.",
+        f"offered, {count['partly']} partly (second table), and {count['no']} refuse with one sentence. "
+        "`ALModule` are those of every service.",
         "",
-        "| service | yes | partly | no |",
-        "|---|---|---|---|",
+        "| service | yes | no |",
+        "|---|---|---|",
     ]
     for service, of in found.items():
-        cells = [" ".join(f"`{m}`" for m in sorted(of) if of[m] == kind) for kind in ("yes", "partly", "no")]
-        lines.append(f"| `{service}` | {' | '.join(cells)} |")
-    lines += ["", "| partly | what is left out or assumed |", "|---|---|"]
+        yes, no = (_names(sorted(m for m in of if of[m] == kind)) for kind in ("yes", "no"))
+        refused = f"all {len(of)}" if set(of.values()) == {"no"} else no
+        lines.append(f"| `{service}` | {yes} | {refused} |")
+    lines += ["", "| left out or assumed | methods that are offered partly |", "|---|---|"]
+    by_reason: dict[str, list[str]] = {}
     for service in found:
-        by_reason: dict[str, list[str]] = {}
+        reasons: dict[str, list[str]] = {}
         for method, reason in VENDOR[service].partly.items():
-            by_reason.setdefault(reason, []).append(method)
-        for reason, methods in by_reason.items():
-            lines.append(f"| `{service}`: {' '.join(f'`{m}`' for m in sorted(methods))} | {reason} |")
+            reasons.setdefault(reason, []).append(method)
+        for reason, methods in reasons.items():
+            by_reason.setdefault(reason, []).append(f"`{service}`: {_names(sorted(methods))}")
+    lines += [f"| {reason} | {'; '.join(methods)} |" for reason, methods in by_reason.items()]
     return "\n".join(lines) + "\n"
 
 
