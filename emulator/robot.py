@@ -28,7 +28,7 @@ from emulator.servo.servo import Servo
 from emulator.start import StartPose, lay, place, start_pose, start_posture
 from emulator.truth import truth_frame
 from emulator.wear import WearProfile
-from emulator.world.stage import Stage
+from emulator.world.events import EventExecutor
 from emulator.world.timeline import build_world, timeline
 
 SETTINGS: Final = PhysicsSettings()
@@ -126,7 +126,7 @@ class EmulatedRobot:
         self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
-        self.stage = Stage(self.world, body, timeline(self._scenario), self._say)
+        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._say)
         """Carries out the events in the world."""
         rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
         self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._say)
@@ -236,7 +236,7 @@ class EmulatedRobot:
         return True
 
     def _run_world(self) -> None:
-        self._run_cycle(self.stage.begin_cycle(self.time))
+        self._run_cycle(self.world_events.begin_cycle(self.time))
         self._contacts = self.engine.contacts()
 
     def _end_cycle(self) -> None:

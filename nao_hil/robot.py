@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.messages import SensorFrame, TruthFrame
-from emulator.engine.values import Camera
+from emulator.engine.values import PinholeCamera
 from nao_hil.commands import JointValues, actuator_frame
 from nao_hil.runs.build import build_robot, with_engine
 from nao_hil.runs.config import run_config
@@ -89,7 +89,9 @@ class Robot:
             ConfigurationError: the engine cannot draw on this machine.
         """
         x, y, z = self._robot.engine.robot.torso().position
-        return self._robot.engine.picture(Camera((x + 1.0, y + 0.7, z + 0.3), (x, y, z), width, height, 0.8))
+        return self._robot.engine.picture(
+            PinholeCamera((x + 1.0, y + 0.7, z + 0.3), (x, y, z), width, height, 0.8)
+        )
 
     def reset(self, seed: int | None = None) -> SensorFrame:
         """Begin anew at time 0.

@@ -87,7 +87,7 @@ class Motion(_Table, frozen=True, kw_only=True):
     phases: tuple[Phase, ...]
 
 
-class Target(NamedTuple):
+class KeyFrameTarget(NamedTuple):
     """One frame of a motion on a body."""
 
     duration: float
@@ -170,7 +170,7 @@ def mirrored(motion: Motion) -> Motion:
     return msgspec.structs.replace(motion, phases=phases)
 
 
-def targets(motion: Motion, body: Body) -> list[Target]:
+def targets(motion: Motion, body: Body) -> list[KeyFrameTarget]:
     """The frames of a motion one after the other, inside the joints' ranges; joints not named yet are at 0."""
     position, stiffness, found = [0.0] * N_JOINTS, 1.0, []
     absent = absent_joints(body)
@@ -185,7 +185,7 @@ def targets(motion: Motion, body: Body) -> list[Target]:
                     position[INDEX[joint]] = min(max(angle, lower), upper)
             stiffness = stiffness if frame.stiffness is None else frame.stiffness
             gate = phase.gate if last else None
-            found.append(Target(frame.duration, tuple(position), stiffness, gate))
+            found.append(KeyFrameTarget(frame.duration, tuple(position), stiffness, gate))
     return found
 
 

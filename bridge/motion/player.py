@@ -8,7 +8,7 @@ from typing import Final
 from bridge.body import Body
 from bridge.body.joints import INDEX, N_JOINTS
 from bridge.messages import SensorFrame
-from bridge.motion.keyframes import Gate, Lying, Motion, Target, targets
+from bridge.motion.keyframes import Gate, KeyFrameTarget, Lying, Motion, targets
 
 _FILTER: Final = 0.3
 """Weight of the newest gyroscope sample in a cycle (Dutch Nao Team's)."""
@@ -86,7 +86,7 @@ class MotionPlayer:
     def _duration(self) -> float:
         """Of the way to the present frame, s; the first is approached no faster than allowed."""
         assert self._from is not None
-        target: Target = self._targets[self._number]
+        target: KeyFrameTarget = self._targets[self._number]
         if self._number > 0:
             return target.duration
         way = max(abs(target.position[i] - self._from[i]) for i in range(N_JOINTS))

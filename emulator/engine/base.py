@@ -26,7 +26,7 @@ from bridge.types import Vec3
 from emulator.drives import run_drives
 from emulator.engine.multibody import Multibody, Vector
 from emulator.engine.scene import Scene
-from emulator.engine.values import Camera, GroundContacts, PhysicsSettings, RayHit
+from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
 
 class Engine(ABC):
@@ -100,7 +100,7 @@ class Engine(ABC):
         """
 
     @abstractmethod
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+    def picture(self, camera: PinholeCamera) -> NDArray[np.uint8]:
         """Picture of the world as it is, (height, width, 3), RGB."""
 
     @abstractmethod

@@ -98,7 +98,7 @@ class RayHit(NamedTuple):
     """Of the surface, world frame, outward."""
 
 
-class Camera(NamedTuple):
+class PinholeCamera(NamedTuple):
     """A pinhole camera with z upward in the picture."""
 
     eye: Vec3

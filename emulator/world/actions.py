@@ -94,7 +94,7 @@ class BoxPush:
         return self._left > 0
 
 
-class Pendulum:
+class PendulumStrike:
     """A bob on a light rod, released at rest: strikes at its lowest point, gone after half a period.
 
     Args:

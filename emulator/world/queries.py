@@ -28,7 +28,7 @@ from bridge.messages.world_state import WorldReply
 from emulator.boundary import BoundaryQueue
 from emulator.faults import Faults
 from emulator.sensors.suite import Sensors
-from emulator.world.stage import Stage
+from emulator.world.events import EventExecutor
 from emulator.world.world import World
 
 MAX_STEP_WAIT: Final = 600.0
@@ -39,7 +39,7 @@ class RobotInWorld(Protocol):
     """What world commands need of a robot; all of it is new after a reset."""
 
     world: World
-    stage: Stage
+    world_events: EventExecutor
     faults: Faults
     sensors: Sensors
 
@@ -169,7 +169,7 @@ class WorldQueries:
             paused=self._paused,
             floor=robot.world.tilt,
             friction=robot.world.surface.friction,
-            objects=robot.stage.objects(),
+            objects=robot.world_events.objects(),
             things=robot.world.seen_things(),
             faults=robot.faults.names,
         )
@@ -206,4 +206,4 @@ def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
         return f"The robot was put into the pose `{command.pose}`."
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
-    return robot.stage.execute(command)
+    return robot.world_events.execute(command)

@@ -10,7 +10,7 @@ import numpy as np
 from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
 from emulator.engine.base import Engine
 from emulator.scenarios.model import Scenario
-from emulator.world.stage import Happening
+from emulator.world.events import WorldEvent
 from emulator.world.surfaces import SURFACES
 from emulator.world.terrain import lay_terrain, terrain_of
 from emulator.world.world import World
@@ -46,9 +46,9 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
     return world
 
 
-def timeline(scenario: Scenario) -> list[tuple[float, Happening]]:
+def timeline(scenario: Scenario) -> list[tuple[float, WorldEvent]]:
     """What happens when (s), as the commands that would do it live; events of one time in the order here."""
-    events: list[tuple[float, Happening]] = []
+    events: list[tuple[float, WorldEvent]] = []
     for change in scenario.frictions:
         events.append((change.time, SetFriction(friction=change.friction)))
     for tilt in scenario.tilts:

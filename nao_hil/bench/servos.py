@@ -39,9 +39,9 @@ def measure(steps: int = 400, body: str = "nao-v6") -> dict[str, Any]:
 
 def _measure(engine: str, steps: int, body: str) -> dict[str, float]:
     from nao_hil.envs.single import RobotEnv
-    from nao_hil.envs.tasks import POSTURE, Servos
+    from nao_hil.envs.tasks import POSTURE, ServosTask
 
-    env = RobotEnv(Servos, robot=body, engine=engine)
+    env = RobotEnv(ServosTask, robot=body, engine=engine)
     env.reset(seed=0)
     middle, high = env.task.angles(np.zeros(N_JOINTS)), env.task.angles(np.ones(N_JOINTS))
     stand = np.append((POSTURE - middle) / (high - middle), np.ones(N_JOINTS)).astype(np.float32)

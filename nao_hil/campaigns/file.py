@@ -75,7 +75,7 @@ def load_campaign(file: Path) -> CampaignFile:
     return load_toml(file, CampaignFile)
 
 
-class Cell:
+class CampaignCell:
     """One combination, counted while the walks come in."""
 
     def __init__(self, point: dict[str, Any]) -> None:

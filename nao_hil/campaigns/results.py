@@ -13,14 +13,14 @@ COLUMNS: Final = {name: _SQL.get(kind, "VARCHAR") for name, kind in Row.__annota
 """Of the view `walks`, beside `folder`, the data set that has the row."""
 
 
-class Table(NamedTuple):
+class QueryResult(NamedTuple):
     """An answer."""
 
     columns: list[str]
     rows: list[tuple[Any, ...]]
 
 
-def ask(query: str, folder: Path) -> Table:
+def ask(query: str, folder: Path) -> QueryResult:
     """Answer a query about the view `walks`: every walk of every data set below a folder, each key once.
 
     Args:
@@ -57,7 +57,7 @@ def ask(query: str, folder: Path) -> Table:
         try:
             answer = connection.execute(query)
             columns = [column[0] for column in answer.description or []]
-            return Table(columns, answer.fetchall())
+            return QueryResult(columns, answer.fetchall())
         except duckdb.Error as error:
             sentence = str(error).splitlines()[0]
             raise ConfigurationError(f"the query is wrong: {sentence}") from None

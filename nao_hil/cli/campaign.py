@@ -31,7 +31,7 @@ def campaign(
     Example: nao-hil campaign slopes.toml --out runs/slopes --cluster tcp://10.0.0.1:8786
     """
     from nao_hil.analysis.statistics import few_words
-    from nao_hil.campaigns.file import Cell, load_campaign
+    from nao_hil.campaigns.file import CampaignCell, load_campaign
     from nao_hil.runs.campaign import Campaign
 
     asked = load_campaign(file)
@@ -41,7 +41,7 @@ def campaign(
     stop = threading.Event()
     on_signals(stop.set)
     console = open_console()
-    counts = [Cell(point) for point, _ in cells]
+    counts = [CampaignCell(point) for point, _ in cells]
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as running,

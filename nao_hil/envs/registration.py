@@ -6,7 +6,7 @@ from typing import Final
 
 from bridge.errors import ConfigurationError
 from nao_hil.envs.task import Task
-from nao_hil.envs.tasks import GetUp, Servos, Velocity
+from nao_hil.envs.tasks import GetUpTask, ServosTask, VelocityTask
 
 try:
     import gymnasium
@@ -14,9 +14,9 @@ except ModuleNotFoundError:
     raise ConfigurationError("The environments need gymnasium; install nao-hil[envs].") from None
 
 TASKS: Final[dict[str, type[Task]]] = {
-    "NaoHil-Servos-v0": Servos,
-    "NaoHil-Velocity-v0": Velocity,
-    "NaoHil-GetUp-v0": GetUp,
+    "NaoHil-Servos-v0": ServosTask,
+    "NaoHil-Velocity-v0": VelocityTask,
+    "NaoHil-GetUp-v0": GetUpTask,
 }
 """By the name that `gymnasium.make` takes."""
 

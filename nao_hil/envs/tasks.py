@@ -31,7 +31,7 @@ AVERAGED: Final = 0.5
 """Time constant of the mean velocity that is rewarded, s: a walking torso sways."""
 
 
-class Servos(Task):
+class ServosTask(Task):
     """Angles and stiffnesses of all joints, and all that the robot measures; the reward is for standing.
 
     Action: 25 angles, -1 and 1 the ends of the joints' ranges, then 25 stiffnesses, 0 to 1 (below 0: off).
@@ -55,7 +55,7 @@ class Servos(Task):
         return Judgement(0.0 if truth.fell else 1.0, truth.fell)
 
 
-class Velocity(Task):
+class VelocityTask(Task):
     """Follow a velocity command, which is the last three numbers of the observation.
 
     Action: angles of the leg joints from the posture StandInit, 1 for 0.6 rad, in the frame's order. The reward
@@ -109,7 +109,7 @@ class Velocity(Task):
         return Judgement(0.0 if truth.fell else math.exp(-float(error @ error)), truth.fell)
 
 
-class GetUp(Task):
+class GetUpTask(Task):
     """Get up from the back.
 
     Action: 25 angles, -1 and 1 the ends of the joints' ranges; full stiffness. The reward is the height of the

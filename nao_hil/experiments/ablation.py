@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import msgspec
 
 from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
-from nao_hil.experiments.ablation_arms import SHIPPED, TASKS, AblationArm, Task, arms
+from nao_hil.experiments.ablation_arms import SHIPPED, TASKS, AblationArm, AblationTask, arms
 from nao_hil.experiments.arms import Arm, arm
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
@@ -39,7 +39,7 @@ class AblationResult(msgspec.Struct, frozen=True, kw_only=True):
     """By task: arms whose interval lies below that of the shipped arm, from which they differ in one switch."""
 
 
-def experiment(context: Context, tasks: Sequence[Task] = TASKS) -> Outcome:
+def experiment(context: Context, tasks: Sequence[AblationTask] = TASKS) -> Outcome:
     """All arms of all tasks, those that decide most first."""
     planned = [(task, each) for task in tasks for each in arms(task, _shipped(context, task.gait))]
     walks = [
@@ -83,21 +83,21 @@ def _shipped(context: Context, gait: str) -> Switches:
     return controller_parameters(gait, context.config(gait, 0, {}).controller).switches
 
 
-def _walk(context: Context, task: Task, each: AblationArm, seed: int) -> Walk:
+def _walk(context: Context, task: AblationTask, each: AblationArm, seed: int) -> Walk:
     return Walk(
         name=_name(task, each),
         config=context.config(task.gait, seed, msgspec.to_builtins(each.switches)),
         duration=task.duration,
-        happenings=task.plates(seed),
+        world_events=task.plates(seed),
         keep_track=False,
     )
 
 
-def _name(task: Task, each: AblationArm) -> str:
+def _name(task: AblationTask, each: AblationArm) -> str:
     return f"{task.name}, {each.name}"
 
 
-def _decisive(cells: Sequence[AblationCell], task: Task) -> tuple[str, ...]:
+def _decisive(cells: Sequence[AblationCell], task: AblationTask) -> tuple[str, ...]:
     of = {cell.arm: cell for cell in cells if cell.task == task.name}
     if SHIPPED not in of:
         return ()
@@ -107,7 +107,7 @@ def _decisive(cells: Sequence[AblationCell], task: Task) -> tuple[str, ...]:
     )
 
 
-def _finding(decisive: Sequence[str], task: Task) -> str:
+def _finding(decisive: Sequence[str], task: AblationTask) -> str:
     said = ", ".join(decisive) or "none"
     return f"{task.name}: arms whose interval lies below that of the shipped one, one switch apart: {said}."
 
@@ -117,7 +117,7 @@ def _runs(cells: Sequence[AblationCell]) -> str:
     return str(min(numbers)) if len(numbers) == 1 else f"{min(numbers)} to {max(numbers)}"
 
 
-def _words(task: Task) -> str:
+def _words(task: AblationTask) -> str:
     plate = ""
     if task.plate_time is not None:
         plate = (
@@ -127,7 +127,7 @@ def _words(task: Task) -> str:
     return f"{task.duration:g} s{plate}"
 
 
-def _table(cells: Sequence[AblationCell], task: Task) -> ReportTable:
+def _table(cells: Sequence[AblationCell], task: AblationTask) -> ReportTable:
     rows = []
     for cell in cells:
         if cell.task == task.name:

@@ -21,7 +21,7 @@ DEPENDENT: Final = ("common_ankle_tilt", "height_recovery", "attitude_correction
 
 
 @dataclass(frozen=True)
-class Task:
+class AblationTask:
     """What every arm is put to."""
 
     name: str
@@ -45,9 +45,11 @@ class Task:
 
 
 TASKS: Final = (
-    Task("R5: dynamic gait", "dynamic", "torso", ("gyroscope_damping",), duration=15.0),
-    Task("R2: static gait", "static", "torso", ("swing_foot_orientation", "ground_tilt"), duration=30.0),
-    Task(
+    AblationTask("R5: dynamic gait", "dynamic", "torso", ("gyroscope_damping",), duration=15.0),
+    AblationTask(
+        "R2: static gait", "static", "torso", ("swing_foot_orientation", "ground_tilt"), duration=30.0
+    ),
+    AblationTask(
         "R1: static gait, plate",
         "static",
         "leg_admittance",
@@ -71,7 +73,7 @@ class AblationArm(NamedTuple):
     """Arm that differs in one switch, to be read against; empty: none."""
 
 
-def arms(task: Task, shipped: Switches) -> list[AblationArm]:
+def arms(task: AblationTask, shipped: Switches) -> list[AblationArm]:
     """All arms of a task.
 
     Args:

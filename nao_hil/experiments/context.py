@@ -112,7 +112,7 @@ class Context:
                 name=name,
                 config=msgspec.structs.replace(self.config(gait, seed, switches or {}), velocity=velocity),
                 duration=duration,
-                happenings=plates(seed) if plates else (),
+                world_events=plates(seed) if plates else (),
                 **fields,
             )
             for seed in self.seeds

@@ -17,7 +17,7 @@ from nao_hil.network_emulation.walks import NetworkWalk
 STEPS: Final = 4
 
 
-class Cell(msgspec.Struct, frozen=True, kw_only=True):
+class NetworkCell(msgspec.Struct, frozen=True, kw_only=True):
     """The walks of one gait under the same network conditions."""
 
     gait: str
@@ -43,13 +43,13 @@ class NetworkMap(msgspec.Struct, frozen=True, kw_only=True):
     name: str = "network"
     passed: bool
     n: int
-    cells: list[Cell]
+    cells: list[NetworkCell]
 
 
-def cell_of(gait: str, conditions: NetworkConditions, walks: list[NetworkWalk]) -> Cell:
+def cell_of(gait: str, conditions: NetworkConditions, walks: list[NetworkWalk]) -> NetworkCell:
     """The walks of one gait and one set of network conditions, summed up."""
     success = sum(walk.success for walk in walks)
-    return Cell(
+    return NetworkCell(
         gait=gait,
         delay=conditions.delay,
         jitter=conditions.jitter,
@@ -115,7 +115,7 @@ def map_page(context: Context, result: NetworkMap, picture: Path) -> ReportPage:
     )
 
 
-def draw(cells: list[Cell], file: Path) -> None:
+def draw(cells: list[NetworkCell], file: Path) -> None:
     """One map per gait and loss: delay to the right, jitter upwards."""
     import matplotlib
 

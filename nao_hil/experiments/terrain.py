@@ -16,13 +16,13 @@ from bridge.messages.world import PlaceBox
 from bridge.types import Vec3
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
-from emulator.world.stage import Happening
+from emulator.world.events import WorldEvent
 from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
 from nao_hil.analysis.statistics import few_words, mcnemar, wilson
 from nao_hil.experiments.arms import Arm, arm, falls_finding, pairs
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
-from nao_hil.runs.events import Load
+from nao_hil.runs.events import TorsoLoad
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.planning import gait_parameters
 
@@ -139,7 +139,9 @@ def _grounds(setup: TerrainSetup) -> dict[str, Change]:
 
     def plates(walk: Walk, random: np.random.Generator) -> dict[str, Any]:
         every = walk.duration / (setup.plates + 1)
-        return {"happenings": tuple((every * (i + 0.5), _plate(setup, i, random)) for i in range(setup.plates))}
+        return {
+            "world_events": tuple((every * (i + 0.5), _plate(setup, i, random)) for i in range(setup.plates))
+        }
 
     return {
         "flat": lambda walk, random: {},
@@ -147,11 +149,11 @@ def _grounds(setup: TerrainSetup) -> dict[str, Change]:
         "tiles": tiles,
         "plates": plates,
         "friction": lambda walk, random: {"scenario": Scenario(floor=ScenarioFloor(friction=setup.friction))},
-        "load": lambda walk, random: {"load": Load(mass=setup.load, at=setup.load_at)},
+        "load": lambda walk, random: {"load": TorsoLoad(mass=setup.load, at=setup.load_at)},
     }
 
 
-def _plate(setup: TerrainSetup, number: int, random: np.random.Generator) -> Happening:
+def _plate(setup: TerrainSetup, number: int, random: np.random.Generator) -> WorldEvent:
     """Ahead of the robot wherever it went, of random edges at a random angle."""
     length, width = random.uniform(*setup.plate, 2).tolist()
     return PlaceBox(

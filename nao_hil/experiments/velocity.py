@@ -17,7 +17,7 @@ from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.velocity_measure import Cell, Straight, cell, straight, true_path
+from nao_hil.experiments.velocity_measure import Straight, VelocityCell, cell, straight, true_path
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.planning import gait_parameters
 
@@ -85,7 +85,7 @@ class VelocityResult(msgspec.Struct, frozen=True, kw_only=True):
     name: str = "velocity"
     passed: bool
     gait: str
-    cells: tuple[Cell, ...]
+    cells: tuple[VelocityCell, ...]
     straight: Straight
     changes: Changes
 
@@ -157,7 +157,9 @@ def _changing(context: Context, setup: VelocitySetup, gait: str, full: Vec3) -> 
     return walks
 
 
-def _claims(setup: VelocitySetup, cells: Sequence[Cell], line: Straight, changes: Changes) -> tuple[Claim, ...]:
+def _claims(
+    setup: VelocitySetup, cells: Sequence[VelocityCell], line: Straight, changes: Changes
+) -> tuple[Claim, ...]:
     stands = [
         Claim(
             f"At {_words(each.command)} 95 of 100 stand",
@@ -215,7 +217,7 @@ def _share(survived: int, n: int, interval: Vec2) -> str:
     return f"{survived} of {n} ({low:.0f} to {high:.0f} %)"
 
 
-def _table(cells: Sequence[Cell], setup: VelocitySetup) -> ReportTable:
+def _table(cells: Sequence[VelocityCell], setup: VelocitySetup) -> ReportTable:
     """Goal, measured, verdict by the bound."""
     rows = []
     for each in cells:
@@ -234,7 +236,7 @@ def _table(cells: Sequence[Cell], setup: VelocitySetup) -> ReportTable:
     return ReportTable("Commanded and measured", head, tuple(rows))
 
 
-def _plot(context: Context, cells: Sequence[Cell], ahead: Sequence[WalkOutcome], full: Vec3) -> Path:
+def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkOutcome], full: Vec3) -> Path:
     figure = axes.new_figure(11.0, 5.5)
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     rows = np.arange(len(cells))
@@ -255,5 +257,5 @@ def _plot(context: Context, cells: Sequence[Cell], ahead: Sequence[WalkOutcome],
     return axes.save(figure, context.out / "velocity.png")
 
 
-def _pairs(cells: Sequence[Cell]) -> tuple[list[Vec3], list[Vec3]]:
+def _pairs(cells: Sequence[VelocityCell]) -> tuple[list[Vec3], list[Vec3]]:
     return [each.command for each in cells], [each.measured for each in cells]

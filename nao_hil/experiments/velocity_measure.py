@@ -21,7 +21,7 @@ LEAST: Final = 1.0
 """s of walk after the settling without which nothing is measured."""
 
 
-class Mean(msgspec.Struct, frozen=True, kw_only=True):
+class MeanInterval(msgspec.Struct, frozen=True, kw_only=True):
     """Mean of some walks with its 95 % interval (Student's t); NaN where there are too few."""
 
     value: float
@@ -37,19 +37,19 @@ class Mean(msgspec.Struct, frozen=True, kw_only=True):
         return f"{scale * self.value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
-def mean(values: Sequence[float]) -> Mean:
+def mean(values: Sequence[float]) -> MeanInterval:
     """Mean and interval of independent values."""
     n = len(values)
     if n == 0:
-        return Mean(value=math.nan, interval=(-math.inf, math.inf))
+        return MeanInterval(value=math.nan, interval=(-math.inf, math.inf))
     value = float(np.mean(values))
     if n == 1:
-        return Mean(value=value, interval=(-math.inf, math.inf))
+        return MeanInterval(value=value, interval=(-math.inf, math.inf))
     half = float(student.ppf(0.975, n - 1) * np.std(values, ddof=1) / math.sqrt(n))
-    return Mean(value=value, interval=(value - half, value + half))
+    return MeanInterval(value=value, interval=(value - half, value + half))
 
 
-class Cell(msgspec.Struct, frozen=True, kw_only=True):
+class VelocityCell(msgspec.Struct, frozen=True, kw_only=True):
     """Walks at one velocity."""
 
     command: Vec3
@@ -60,9 +60,9 @@ class Cell(msgspec.Struct, frozen=True, kw_only=True):
     """Wilson's, 95 %, of the share that stand."""
     measured: Vec3
     """Medians over the walks, of the torso in its heading from 2 s on, until the end or the fall."""
-    ratio: Mean
+    ratio: MeanInterval
     """Measured over commanded, on the commanded axis on which it is furthest from 1."""
-    coupling: Mean
+    coupling: MeanInterval
     """Largest motion on an axis that is not commanded, relative to the command; each as a part of its axis'
     full speed."""
 
@@ -82,7 +82,7 @@ def heading_velocity(track: Track) -> Vec3 | None:
     return x, y, float(np.sum(turn)) / duration
 
 
-def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> Cell:
+def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> VelocityCell:
     """Sum up the walks at one velocity.
 
     Args:
@@ -102,7 +102,7 @@ def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> Cell:
         if axis not in named
     ]
     x, y, turn = np.median(measured, axis=0).tolist() if measured else (math.nan,) * 3
-    return Cell(
+    return VelocityCell(
         command=command,
         n=len(results),
         survived=alive,
@@ -118,9 +118,9 @@ class Straight(msgspec.Struct, frozen=True, kw_only=True):
 
     n: int
     survived: int
-    heading_deg: Mean
+    heading_deg: MeanInterval
     """Absolute change of the heading."""
-    odometry: Mean
+    odometry: MeanInterval
     """Distance of the place that the odometry tells from the true one, as a part of the way."""
 
 

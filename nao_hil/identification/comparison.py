@@ -19,7 +19,7 @@ SENSORS: Final = ("gyroscope", "accelerometer", "fsr")
 """Signals that are compared by mean, RMS and spectrum."""
 
 
-class Following(msgspec.Struct, frozen=True, kw_only=True):
+class JointFollowing(msgspec.Struct, frozen=True, kw_only=True):
     """How a joint followed its command."""
 
     tracking_error: float
@@ -40,8 +40,8 @@ class JointComparison(msgspec.Struct, frozen=True, kw_only=True):
     """The same between two replays with different seeds, at least one step of the encoder, rad."""
     excess: float
     """What of the difference the floor does not explain, rad."""
-    recorded: Following
-    replayed: Following
+    recorded: JointFollowing
+    replayed: JointFollowing
 
 
 class SensorComparison(msgspec.Struct, frozen=True, kw_only=True):
@@ -124,12 +124,12 @@ def _joint(
     )
 
 
-def _following(number: int, signals: Signals) -> Following:
+def _following(number: int, signals: Signals) -> JointFollowing:
     known = np.isfinite(signals.command[:, number])
     begin = int(np.argmax(known))
     command, position = signals.command[begin:, number], signals.position[begin:, number]
     lag = measures.delay(command, position, signals.cycle)
-    return Following(
+    return JointFollowing(
         tracking_error=measures.tracking_error(command, position),
         delay=lag,
         hysteresis=None if lag is None else measures.hysteresis(command, position, signals.cycle, lag),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from nao_hil.analysis.report.page import Picture, ReportPage, ReportTable
 from nao_hil.analysis.report.render import Report, write_report
-from nao_hil.identification.comparison import Comparison, Following
+from nao_hil.identification.comparison import Comparison, JointFollowing
 from nao_hil.identification.comparison_figures import SHOWN, plot_joints, plot_ranking, plot_spectra
 from nao_hil.identification.signals import Signals
 
@@ -86,7 +86,7 @@ def _joints(result: Comparison) -> ReportTable:
     return ReportTable("Joints; pairs are recorded / replayed", _HEAD, tuple(rows))
 
 
-def _both(recorded: Following, replayed: Following) -> tuple[str, ...]:
+def _both(recorded: JointFollowing, replayed: JointFollowing) -> tuple[str, ...]:
     return tuple(
         " / ".join(_scaled(getattr(each, name), scale, digits) for each in (recorded, replayed))
         for name, scale, digits in (

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import msgspec
 
 from nao_hil.identification.comparison import Comparison, compare
-from nao_hil.identification.recorded import Recorded
+from nao_hil.identification.recorded import RecordedSignals
 from nao_hil.identification.replay import replay
 from nao_hil.identification.signals import Signals
 from nao_hil.runs.config import RunConfig
@@ -17,7 +17,10 @@ _READ = ("robot", "wear", "engine", "scenario", "start", "seed")
 
 
 def compare_recording(
-    recorded: Recorded, name: str, settings: RunConfig, progress: Callable[[float], None] = lambda _: None
+    recorded: RecordedSignals,
+    name: str,
+    settings: RunConfig,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> tuple[Comparison, Signals]:
     """Replay a recording with two seeds, and measure.
 

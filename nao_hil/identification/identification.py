@@ -17,7 +17,7 @@ from bridge.errors import ConfigurationError
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.wear import WearProfile
 from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
-from nao_hil.identification.recorded import Recorded
+from nao_hil.identification.recorded import RecordedSignals
 from nao_hil.identification.signals import Array, Signals
 
 STEADY: Final = 0.15
@@ -52,7 +52,7 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def identify(
-    recorded: Recorded, base: WearProfile, progress: Callable[[int], None] = lambda _: None
+    recorded: RecordedSignals, base: WearProfile, progress: Callable[[int], None] = lambda _: None
 ) -> tuple[Fit, Signals]:
     """Fit the drives to a recording.
 
@@ -97,7 +97,7 @@ def parameters(body: Body, found: Fit) -> dict[str, Identified]:
 
 
 def result(
-    recorded: Recorded, found: Fit, signals: Signals, base: WearProfile, recording: str, profile: str
+    recorded: RecordedSignals, found: Fit, signals: Signals, base: WearProfile, recording: str, profile: str
 ) -> Identification:
     """The JSON.
 

@@ -22,7 +22,7 @@ GRAVITY: Final = 9.81
 
 
 @dataclass(frozen=True)
-class Load:
+class JointLoad:
     """Of one joint over time, (n,) each; its angle is q, the measured one q_m."""
 
     cosine: Array
@@ -32,7 +32,7 @@ class Load:
     """About the axis, without the rotor, kg m^2."""
 
 
-def joint_loads(body: Body, position: Array, angle: Array) -> dict[str, Load]:
+def joint_loads(body: Body, position: Array, angle: Array) -> dict[str, JointLoad]:
     """Loads of all mechanical joints.
 
     Args:
@@ -57,7 +57,7 @@ def joint_loads(body: Body, position: Array, angle: Array) -> dict[str, Load]:
             own = np.einsum("nji,nj->ni", turn[link], axis)
             inertia += np.einsum("ni,ij,nj->n", own, _tensor(sheet), own)
             inertia += sheet.mass * np.square(np.cross(axis, arm)).sum(axis=1)
-        loads[joint] = Load(
+        loads[joint] = JointLoad(
             cosine=GRAVITY * np.einsum("ni,ni->n", axis, np.cross(moment, down)),
             sine=GRAVITY * np.einsum("ni,ni->n", axis, np.cross(np.cross(axis, moment), down)),
             inertia=inertia,

@@ -17,7 +17,7 @@ from nao_hil.runs.replay import recorded_body
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedSignals:
     """A recording to replay, and the robot that it is of."""
 
     body: Body
@@ -28,7 +28,9 @@ class Recorded:
     """It begins with the robot's first cycle."""
 
 
-def read_signals(path: Path, robot: str | None, begin: float = 0.0, end: float | None = None) -> Recorded:
+def read_signals(
+    path: Path, robot: str | None, begin: float = 0.0, end: float | None = None
+) -> RecordedSignals:
     """Read a recording.
 
     Args:
@@ -67,7 +69,7 @@ def read_signals(path: Path, robot: str | None, begin: float = 0.0, end: float |
         raise ConfigurationError(
             f"{path}: has {signals.time[-1]:.2f} s; --from and --to leave nothing of them."
         )
-    return Recorded(body, signals.part(slice(first, last)), config, whole and first == 0)
+    return RecordedSignals(body, signals.part(slice(first, last)), config, whole and first == 0)
 
 
 def _commands(sensors: Any, actuators: Any) -> dict[str, Array]:

@@ -12,7 +12,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
 from emulator.start import STAND
 from emulator.wear import load_wear
-from nao_hil.identification.recorded import Recorded
+from nao_hil.identification.recorded import RecordedSignals
 from nao_hil.identification.signals import NAMES, Signals
 from nao_hil.identification.support import hangs
 from nao_hil.runs.build import build_robot
@@ -26,7 +26,7 @@ _CLEARANCE: Final = 0.1
 
 
 def replay(
-    recorded: Recorded, settings: RunConfig, progress: Callable[[int], None] = lambda _: None
+    recorded: RecordedSignals, settings: RunConfig, progress: Callable[[int], None] = lambda _: None
 ) -> Signals:
     """Run the emulated robot under the recorded commands, open loop.
 
@@ -63,7 +63,7 @@ def replay(
     return Signals(signals.time, signals.command, signals.stiffness, **measured)
 
 
-def _robot(recorded: Recorded, settings: RunConfig) -> EmulatedRobot:
+def _robot(recorded: RecordedSignals, settings: RunConfig) -> EmulatedRobot:
     if recorded.whole and settings.start == recorded.config.get("start", settings.start):
         return build_robot(settings, body=recorded.body)
     first = recorded.signals.position[0]

@@ -17,7 +17,7 @@ from emulator.drives import run_drives
 from emulator.engine.values import PhysicsSettings
 from emulator.servo.parameters import ServoParameters
 from emulator.servo.servo import Servo
-from nao_hil.identification.loads import Load, joint_loads
+from nao_hil.identification.loads import JointLoad, joint_loads
 from nao_hil.identification.signals import Array, Signals
 
 STEP: Final = PhysicsSettings().step
@@ -77,12 +77,12 @@ class ServoModel:
         return out[:, self._rows]
 
 
-def _shared(loads: dict[str, Load], joint: str) -> Load:
+def _shared(loads: dict[str, JointLoad], joint: str) -> JointLoad:
     """The load of a joint, for the two hips with one motor the mean of both."""
     if not joint.endswith("HipYawPitch"):
         return loads[joint]
     left, right = loads["LHipYawPitch"], loads["RHipYawPitch"]
-    return Load(
+    return JointLoad(
         0.5 * (left.cosine + right.cosine), 0.5 * (left.sine + right.sine), 0.5 * (left.inertia + right.inertia)
     )
 
@@ -106,7 +106,7 @@ def _simulate(
         drives: At rest in the first measured angles, (m,); the state changes.
         command: Angles asked for in each cycle, (n, m), rad.
         measured: At which the loads hold, (n, m), rad.
-        cosine: Loads, (n, m), see `loads.Load`.
+        cosine: Loads, (n, m), see `loads.JointLoad`.
         sine: Likewise.
         inertia: With the rotor, (n, m), kg m^2.
         steps: In a cycle.

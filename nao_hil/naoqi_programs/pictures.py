@@ -8,7 +8,7 @@ SERVICE = "ALVideoDevice"
 _METHODS = ("getImageRemote", "getImageLocal")
 
 
-class VideoDevice:
+class VideoProxy:
     """The service with the bytes of its pictures as a `bytearray`.
 
     Args:

@@ -21,7 +21,7 @@ def _redirect(url: str) -> None:
     """Lead every session and application of qi to one address."""
     import qi
 
-    from nao_hil.naoqi_programs.pictures import SERVICE, VideoDevice
+    from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
 
     session, application = qi.Session, qi.Application
 
@@ -30,7 +30,7 @@ def _redirect(url: str) -> None:
         connect = made.connect
         made.connect = lambda *_, **options: connect(url, **options)
         find = made.service
-        made.service = lambda name, *_: VideoDevice(find(name)) if name == SERVICE else find(name)
+        made.service = lambda name, *_: VideoProxy(find(name)) if name == SERVICE else find(name)
         return made
 
     def application_here(args: Any = None, raw: bool = False, autoExit: bool = True, **_: Any) -> Any:

@@ -24,7 +24,7 @@ CONNECT_TIMEOUT: Final = 10.0
 """s; the robot is there already."""
 
 
-class Part(NamedTuple):
+class DemoPart(NamedTuple):
     """One part of the demo."""
 
     lasts: float
@@ -40,29 +40,31 @@ def _walk(x: float, y: float, turn: float) -> WalkCommand:
 
 
 PARTS: Final = (
-    Part(4.0, "It stands. Bars on its feet: loads on the force sensors; red ball: its centre of mass."),
-    Part(
+    DemoPart(4.0, "It stands. Bars on its feet: loads on the force sensors; red ball: its centre of mass."),
+    DemoPart(
         6.0,
         "Ahead at 0.2 m/s, four steps a second. Outlines: footsteps, planned (blue) and made (grey).",
         _walk(0.2, 0.0, 0.0),
     ),
-    Part(
+    DemoPart(
         6.0,
         "A turn on the spot at 0.8 rad/s. One motor, HipYawPitch, turns both legs.",
         _walk(0.0, 0.0, 0.8),
     ),
-    Part(5.0, "Sideways to the left at 0.1 m/s. Every second step only closes the feet.", _walk(0.0, 0.1, 0.0)),
-    Part(
+    DemoPart(
+        5.0, "Sideways to the left at 0.1 m/s. Every second step only closes the feet.", _walk(0.0, 0.1, 0.0)
+    ),
+    DemoPart(
         4.0,
         "Ahead at 0.15 m/s, and a push comes. Purple ball: the capture point, where a foot would stop it.",
         _walk(0.15, 0.0, 0.0),
     ),
-    Part(
+    DemoPart(
         5.0,
         "Pushed from behind with 1.5 N s, as by a ball of half a kilogram at 3 m/s.",
         Push(impulse=(1.5, 0.0, 0.0)),
     ),
-    Part(4.0, "Stop: it slows down over some steps, closes its feet and stands.", WalkCommand(op="stop")),
+    DemoPart(4.0, "Stop: it slows down over some steps, closes its feet and stands.", WalkCommand(op="stop")),
 )
 
 

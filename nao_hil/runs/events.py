@@ -12,7 +12,7 @@ from bridge.body import TORSO, Body
 from bridge.messages import WalkTelemetry
 from bridge.messages.world import Push
 from bridge.types import Vec3
-from emulator.world.stage import Happening, Stage
+from emulator.world.events import EventExecutor, WorldEvent
 from walker.controller import Controller
 
 _EARLY: Final = 1e-9
@@ -39,7 +39,7 @@ class StridePush(msgspec.Struct, frozen=True, kw_only=True):
         return Push(impulse=(self.impulse * x, self.impulse * y, 0.0), duration=self.duration)
 
 
-class Load(msgspec.Struct, frozen=True, kw_only=True):
+class TorsoLoad(msgspec.Struct, frozen=True, kw_only=True):
     """A point mass fixed to the torso, which the walker does not know of."""
 
     mass: float
@@ -66,23 +66,23 @@ class WalkEvents:
     """Lets the events of a walk happen, each at its time of the walk.
 
     Args:
-        happenings: In the world, with their times, s.
+        world_events: With their times, s.
         pushes: Of the torso.
         velocities: New ones with their times, s; m/s, m/s, rad/s.
-        stage: Of the robot's world.
+        executor: Carries out events in the robot's world.
     """
 
     def __init__(
         self,
-        happenings: tuple[tuple[float, Happening], ...],
+        world_events: tuple[tuple[float, WorldEvent], ...],
         pushes: tuple[StridePush, ...],
         velocities: tuple[tuple[float, Vec3], ...],
-        stage: Stage,
+        executor: EventExecutor,
     ) -> None:
-        self._happenings = sorted(happenings, key=lambda event: event[0])
+        self._world_events = sorted(world_events, key=lambda event: event[0])
         self._pushes = sorted(pushes, key=lambda push: push.time)
         self._velocities = sorted(velocities, key=lambda change: change[0])
-        self._stage = stage
+        self._executor = executor
         self._phase = ""
         self._stride: tuple[float, float] | None = None
         """When the stride under way began, and how long the one before was, s."""
@@ -95,12 +95,12 @@ class WalkEvents:
 
     def happen(self, time: float, controller: Controller) -> None:
         """All that is due at a time of the walk, s."""
-        while self._happenings and time >= self._happenings[0][0] - _EARLY:
-            self._stage.execute(self._happenings.pop(0)[1])
+        while self._world_events and time >= self._world_events[0][0] - _EARLY:
+            self._executor.execute(self._world_events.pop(0)[1])
         while self._velocities and time >= self._velocities[0][0] - _EARLY:
             controller.steer(self._velocities.pop(0)[1])
         while self._pushes and self._due(self._pushes[0], time):
-            self._stage.execute(self._pushes.pop(0).command())
+            self._executor.execute(self._pushes.pop(0).command())
 
     def _due(self, push: StridePush, time: float) -> bool:
         if push.phase is None:

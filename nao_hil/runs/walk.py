@@ -17,10 +17,10 @@ from bridge.types import Vec3
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile, load_wear
-from emulator.world.stage import Happening
+from emulator.world.events import WorldEvent
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.events import Load, StridePush, WalkEvents
+from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.in_process import run
 from nao_hil.runs.track import Track, TrackRecorder
 from walker.controller import Controller
@@ -43,12 +43,12 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     duration: float
     """Time of the walk, s."""
     scenario: Scenario = Scenario()
-    happenings: tuple[tuple[float, Happening], ...] = ()
+    world_events: tuple[tuple[float, WorldEvent], ...] = ()
     """What happens in the world by time of the walk, s; events of the scenario count from the first frame."""
     pushes: tuple[StridePush, ...] = ()
     velocities: tuple[tuple[float, Vec3], ...] = ()
     """New ones by time of the walk, s; m/s, m/s, rad/s. For gaits that change theirs in stride."""
-    load: Load | None = None
+    load: TorsoLoad | None = None
     stand: bool = False
     """Stand in place of walking; the time of the walk is that of the stand."""
     keep_track: bool = True
@@ -132,7 +132,7 @@ class _Witness(Observer):
 
     def __init__(self, task: Walk, robot: EmulatedRobot, controller: Controller) -> None:
         self._task, self._controller = task, controller
-        self._events = WalkEvents(task.happenings, task.pushes, task.velocities, robot.stage)
+        self._events = WalkEvents(task.world_events, task.pushes, task.velocities, robot.world_events)
         self._recorder = TrackRecorder()
         self._truth = robot.truth()
         self._start: tuple[float, float] | None = None

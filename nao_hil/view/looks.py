@@ -41,7 +41,7 @@ _SHELL: Final = 0.012
 """Thickness of the sole's plate, m."""
 
 
-class Part(NamedTuple):
+class ColouredMesh(NamedTuple):
     """One coloured piece of a link, in the link's frame."""
 
     vertices: Floats
@@ -63,7 +63,7 @@ def _sphere() -> Floats:
 _SPHERE: Final = _sphere()
 
 
-def _hull(points: Floats, colour: Colour) -> Part:
+def _hull(points: Floats, colour: Colour) -> ColouredMesh:
     """Convex hull with its faces turned outward."""
     hull = ConvexHull(points)
     used, faces = np.unique(hull.simplices, return_inverse=True)
@@ -71,10 +71,10 @@ def _hull(points: Floats, colour: Colour) -> Part:
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     faces[inward] = faces[inward][:, ::-1]
-    return Part(vertices, faces, colour)
+    return ColouredMesh(vertices, faces, colour)
 
 
-def _blob(balls: Sequence[Ball], colour: Colour, grow: float) -> Part:
+def _blob(balls: Sequence[Ball], colour: Colour, grow: float) -> ColouredMesh:
     """Convex hull of balls."""
     return _hull(np.vstack([np.array(b[:3]) + (b[3] + grow) * _SPHERE for b in balls]), colour)
 
@@ -139,7 +139,7 @@ def _balls(body: Body) -> dict[str, list[tuple[list[Ball], Colour]]]:
     return pieces
 
 
-def _foot(body: Body, side: Side, grow: float) -> list[Part]:
+def _foot(body: Body, side: Side, grow: float) -> list[ColouredMesh]:
     """The sole's plate with the published outline, and a shell over it."""
     outline, low = sole_hull(body, side), -body.lengths.FootHeight
     middle = outline.mean(axis=0)
@@ -180,7 +180,7 @@ def terrain_meshes(terrain: Terrain) -> list[tuple[Floats, Faces]]:
     return meshes
 
 
-def link_parts(body: Body, grow: float = 0.0) -> dict[str, list[Part]]:
+def link_parts(body: Body, grow: float = 0.0) -> dict[str, list[ColouredMesh]]:
     """The pieces of each link that has any, by the name of the joint that moves it.
 
     Args:

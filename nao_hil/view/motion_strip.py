@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.body import Body, load_body
 from bridge.motion import MotionPlayer, load_motion
-from emulator.engine.values import Camera
+from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from nao_hil.runs.motion import BEGINS, play
@@ -40,7 +40,7 @@ def pictures(name: str, body: Body) -> list[tuple[float, NDArray[np.uint8]]]:
         def watch(now: EmulatedRobot) -> None:
             if (now.seq - begin) % EVERY == 0:
                 x, y, _ = now.truth().torso_position
-                camera = Camera((x + 0.45, y - 0.9, 0.40), (x, y, 0.22), SIZE, SIZE, math.radians(44.0))
+                camera = PinholeCamera((x + 0.45, y - 0.9, 0.40), (x, y, 0.22), SIZE, SIZE, math.radians(44.0))
                 taken.append((now.time, now.engine.picture(camera)))
 
         play(robot, name, MotionPlayer(motion, body), watch=watch)

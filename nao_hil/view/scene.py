@@ -15,7 +15,7 @@ from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import Array, Quaternion
 from nao_hil.analysis.diagnosis import Balance, Stand
 from nao_hil.view.footprints import Footprints
-from nao_hil.view.looks import Colour, Part, link_parts, terrain_meshes
+from nao_hil.view.looks import Colour, ColouredMesh, link_parts, terrain_meshes
 from nao_hil.view.support import soles_that_touch, tips
 from walker.estimation.odometry import GroundPlane
 from walker.model.floating_base import FloatingBase, RobotPose
@@ -170,7 +170,7 @@ class RobotScene:
             position=place,
         )
 
-    def _links(self, root: str, parts: dict[str, list[Part]], colour: Colour | None) -> dict[int, Any]:
+    def _links(self, root: str, parts: dict[str, list[ColouredMesh]], colour: Colour | None) -> dict[int, Any]:
         """Frames of the links that have parts, by their place in `FloatingBase.links`."""
         frames = {}
         for name, pieces in parts.items():

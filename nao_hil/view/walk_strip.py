@@ -16,7 +16,7 @@ from bridge.body import load_body
 from bridge.guard import Guard
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.observer import Observer
-from emulator.engine.values import Camera
+from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from nao_hil.runs.build import controller_maker
@@ -54,7 +54,7 @@ class Strip(Observer):
 def picture(robot: EmulatedRobot, truth: TruthFrame) -> NDArray[np.uint8]:
     """The robot from its right front, shape (height, width, 3)."""
     x, y, _ = truth.torso_position
-    camera = Camera((x + 0.55, y - 0.75, 0.45), (x, y, 0.24), WIDTH, HEIGHT, math.radians(40.0))
+    camera = PinholeCamera((x + 0.55, y - 0.75, 0.45), (x, y, 0.24), WIDTH, HEIGHT, math.radians(40.0))
     return robot.engine.picture(camera)
 
 

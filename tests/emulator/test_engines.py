@@ -10,7 +10,7 @@ import pytest
 from bridge.body import TORSO, Body, joint_tree, load_body
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
-from emulator.engine.values import Camera, PhysicsSettings
+from emulator.engine.values import PhysicsSettings, PinholeCamera
 from emulator.poses import ORIGIN, Pose, quaternion
 from emulator.world.surfaces import WOOD
 
@@ -246,8 +246,8 @@ def test_a_picture_shows_the_robot(engine: Engine) -> None:
         pytest.importorskip("mujoco.egl", exc_type=Exception)
     engine.add_robot(BODY, ROTOR, held=True)
     engine.robot.set_torso(at(1.0))
-    front = Camera((1.5, 0.0, 1.0), (0.0, 0.0, 1.0), 64, 48, math.radians(40.0))
-    away = Camera((1.5, 0.0, 1.0), (3.0, 0.0, 1.0), 64, 48, math.radians(40.0))
+    front = PinholeCamera((1.5, 0.0, 1.0), (0.0, 0.0, 1.0), 64, 48, math.radians(40.0))
+    away = PinholeCamera((1.5, 0.0, 1.0), (3.0, 0.0, 1.0), 64, 48, math.radians(40.0))
     with_robot, without = engine.picture(front), engine.picture(away)
     assert with_robot.shape == (48, 64, 3)
     assert np.abs(with_robot[24, 32].astype(int) - without[24, 32].astype(int)).max() > 20

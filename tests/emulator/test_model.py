@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from bridge.body import BODIES, TORSO, Body, joint_tree, load_body
 from emulator.engine.pybullet.client import bullet, connect, disconnect
-from emulator.engine.pybullet.model import RobotModel, build_model
+from emulator.engine.pybullet.model import BulletModel, build_model
 
 Matrix = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def frame(body: Body, joint: str, angles: dict[str, float]) -> Matrix:
     return np.asarray(result @ home)
 
 
-def random_pose(body: Body, model: RobotModel, rng: np.random.Generator) -> dict[str, float]:
+def random_pose(body: Body, model: BulletModel, rng: np.random.Generator) -> dict[str, float]:
     angles = {n: float(rng.uniform(body.joints[n].lower, body.joints[n].upper)) for n in model.joints}
     for i, name in zip(model.numbers, model.joints, strict=True):
         bullet.resetJointState(model.robot, i, angles[name], physicsClientId=model.client)

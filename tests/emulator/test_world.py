@@ -16,7 +16,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
 from emulator.scenarios.model import Scenario
 from emulator.world import World
-from emulator.world.actions import Pendulum
+from emulator.world.actions import PendulumStrike
 from emulator.world.terrain import lay_terrain, terrain_of
 
 BODY = load_body("nao-v3")
@@ -163,7 +163,7 @@ def test_a_movable_box_slides_as_coulomb_says(physics: str) -> None:
 def test_a_pendulum_reaches_the_speed_of_its_height(engine: Engine) -> None:
     """v = sqrt(2 g l (1 - cos a)) at the lowest point, corrected for the bob's own moment of inertia."""
     length, angle, mass = 0.8, math.radians(40.0), 2.0
-    pendulum = Pendulum(engine, "bob", (0.0, 0.0, 1.0), 0.3, mass, length, angle)
+    pendulum = PendulumStrike(engine, "bob", (0.0, 0.0, 1.0), 0.3, mass, length, angle)
     places = [bob_place(engine, pendulum.name)]
     for _ in range(2000):
         engine.bare_step()

@@ -14,7 +14,7 @@ from bridge.body import load_body  # noqa: E402
 from bridge.errors import ConfigurationError  # noqa: E402
 from nao_hil.envs.registration import TASKS  # noqa: E402
 from nao_hil.envs.task import Task  # noqa: E402
-from nao_hil.envs.tasks import LEGS, POSTURE, Servos, Velocity  # noqa: E402
+from nao_hil.envs.tasks import LEGS, POSTURE, ServosTask, VelocityTask  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not find_spec("mujoco"), reason="MuJoCo is not installed")
 
@@ -92,11 +92,11 @@ def test_an_observation_is_the_sensor_frame_and_the_truth_is_in_info() -> None:
 
 def test_actions_are_ranges_of_joints_and_angles_about_the_posture() -> None:
     body = load_body("nao-v6")
-    angles, stiffness = Servos(body).command(np.array([-1.0] * 12 + [1.0] * 13 + [0.25] * 25))
+    angles, stiffness = ServosTask(body).command(np.array([-1.0] * 12 + [1.0] * 13 + [0.25] * 25))
     assert angles[0] == body.joints["HeadYaw"].lower
     assert angles[17] == pytest.approx(body.joints["RAnkleRoll"].upper)
     assert set(stiffness) == {0.25}
-    angles, _ = Velocity(body).command(np.eye(len(LEGS))[0])
+    angles, _ = VelocityTask(body).command(np.eye(len(LEGS))[0])
     assert np.flatnonzero(angles - POSTURE).tolist() == [LEGS[0]]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from nao_hil.cli.main import run
-from nao_hil.view.export.packing import Table, pack
+from nao_hil.view.export.packing import PackedTable, pack
 
 
 def unpacked(packed: bytes) -> tuple[dict[str, object], dict[str, np.ndarray]]:
@@ -33,7 +33,7 @@ def test_what_is_packed_is_what_was_given_to_the_step() -> None:
     values = np.random.default_rng(0).normal(0.0, 3.0, (50, 4))
     values[7:12, 2] = math.nan
     header, tables = unpacked(
-        pack({"title": "ä"}, {"a": Table(values, 1e-4), "none": Table(np.zeros((0, 3)), 1.0)})
+        pack({"title": "ä"}, {"a": PackedTable(values, 1e-4), "none": PackedTable(np.zeros((0, 3)), 1.0)})
     )
     np.testing.assert_allclose(tables["a"], values, atol=0.5001e-4)
     assert header["title"] == "ä" and tables["none"].shape == (0, 3)

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from bridge.types import Array
 from walker.model.gravity import GRAVITY
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 Number = TypeVar("Number", float, Array)
 
@@ -34,7 +34,7 @@ class LinearPendulum:
         """
         return position - acceleration * self.height / GRAVITY
 
-    def motion(self, t: float, position: float, velocity: float) -> Motion:
+    def motion(self, t: float, position: float, velocity: float) -> MotionState:
         """Motion of the centre of mass while the zero moment point rests at 0 (3.10).
 
         Args:
@@ -45,7 +45,7 @@ class LinearPendulum:
         nu = self.nu
         sinh, cosh = math.sinh(nu * t), math.cosh(nu * t)
         a, b = position, velocity / nu
-        return Motion(
+        return MotionState(
             a * cosh + b * sinh,
             a * nu * sinh + b * nu * cosh,
             a * nu**2 * cosh + b * nu**2 * sinh,

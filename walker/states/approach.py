@@ -7,7 +7,7 @@ from typing import Final
 
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
-from walker.states.joint_motion import Approach
+from walker.states.joint_interpolation import JointInterpolation
 from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
@@ -36,14 +36,14 @@ class Approaching:
         self.successor = successor
         """The state that follows."""
         self._begin = begin
-        self._approach: Approach | None = None
+        self._approach: JointInterpolation | None = None
         self.position = goal
         self.stiffness = 1.0
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle."""
         if self._approach is None:
-            self._approach = Approach(self._begin(frame), self._goal)
+            self._approach = JointInterpolation(self._begin(frame), self._goal)
         elif self._approach.done:
             return self.successor.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)

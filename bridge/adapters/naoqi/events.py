@@ -20,7 +20,7 @@ Publish = Callable[[str, Any, list[list[str]]], None]
 
 
 @dataclass(frozen=True)
-class _Subscription:
+class _EventSubscription:
     module: str
     method: str
     message: str
@@ -39,7 +39,7 @@ class Events:
         self._declared: dict[str, str] = {}
         """Event -> the extractor that raises it, or nothing."""
         self._micro: set[str] = set()
-        self._subscriptions: dict[str, dict[str, _Subscription]] = {}
+        self._subscriptions: dict[str, dict[str, _EventSubscription]] = {}
         """Event -> module -> what it asked for."""
         self._history: dict[str, deque[list[Any]]] = {}
 
@@ -97,7 +97,7 @@ class Events:
         *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
         owner = text(module, "ALMemory.subscribeToEvent: module")
         self._know("subscribeToEvent", event)
-        subscription = _Subscription(owner, method, message[0] if message else "")
+        subscription = _EventSubscription(owner, method, message[0] if message else "")
         self._subscriptions.setdefault(event, {})[owner] = subscription
 
     def unsubscribe(self, name: Any, module: Any) -> None:

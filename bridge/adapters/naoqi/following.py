@@ -37,7 +37,7 @@ Walk = Callable[[float, float, float], Future[Any]]
 
 
 @dataclass(frozen=True)
-class Target:
+class FollowedTarget:
     """What is followed."""
 
     name: str
@@ -73,7 +73,7 @@ class Following:
         self._stage, self._frames, self._motion, self._events = stage, frames, motion, events
         self._neck, self._walk = neck, walk
         self._cameras = [camera.name for camera in cameras(frames.body)]
-        self.target: Target | None = None
+        self.target: FollowedTarget | None = None
         self.walks, self.time_out = False, 2000
         """Whether the robot walks to the target; and ms after which it is lost."""
         self.relative: Sequence[float] = (0.0,) * 6
@@ -90,7 +90,7 @@ class Following:
         """Whether the target is not seen."""
         return self.target is None or self._lost
 
-    def begin(self, target: Target) -> None:
+    def begin(self, target: FollowedTarget) -> None:
         """Follow this one from now on."""
         self.end()
         self.target, self._place, self._due = target, None, 0
@@ -134,7 +134,7 @@ class Following:
         if self.walks:
             self._approach(now)
 
-    def _find(self, target: Target) -> Array | None:
+    def _find(self, target: FollowedTarget) -> Array | None:
         """The target in the Torso frame, (4,), m; None: no camera sees it."""
         links = self._frames.links(self._frames.position(True))
         for i, name in enumerate(self._cameras):

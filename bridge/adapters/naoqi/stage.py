@@ -30,7 +30,7 @@ MAX_THINGS: Final = 100
 
 
 @dataclass(frozen=True)
-class Thing:
+class ShownThing:
     """Something that can be seen."""
 
     kind: Kind
@@ -67,7 +67,7 @@ class Stage:
     def __init__(self, body: Body, frames: RobotFrames, eyes: Eyes, hear: Callable[[str], list[str]]) -> None:
         self._frames, self._eyes, self._hear = frames, eyes, hear
         self._cameras = cameras(body)
-        self._things: dict[tuple[str, str], Thing] = {}
+        self._things: dict[tuple[str, str], ShownThing] = {}
 
     def seen(self, kind: Kind, camera: int) -> Iterator[Sighting]:
         """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
@@ -110,7 +110,7 @@ class Stage:
         wide = THING_SIZES[what] if size is None else number(size, "NaoHil.show: size", 0.001, 10.0)
         if (what, which) not in self._things and len(self._things) >= MAX_THINGS:
             raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
-        self._things[what, which] = Thing(cast(Kind, what), which, (x, y, z), wide)
+        self._things[what, which] = ShownThing(cast(Kind, what), which, (x, y, z), wide)
 
     def _hide(self, kind: Any, name: Any) -> None:
         self._things.pop((_kind(kind), _name(kind, name)), None)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import flag, fraction, number, text
 from bridge.adapters.naoqi.cartesian import look_angles
-from bridge.adapters.naoqi.following import Following, Target
+from bridge.adapters.naoqi.following import FollowedTarget, Following
 from bridge.adapters.naoqi.frames import RobotFrames
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
@@ -48,7 +48,7 @@ class Tracker:
 
     def _initialize(self) -> None:
         self._following.end()
-        self._targets: dict[str, Target] = {}
+        self._targets: dict[str, FollowedTarget] = {}
         self._mode, self._effector = "Head", "None"
         self._distance = 1.0
         self._following.walks, self._following.time_out = False, 2000
@@ -180,7 +180,7 @@ class Tracker:
         return {"lookAt": self.look_at, "pointAt": self.point_at, "track": self.track}
 
 
-def _target(name: str, parameters: Any) -> Target:
+def _target(name: str, parameters: Any) -> FollowedTarget:
     """A target by its name and what `registerTarget` takes for it: a diameter, or that and numbers of marks."""
     if name not in _KINDS:
         raise NaoqiRefused(f"ALTracker.registerTarget: {name} cannot be perceived; {', '.join(_KINDS)} can.")
@@ -190,7 +190,7 @@ def _target(name: str, parameters: Any) -> Target:
         size = parameters[0]
         marks = parameters[1] if len(parameters) > 1 and isinstance(parameters[1], list) else []
     diameter = number(size, f"ALTracker.registerTarget: size of {name}", 0.001, 10.0)
-    return Target(name, kind, diameter, tuple(str(mark) for mark in marks))
+    return FollowedTarget(name, kind, diameter, tuple(str(mark) for mark in marks))
 
 
 def _one_of(name: Any, known: Sequence[str], what: str) -> str:

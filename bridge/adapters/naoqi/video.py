@@ -38,7 +38,7 @@ _MODELS: Final = {640: 1, 1280: 2, 2560: 3}
 
 
 @dataclass
-class _Subscription:
+class _CameraSubscription:
     camera: int
     resolution: int
     space: int
@@ -57,7 +57,7 @@ class VideoDevice:
 
     def __init__(self, body: Body, eyes: Eyes) -> None:
         self._cameras, self._eyes = cameras(body), eyes
-        self._subscriptions: dict[str, _Subscription] = {}
+        self._subscriptions: dict[str, _CameraSubscription] = {}
         self._active = 0
         self._parameters: tuple[dict[int, int], dict[int, int]] = (dict(PARAMETERS), dict(PARAMETERS))
 
@@ -82,7 +82,7 @@ class VideoDevice:
         for i in range(MAX_OF_NAME):
             handle = f"{whose}_{i}"
             if handle not in self._subscriptions and len(self._subscriptions) < MAX_SUBSCRIPTIONS:
-                self._subscriptions[handle] = _Subscription(which, size, colours, a_second)
+                self._subscriptions[handle] = _CameraSubscription(which, size, colours, a_second)
                 return handle
         raise NaoqiRefused(
             f"{method}: {whose!r:.40} has {MAX_OF_NAME} subscriptions already; unsubscribe some."
@@ -131,7 +131,7 @@ class VideoDevice:
             timer.start()
         return done
 
-    def _of(self, handle: Any, method: str) -> _Subscription:
+    def _of(self, handle: Any, method: str) -> _CameraSubscription:
         name = text(handle, f"ALVideoDevice.{method}: handle")
         if name not in self._subscriptions:
             raise NaoqiRefused(

@@ -28,7 +28,7 @@ _RIM: Final = 64
 """Contacts on the rims of the feet that one cycle keeps."""
 
 
-class ContactPoints:
+class MujocoContacts:
     """Collects the contacts of a robot step by step.
 
     Args:

@@ -12,7 +12,7 @@ from bridge.body import Body
 from bridge.types import Vec3
 from emulator.drives import DRIVE
 from emulator.engine.base import Engine
-from emulator.engine.mujoco.contacts import ContactPoints
+from emulator.engine.mujoco.contacts import MujocoContacts
 from emulator.engine.mujoco.model import describe_robot
 from emulator.engine.mujoco.native import LAYOUT
 from emulator.engine.mujoco.picture import Painter
@@ -24,7 +24,7 @@ from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.mujoco.steps import run_steps
 from emulator.engine.multibody import Vector
 from emulator.engine.stops import Stops
-from emulator.engine.values import Camera, GroundContacts, PhysicsSettings, RayHit
+from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
 _NO_DRIVES: Final = np.zeros(0, DRIVE)
 
@@ -55,7 +55,7 @@ class MujocoEngine(Engine):
         self.scene.meet(body)
         self.robot = MujocoRobot(description, self.simulation, self.scene)
         self._stops = Stops(body, self.robot.joints, rotor_inertia, self.settings.step)
-        self._contacts = ContactPoints(self.simulation, self.robot, self.scene)
+        self._contacts = MujocoContacts(self.simulation, self.robot, self.scene)
         self._steps, self._version = 0, -1
 
     def begin_cycle(self) -> None:
@@ -107,7 +107,7 @@ class MujocoEngine(Engine):
         seen = [GROUND_GROUP] if ground_only else [GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP]
         return hits(self.simulation, starts, ends, seen)
 
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+    def picture(self, camera: PinholeCamera) -> NDArray[np.uint8]:
         """See `Engine`."""
         return self._painter.draw(self.simulation.model, self.simulation.now, camera)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from bridge.body import TORSO, Body
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.model import HOOK, RobotModel, describe_robot
+from emulator.engine.mujoco.model import HOOK, MujocoModel, describe_robot
 from emulator.engine.mujoco.scene import FLOOR, MujocoScene
 from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.mujoco.springs import spring
@@ -145,7 +145,7 @@ def _add_actuators(spec: Any, body: Body, drives: Sequence[Drive]) -> None:
         actuator.nsample, actuator.delay = steps, steps * step
 
 
-def _add_sensors(spec: Any, body: Body, robot: RobotModel, drives: Sequence[Drive]) -> None:
+def _add_sensors(spec: Any, body: Body, robot: MujocoModel, drives: Sequence[Drive]) -> None:
     """Joint angles, and the inertial unit."""
     for drive in drives:
         spec.add_sensor(
@@ -163,7 +163,7 @@ def _add_sensors(spec: Any, body: Body, robot: RobotModel, drives: Sequence[Driv
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
 
 
-def _settle_springs(simulation: Simulation, robot: RobotModel, drives: Sequence[Drive]) -> None:
+def _settle_springs(simulation: Simulation, robot: MujocoModel, drives: Sequence[Drive]) -> None:
     """Write the springs of soles and gears, which depend on the compiled model, into the description."""
     model, spec = simulation.model, simulation.spec
     for geom in spec.geoms:

@@ -29,7 +29,7 @@ HOOK: Final = "hook"
 
 
 @dataclass(frozen=True)
-class RobotModel:
+class MujocoModel:
     """What a robot added to the description."""
 
     joints: tuple[str, ...]
@@ -45,7 +45,7 @@ class RobotModel:
     """Description of the weld that can hold a free torso; None: the torso is held for good."""
 
 
-def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Vector, *, held: bool) -> RobotModel:
+def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Vector, *, held: bool) -> MujocoModel:
     """Add a robot in its zero pose, torso upright at the world's origin.
 
     Args:
@@ -92,7 +92,7 @@ def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Vector, *,
     gear.solref, gear.solimp = (TIME_CONSTANT_STEPS * step, 1.0), STIFF
     hook = None if held else _add_hook(spec, step)
     simulation.changed()
-    return RobotModel(tuple(hinges), held, torso, hinges, tuple(sorted(collision_pairs(body))), hook)
+    return MujocoModel(tuple(hinges), held, torso, hinges, tuple(sorted(collision_pairs(body))), hook)
 
 
 def _add_hook(spec: Any, step: float) -> Any:

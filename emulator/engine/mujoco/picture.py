@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import ConfigurationError
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.values import Camera
+from emulator.engine.values import PinholeCamera
 
 
 class Painter:
@@ -20,7 +20,7 @@ class Painter:
         self._context: Any = None
         self._size = (0, 0)
 
-    def draw(self, model: Any, data: Any, camera: Camera) -> NDArray[np.uint8]:
+    def draw(self, model: Any, data: Any, camera: PinholeCamera) -> NDArray[np.uint8]:
         """A picture, (height, width, 3), RGB.
 
         Raises:

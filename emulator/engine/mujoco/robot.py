@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bridge.body import TORSO
 from bridge.types import Vec3
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.model import HOOK, RobotModel
+from emulator.engine.mujoco.model import HOOK, MujocoModel
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.shapes import wxyz, xyzw
 from emulator.engine.mujoco.simulation import Simulation
@@ -33,7 +33,7 @@ class MujocoRobot(Multibody):
         scene: What is around it.
     """
 
-    def __init__(self, description: RobotModel, simulation: Simulation, scene: MujocoScene) -> None:
+    def __init__(self, description: MujocoModel, simulation: Simulation, scene: MujocoScene) -> None:
         self.joints = description.joints
         self._description, self._simulation, self._scene = description, simulation, scene
         self._version = -1

@@ -8,18 +8,18 @@ from bridge.body import TORSO
 from bridge.types import Vec3
 from emulator.engine.contacts import FootReaction, ground_contacts
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.model import BASE, RobotModel
+from emulator.engine.pybullet.model import BASE, BulletModel
 from emulator.engine.values import GroundContacts
 
 
-class ContactPoints:
+class BulletContacts:
     """Collects the contacts of a robot step by step.
 
     Args:
         model: The robot.
     """
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, model: BulletModel) -> None:
         self._model = model
         self._reactions = {side: FootReaction(side) for side in model.feet}
         self._feet = {

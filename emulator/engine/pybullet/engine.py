@@ -14,12 +14,12 @@ from bridge.types import Vec3
 from emulator.engine.base import Engine
 from emulator.engine.multibody import Vector
 from emulator.engine.pybullet.client import bullet, connect, disconnect
-from emulator.engine.pybullet.contacts import ContactPoints
+from emulator.engine.pybullet.contacts import BulletContacts
 from emulator.engine.pybullet.model import build_model
 from emulator.engine.pybullet.robot import BulletRobot
 from emulator.engine.pybullet.scene import BulletScene
 from emulator.engine.stops import Stops
-from emulator.engine.values import Camera, GroundContacts, PhysicsSettings, RayHit
+from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
 SOLVER_ITERATIONS: Final = 50
 """Upper bound of the contact solver's sweeps per step; it stops earlier when converged."""
@@ -72,7 +72,7 @@ class BulletEngine(Engine):
         self.scene.add_soles(model)
         self.robot = BulletRobot(model, self.scene, self.settings.gravity)
         self._stops = Stops(body, model.joints, rotor_inertia, self.settings.step)
-        self._contacts = ContactPoints(model)
+        self._contacts = BulletContacts(model)
 
     def begin_cycle(self) -> None:
         """See `Engine`."""
@@ -112,7 +112,7 @@ class BulletEngine(Engine):
             return RayHit("nothing", fraction, point, normal)
         return RayHit("robot" if body == self._robot_number else "scene", fraction, point, normal)
 
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+    def picture(self, camera: PinholeCamera) -> NDArray[np.uint8]:
         """See `Engine`."""
         width, height = camera.width, camera.height
         view = bullet.computeViewMatrix(camera.eye, camera.target, (0.0, 0.0, 1.0))

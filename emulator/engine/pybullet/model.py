@@ -52,7 +52,7 @@ _NO_INERTIA: Final = PrincipalInertia((1e-12, 1e-12, 1e-12), _UPRIGHT)
 
 
 @dataclass(frozen=True)
-class RobotModel:
+class BulletModel:
     """A robot in a physics client."""
 
     client: int
@@ -135,7 +135,7 @@ def combined_inertia(link: Link, joint: JointTree, rotor_inertia: float) -> Prin
     return principal(with_rotor(tensor_matrix(link.inertia), joint.axis, rotor_inertia))
 
 
-def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixed: bool = False) -> RobotModel:
+def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixed: bool = False) -> BulletModel:
     """Put a robot in its zero pose, torso upright at the world's origin, into a physics client.
 
     Args:
@@ -195,7 +195,7 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
     _set_friction(client, robot, number, body.shapes.shell_friction)
     pairs = _set_collisions(client, robot, number, body)
     _couple_hips(client, robot, number["LHipYawPitch"], number["RHipYawPitch"])
-    return RobotModel(
+    return BulletModel(
         client=client,
         robot=robot,
         joints=names,

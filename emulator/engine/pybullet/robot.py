@@ -10,7 +10,7 @@ from bridge.body import TORSO
 from bridge.types import Vec3
 from emulator.engine.multibody import Multibody, Vector
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.model import BASE, RobotModel
+from emulator.engine.pybullet.model import BASE, BulletModel
 from emulator.engine.pybullet.scene import BulletScene
 from emulator.engine.values import TorsoState
 from emulator.poses import ORIGIN, Pose
@@ -29,7 +29,7 @@ class BulletRobot(Multibody):
         gravity: m/s^2.
     """
 
-    def __init__(self, model: RobotModel, scene: BulletScene, gravity: float) -> None:
+    def __init__(self, model: BulletModel, scene: BulletScene, gravity: float) -> None:
         self.model = model
         """PyBullet's numbers; for tests that ask PyBullet itself."""
         self.joints = model.joints

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.types import Quaternion, Vec3
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.model import RobotModel
+from emulator.engine.pybullet.model import BulletModel
 from emulator.engine.pybullet.soles import soften_soles
 from emulator.engine.scene import Scene
 from emulator.engine.values import Surface
@@ -41,7 +41,7 @@ class BulletScene(Scene):
         self._pushes: list[tuple[int, Vec3]] = []
         self._floor, self._friction = ORIGIN, 1.0
         self._surface: Surface | None = None
-        self._soles: RobotModel | None = None
+        self._soles: BulletModel | None = None
         self.ground: set[int] = set()
         """PyBullet's numbers of the floor and of what is fixed on it."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
@@ -85,7 +85,7 @@ class BulletScene(Scene):
             self._set_body_friction(self.bodies[name], surface.friction)
         self._soften()
 
-    def add_soles(self, robot: RobotModel) -> None:
+    def add_soles(self, robot: BulletModel) -> None:
         """Let a robot's soles meet the surface."""
         self._soles = robot
         self._soften()

@@ -11,7 +11,7 @@ springs in a few points, not along a line.
 from __future__ import annotations
 
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.model import RobotModel
+from emulator.engine.pybullet.model import BulletModel
 from emulator.engine.shapes import OUTER_SHARE, PATCH_RADIUS
 from emulator.engine.values import Surface
 
@@ -19,7 +19,7 @@ _POINTS = 4
 """Contact points that PyBullet keeps of a hull or a box on a plane."""
 
 
-def soften_soles(robot: RobotModel, surface: Surface) -> None:
+def soften_soles(robot: BulletModel, surface: Surface) -> None:
     """Give both soles the springs of a surface.
 
     PyBullet multiplies the coefficient against turning by the floor's friction: it is a length here.

@@ -28,7 +28,7 @@ MAX_TURNS: Final = 6
 Progress = Callable[[str], None]
 
 
-class Surface(NamedTuple):
+class MarginGrid(NamedTuple):
     """Margins over a grid of two numbers."""
 
     first: Array
@@ -87,7 +87,7 @@ def search(cycle: Cycle, grid: int = GRID, progress: Progress = lambda _: None) 
     return CyclePlan(choice, cycle.margin(choice))
 
 
-def along(cycle: Cycle, choice: Choice, grid: int = GRID) -> tuple[Choice, Surface]:
+def along(cycle: Cycle, choice: Choice, grid: int = GRID) -> tuple[Choice, MarginGrid]:
     """The best x_sd and x_ed of a grid within bound (11).
 
     Args:
@@ -100,7 +100,7 @@ def along(cycle: Cycle, choice: Choice, grid: int = GRID) -> tuple[Choice, Surfa
     return choice._replace(x_sd=best[0], x_ed=best[1]), surface
 
 
-def across(cycle: Cycle, choice: Choice) -> tuple[Choice, Surface]:
+def across(cycle: Cycle, choice: Choice) -> tuple[Choice, MarginGrid]:
     """The best y_d and y_m of a grid from the path's middle to the ankles' line.
 
     Args:
@@ -114,12 +114,12 @@ def across(cycle: Cycle, choice: Choice) -> tuple[Choice, Surface]:
 
 def _best_of(
     cycle: Cycle, choice: Choice, axis: str, motions: Linear, axes: tuple[Array, Array]
-) -> tuple[tuple[float, float], Surface]:
+) -> tuple[tuple[float, float], MarginGrid]:
     a, b = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
     u: Sampled = motions.at(a, b)
     margins = cycle.support.margins(*tabulated(cycle, choice, axis, motions, axes).zmp(u))
     minimum, shape = margins.min(axis=0), (len(axes[0]), len(axes[1]))
     score = minimum + MEAN_WEIGHT * margins.mean(axis=0)
-    surface = Surface(axes[0], axes[1], minimum.reshape(shape), score.reshape(shape))
+    surface = MarginGrid(axes[0], axes[1], minimum.reshape(shape), score.reshape(shape))
     i, j = surface.best()
     return (float(axes[0][i]), float(axes[1][j])), surface

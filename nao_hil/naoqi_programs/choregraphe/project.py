@@ -17,7 +17,7 @@ PARENT: Final = 0
 
 
 @dataclass(frozen=True)
-class Link:
+class BoxLink:
     """From an output of a box to an input of one; of the box around the diagram it is the other way round."""
 
     source: int
@@ -31,7 +31,7 @@ class Diagram:
     """Boxes by their ids, and their links."""
 
     boxes: dict[int, Box]
-    links: tuple[Link, ...]
+    links: tuple[BoxLink, ...]
     frame: int = 0
     """Of the timeline around it, at which it begins."""
 
@@ -154,7 +154,7 @@ def _box(element: ET.Element, path: Path) -> Box:
 
 def _diagram(element: ET.Element, frame: int, path: Path) -> Diagram:
     ends = ("outputowner", "indexofoutput", "inputowner", "indexofinput")
-    links = [Link(*(int(e.get(end, "0")) for end in ends)) for e in _children(element, "Link")]
+    links = [BoxLink(*(int(e.get(end, "0")) for end in ends)) for e in _children(element, "Link")]
     boxes = {int(e.get("id", "-1")): _box(e, path) for e in _children(element, "Box")}
     return Diagram(boxes, tuple(links), frame)
 

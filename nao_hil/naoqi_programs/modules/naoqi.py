@@ -12,7 +12,7 @@ from typing import Any
 
 import qi
 
-from nao_hil.naoqi_programs.pictures import SERVICE, VideoDevice
+from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
 
 __all__ = ["ALBroker", "ALModule", "ALProxy"]
 
@@ -54,7 +54,7 @@ class ALProxy:
     def __init__(self, name: str, *address: Any) -> None:
         try:
             service = _session().service(name)
-            self._service = VideoDevice(service) if name == SERVICE else service
+            self._service = VideoProxy(service) if name == SERVICE else service
         except RuntimeError as error:
             known = ", ".join(sorted(s["name"] for s in _session().services() if s["name"][:1] == "A"))
             raise RuntimeError(f"ALProxy: there is no service {name} ({error}); there are {known}.") from None

@@ -19,7 +19,7 @@ _NO_INTERRUPT: Final = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_I
 """A Ctrl-C in the terminal reaches every process of it; the command alone decides."""
 
 
-class Connection(Protocol):
+class SchedulerConnection(Protocol):
     """Makes clients of one scheduler."""
 
     address: str

@@ -15,7 +15,7 @@ from distributed.scheduler import KilledWorker
 
 from bridge.errors import ConfigurationError, LinkError
 from nao_hil.runs.executors.base import POLL, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
-from nao_hil.runs.executors.connection import Connection
+from nao_hil.runs.executors.connection import SchedulerConnection
 
 SPARE: Final = 8
 """Jobs under way beyond two for each worker: none waits for this process."""
@@ -41,7 +41,7 @@ class DaskExecutor:
         stop: Once set, what is under way is given up.
     """
 
-    def __init__(self, connection: Connection, stop: threading.Event) -> None:
+    def __init__(self, connection: SchedulerConnection, stop: threading.Event) -> None:
         self._connection, self._stop = connection, stop
         self._client: Any = None
         self._window = SPARE

@@ -12,10 +12,10 @@ from bridge.rotations import matrix, rotation
 from nao_hil.analysis.diagnosis import Balance
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.charts import CHARTS, PHASES
-from nao_hil.view.export.packing import Table, pack
+from nao_hil.view.export.packing import PackedTable, pack
 from nao_hil.view.footprints import Footprints
 from nao_hil.view.history import COLUMNS
-from nao_hil.view.looks import Floats, Part, link_parts, terrain_meshes
+from nao_hil.view.looks import ColouredMesh, Floats, link_parts, terrain_meshes
 from nao_hil.view.recorded_run import RecordedRun
 from nao_hil.view.scene import (
     BARS_OVER,
@@ -88,35 +88,35 @@ def packed_run(run: RecordedRun, title: str, subtitle: str) -> bytes:
         "fall": _fall(run),
     }
     tables = {
-        "vertices": Table(np.vstack([part.vertices for _, part in pieces]), LENGTH),
-        "faces": Table(np.vstack([part.faces for _, part in pieces]), 1.0),
-        "time": Table([[b.moment.sensors.time] for b in shown], 1e-3),
+        "vertices": PackedTable(np.vstack([part.vertices for _, part in pieces]), LENGTH),
+        "faces": PackedTable(np.vstack([part.faces for _, part in pieces]), 1.0),
+        "time": PackedTable([[b.moment.sensors.time] for b in shown], 1e-3),
         **_poses(shown, [kinematics.links.index(name) for name in links]),
-        "points": Table([_points(b, floor) for b in shown], LENGTH),
-        "loads": Table([b.moment.sensors.fsr for b in shown], 0.1),
-        "support": Table(_support(shown, kinematics, floor), LENGTH),
-        "steps": Table([[b.moment.walk.step if b.moment.walk else math.nan] for b in shown], 1.0),
-        "footprints": Table(_footprints(run.balances, kinematics, floor), LENGTH),
+        "points": PackedTable([_points(b, floor) for b in shown], LENGTH),
+        "loads": PackedTable([b.moment.sensors.fsr for b in shown], 0.1),
+        "support": PackedTable(_support(shown, kinematics, floor), LENGTH),
+        "steps": PackedTable([[b.moment.walk.step if b.moment.walk else math.nan] for b in shown], 1.0),
+        "footprints": PackedTable(_footprints(run.balances, kinematics, floor), LENGTH),
         **_curves(run, stride, phases),
     }
     return pack(header, tables)
 
 
-def _surroundings(run: RecordedRun) -> list[Part]:
+def _surroundings(run: RecordedRun) -> list[ColouredMesh]:
     """Boxes, tiles and heights of the world."""
     if run.world is None:
         return []
     parts = []
     for thing in run.world.objects:
         turn = matrix(thing.orientation)
-        parts.append(Part(_CORNERS * thing.size @ turn.T + thing.position, _BOX, OBSTACLE))
+        parts.append(ColouredMesh(_CORNERS * thing.size @ turn.T + thing.position, _BOX, OBSTACLE))
     if run.world.terrain is not None:
         turn = rotation(*run.world.floor, 0.0)
-        parts += [Part(v @ turn.T, faces, GROUND) for v, faces in terrain_meshes(run.world.terrain)]
+        parts += [ColouredMesh(v @ turn.T, faces, GROUND) for v, faces in terrain_meshes(run.world.terrain)]
     return parts
 
 
-def _poses(shown: Sequence[Balance], places: Sequence[int]) -> dict[str, Table]:
+def _poses(shown: Sequence[Balance], places: Sequence[int]) -> dict[str, PackedTable]:
     """Where the links are, and how they are turned: (w, x, y, z), without jumps of the sign."""
     frames = np.array([b.best.robot.frames[list(places)] for b in shown])
     n = len(frames)
@@ -124,8 +124,8 @@ def _poses(shown: Sequence[Balance], places: Sequence[int]) -> dict[str, Table]:
     flips = np.sign((turns[1:] * turns[:-1]).sum(axis=2))
     turns[1:] *= np.cumprod(np.where(flips == 0.0, 1.0, flips), axis=0)[:, :, None]
     return {
-        "position": Table(frames[:, :, :3, 3].reshape(n, -1), LENGTH),
-        "attitude": Table(turns.reshape(n, -1), TURN),
+        "position": PackedTable(frames[:, :, :3, 3].reshape(n, -1), LENGTH),
+        "attitude": PackedTable(turns.reshape(n, -1), TURN),
     }
 
 
@@ -194,7 +194,7 @@ def _cells(run: RecordedRun, links: Sequence[str]) -> list[dict[str, Any]]:
     ]
 
 
-def _curves(run: RecordedRun, stride: int, phases: Sequence[str]) -> dict[str, Table]:
+def _curves(run: RecordedRun, stride: int, phases: Sequence[str]) -> dict[str, PackedTable]:
     """Numbers of the charts and phases of the walk, at the moments shown."""
     last = run.balances[-1].moment.sensors.time
     rows, names = run.history.window(last, math.inf)
@@ -202,8 +202,8 @@ def _curves(run: RecordedRun, stride: int, phases: Sequence[str]) -> dict[str, T
     kept = [COLUMNS.index(line["column"]) for chart in _charts(run) for line in chart["lines"]]
     place = {name: float(i) for i, name in enumerate(phases)}
     return {
-        "curves": Table(rows[::thinned, kept], 0.01),
-        "phase": Table([[place.get(name, math.nan)] for name in names[::thinned]], 1.0),
+        "curves": PackedTable(rows[::thinned, kept], 0.01),
+        "phase": PackedTable([[place.get(name, math.nan)] for name in names[::thinned]], 1.0),
     }
 
 

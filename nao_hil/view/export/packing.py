@@ -19,7 +19,7 @@ NOTHING: Final = -(2**31)
 """The integer that stands for NaN."""
 
 
-class Table(NamedTuple):
+class PackedTable(NamedTuple):
     """Rows of numbers."""
 
     values: ArrayLike
@@ -28,7 +28,7 @@ class Table(NamedTuple):
     """To which they are rounded."""
 
 
-def pack(header: Mapping[str, Any], tables: Mapping[str, Table]) -> bytes:
+def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
     """Header and tables, compressed by gzip.
 
     Args:

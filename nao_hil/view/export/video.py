@@ -16,7 +16,7 @@ from rich.progress import track
 
 from bridge.errors import ConfigurationError
 from nao_hil.view.export.page import exported_page
-from nao_hil.view.export.webm import Picture, webm
+from nao_hil.view.export.webm import EncodedPicture, webm
 
 CHROMIUM: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 SOFTWARE: Final = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
@@ -59,7 +59,7 @@ def write_video(recording: Path, file: Path, begin: float, end: float | None, sp
         page.evaluate("options => { window.video = new Video(player, options); }", options)
         parts = np.array_split(times, -(-len(times) // TOGETHER))
         pictures = [
-            Picture(round(1e-3 * when), key, base64.b64decode(data))
+            EncodedPicture(round(1e-3 * when), key, base64.b64decode(data))
             for part in track(parts, "drawing", console=Console(stderr=True), transient=True)
             for when, key, data in page.evaluate("times => video.add(times)", part.tolist())
         ]

@@ -13,7 +13,7 @@ MILLISECOND: Final = 1_000_000
 MAKER: Final = f"nao-hil {__version__}".encode()
 
 
-class Picture(NamedTuple):
+class EncodedPicture(NamedTuple):
     """One encoded picture."""
 
     time: int
@@ -23,7 +23,7 @@ class Picture(NamedTuple):
     data: bytes
 
 
-def webm(pictures: Sequence[Picture], size: tuple[int, int], rate: float) -> bytes:
+def webm(pictures: Sequence[EncodedPicture], size: tuple[int, int], rate: float) -> bytes:
     """The file.
 
     Args:
@@ -55,7 +55,7 @@ def webm(pictures: Sequence[Picture], size: tuple[int, int], rate: float) -> byt
     return head + _element("18538067", info, tracks, _cues(times, places), *clusters)
 
 
-def _cluster(group: Sequence[Picture]) -> bytes:
+def _cluster(group: Sequence[EncodedPicture]) -> bytes:
     """A key picture and those that need it."""
     begin = group[0].time
     blocks = [

@@ -78,7 +78,7 @@ def test_a_fall_ends_the_run() -> None:
 def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     plate = PlateUnderFoot(foot="right", size=(0.2, 0.08, 0.01), shift=(0.03, 0.0))
     config = RunConfig(gait="static", controller=BARE)
-    track = walk(Walk(name="plate", config=config, duration=3.6, happenings=((2.5, plate),))).track
+    track = walk(Walk(name="plate", config=config, duration=3.6, world_events=((2.5, plate),))).track
     left, right = (soles_in_world(load_body("nao-v3"), side, track)[:, 2, 3] for side in ("L", "R"))
     # level at the start, and a plate apart when the first single support has ended
     before, after = track["time"] < 0.5, track["time"] > 3.5

@@ -16,7 +16,7 @@ from nao_hil.experiments.terrain import TerrainSetup, _grounds
 from nao_hil.experiments.threshold import ThresholdSearch
 from nao_hil.experiments.velocity_measure import cell, heading_velocity, mean, straight
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.events import Load, StridePush, WalkEvents
+from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
 
@@ -126,7 +126,7 @@ def telemetry(phase: str) -> WalkTelemetry:
 
 def test_a_load_moves_the_centre_of_mass_and_adds_the_inertia_of_two_points():
     """About the common centre, two bodies have the reduced mass times the square of their distance."""
-    body, load = load_body("nao-v6"), Load(mass=0.5, at=(-0.08, 0.0, 0.05))
+    body, load = load_body("nao-v6"), TorsoLoad(mass=0.5, at=(-0.08, 0.0, 0.05))
     before, after = body.links[TORSO], load.on(body).links[TORSO]
     assert after.mass == pytest.approx(before.mass + 0.5)
     moment = np.array(before.com) * before.mass + np.array(load.at) * load.mass
@@ -153,8 +153,8 @@ def test_worlds_follow_the_seed_alone():
         roll, pitch = math.radians(floor.roll), math.radians(floor.pitch)
         steepness = math.acos(math.cos(roll) * math.cos(pitch))
         assert math.degrees(steepness) == pytest.approx(5.0, abs=0.01)
-        plates = grounds["plates"](task, np.random.default_rng(seed))["happenings"]
-        assert plates == grounds["plates"](task, np.random.default_rng(seed))["happenings"]
+        plates = grounds["plates"](task, np.random.default_rng(seed))["world_events"]
+        assert plates == grounds["plates"](task, np.random.default_rng(seed))["world_events"]
         assert len(plates) == 5
         for time, plate in plates:
             assert 0.0 < time < 20.0

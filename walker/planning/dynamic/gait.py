@@ -21,7 +21,7 @@ from walker.planning.dynamic.step import DynamicParameters, plan_step
 from walker.planning.dynamic.transfer import Transfer
 from walker.planning.gait import GaitCommand, dry_walk
 from walker.planning.plan import OTHER_SIDE, SIGN, Phase, Plan, SolePose, Support
-from walker.planning.polynomial import Motion, lift_spline, quintic
+from walker.planning.polynomial import MotionState, lift_spline, quintic
 
 _TRIAL: Final = 0.005
 """s; sampling of the walk in which the reach of the legs is checked."""
@@ -104,7 +104,7 @@ class DynamicGait:
         state = replace(state, t=0.0 if state.phase == "stand" else t)
         return self._plan(state), state
 
-    def com_motion(self, state: DynamicState) -> tuple[Motion, Motion]:
+    def com_motion(self, state: DynamicState) -> tuple[MotionState, MotionState]:
         """Position, velocity and acceleration of the planned centre of mass, x and y."""
         side, t = SIGN[state.stance], state.t
         stance = state.foot(state.stance)
@@ -119,7 +119,7 @@ class DynamicGait:
         elif state.phase in ("DSL", "DSR"):
             x, y = self.plan.double_support(t, side)
         else:
-            x = y = Motion(0.0, 0.0, 0.0)
+            x = y = MotionState(0.0, 0.0, 0.0)
         return _shift(x, stance.x + self._centre_x), _shift(y, across)
 
     def _duration(self, state: DynamicState) -> float:
@@ -188,5 +188,5 @@ def _put_down(state: DynamicState) -> DynamicState:
     return replace(landed, stance=stance, phase="DSL" if stance == "L" else "DSR")
 
 
-def _shift(motion: Motion, by: float) -> Motion:
+def _shift(motion: MotionState, by: float) -> MotionState:
     return motion._replace(position=motion.position + by)

@@ -15,7 +15,7 @@ from typing import ClassVar, Literal
 from bridge.types import Positive
 from walker.planning.parameters import GaitParameters, PeriodicStep
 from walker.planning.pendulum import LinearPendulum
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 
 class DynamicParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -99,7 +99,7 @@ class StepPlan:
         """One step: double support, deceleration, acceleration, s."""
         return 2.0 * self.t_a + self.T_DSP
 
-    def single_support(self, tau: float, side: float) -> tuple[Motion, Motion]:
+    def single_support(self, tau: float, side: float) -> tuple[MotionState, MotionState]:
         """Centre of mass relative to the stance foot's middle, x and y (3.13), (3.15).
 
         Args:
@@ -111,7 +111,7 @@ class StepPlan:
             self.pendulum.motion(tau, -side * self.turn, 0.0),
         )
 
-    def double_support(self, t: float, side: float) -> tuple[Motion, Motion]:
+    def double_support(self, t: float, side: float) -> tuple[MotionState, MotionState]:
         """Centre of mass, x relative to the middle of the foot to come, y to the x axis (assumption 2).
 
         Args:
@@ -119,8 +119,8 @@ class StepPlan:
             side: +1 when the left foot takes over, -1 when the right does.
         """
         return (
-            Motion(self.V_h * (t - self.T_DSP) - self.S_a, self.V_h, 0.0),
-            Motion(side * (self.V_ya * t - self.e_su), side * self.V_ya, 0.0),
+            MotionState(self.V_h * (t - self.T_DSP) - self.S_a, self.V_h, 0.0),
+            MotionState(side * (self.V_ya * t - self.e_su), side * self.V_ya, 0.0),
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from walker.planning.dynamic.step import StepPlan
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 
 class Transfer:
@@ -28,19 +28,19 @@ class Transfer:
     def __init__(self, plan: StepPlan, e_s1: float, duration: float) -> None:
         self.duration = duration
         self._nu = plan.pendulum.nu
-        self.x = _from_rest(Motion(0.0, plan.V_1, 0.0), duration)
-        self.y = _from_rest(Motion(e_s1, 0.0, -(plan.pendulum.nu**2) * plan.turn), duration)
+        self.x = _from_rest(MotionState(0.0, plan.V_1, 0.0), duration)
+        self.y = _from_rest(MotionState(e_s1, 0.0, -(plan.pendulum.nu**2) * plan.turn), duration)
         self._derivatives = [(p, p.deriv(), p.deriv(2)) for p in (self.x, self.y)]
 
-    def start(self, t: float, side: float) -> tuple[Motion, Motion]:
+    def start(self, t: float, side: float) -> tuple[MotionState, MotionState]:
         """`t` seconds after rest; `side` +1 towards the left foot, -1 towards the right."""
-        x, y = (Motion(*(float(p(t)) for p in parts)) for parts in self._derivatives)
-        return x, Motion(*(side * value for value in y))
+        x, y = (MotionState(*(float(p(t)) for p in parts)) for parts in self._derivatives)
+        return x, MotionState(*(side * value for value in y))
 
-    def stop(self, t: float, side: float) -> tuple[Motion, Motion]:
+    def stop(self, t: float, side: float) -> tuple[MotionState, MotionState]:
         """`t` seconds after D, x mirrored too: forwards beyond the feet's middles and back to them."""
         return tuple(  # type: ignore[return-value]
-            Motion(sign * m.position, -sign * m.velocity, sign * m.acceleration)
+            MotionState(sign * m.position, -sign * m.velocity, sign * m.acceleration)
             for sign, m in zip((-1.0, 1.0), self.start(self.duration - t, side), strict=True)
         )
 
@@ -55,7 +55,7 @@ class Transfer:
         return float(np.sqrt(_maximum(square, self.duration)))
 
 
-def _from_rest(end: Motion, duration: float) -> Polynomial:
+def _from_rest(end: MotionState, duration: float) -> Polynomial:
     """Fifth-degree polynomial from rest at 0 to a full state (3.6)."""
     p, v, a = end.position, end.velocity * duration, end.acceleration * duration**2
     unit = np.array([0.0, 0.0, 0.0, 10 * p - 4 * v + a / 2, -15 * p + 7 * v - a, 6 * p - 3 * v + a / 2])

@@ -19,7 +19,7 @@ from bridge.body.sole import sole_hull
 from bridge.types import Array
 from walker.planning.huang.parameters import HuangParameters, refuse
 from walker.planning.huang.spline import Cubic, clamped, even, joined
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 
 @dataclass(frozen=True)
@@ -73,15 +73,15 @@ class Rolling(NamedTuple):
         s, c = math.sin(place.pitch), math.cos(place.pitch)
         return cls((place.x + c * forward, place.z - s * forward), (-forward, shape.l_an))
 
-    def ankle(self, pitch: Motion) -> tuple[Motion, Motion]:
+    def ankle(self, pitch: MotionState) -> tuple[MotionState, MotionState]:
         """Motion of the ankle, x and z, for a motion of the pitch."""
         s, c = math.sin(pitch.position), math.cos(pitch.position)
         a, b = self.arm
         x, z = c * a + s * b, c * b - s * a
         w, dw = pitch.velocity, pitch.acceleration
         return (
-            Motion(self.pivot[0] + x, z * w, z * dw - x * w * w),
-            Motion(self.pivot[1] + z, -x * w, -x * dw - z * w * w),
+            MotionState(self.pivot[0] + x, z * w, z * dw - x * w * w),
+            MotionState(self.pivot[1] + z, -x * w, -x * dw - z * w * w),
         )
 
     def places(self, pitch: Array) -> tuple[Array, Array]:
@@ -149,12 +149,12 @@ class FootPath:
         z = np.where(rolls, toe[1], np.where(lands, heel[1], self.z.sample(t)[0]))
         return FootPose(x, z, pitch)
 
-    def motion(self, time: float) -> tuple[Motion, Motion, Motion]:
+    def motion(self, time: float) -> tuple[MotionState, MotionState, MotionState]:
         """Ankle x, ankle z and pitch at a time, s, with their derivatives."""
         t = min(max(time, 0.0), self.settled)
         pitch = self.pitch.at(t)
         if not 0.0 < time < self.settled:
-            pitch = Motion(pitch.position, 0.0, 0.0)
+            pitch = MotionState(pitch.position, 0.0, 0.0)
         if t <= self.lift:
             return (*self._toe.ankle(pitch), pitch)
         if t >= self.land:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from walker.planning.huang.parameters import HuangParameters
 from walker.planning.huang.spline import Cubic, periodic
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 
 class Choice(NamedTuple):
@@ -45,9 +45,9 @@ def hip_z(p: HuangParameters) -> Cubic:
     return periodic(times, (p.H_min, p.H_max, p.H_min))
 
 
-def ends_of_cycle(p: HuangParameters, choice: Choice) -> tuple[Motion, Motion]:
+def ends_of_cycle(p: HuangParameters, choice: Choice) -> tuple[MotionState, MotionState]:
     """X and y at the beginning of a cycle: where the phases from and to rest join on."""
     x = hip_x(p, choice.x_sd, choice.x_ed).at(0.0)
-    return Motion(x.position, x.velocity + p.D_s / p.T_c, x.acceleration), hip_y(p, choice.y_d, choice.y_m).at(
-        0.0
-    )
+    return MotionState(x.position, x.velocity + p.D_s / p.T_c, x.acceleration), hip_y(
+        p, choice.y_d, choice.y_m
+    ).at(0.0)

@@ -10,7 +10,7 @@ from walker.planning.huang.hip import Choice, ends_of_cycle, hip_y, hip_z
 from walker.planning.huang.parameters import HuangParameters
 from walker.planning.huang.rest import sway
 from walker.planning.huang.spline import Cubic, joined
-from walker.planning.polynomial import Motion, quintic
+from walker.planning.polynomial import MotionState, quintic
 
 
 @dataclass(frozen=True)
@@ -98,15 +98,15 @@ class Pieces:
             p.ground.slope,
         )
 
-    def _between(self, rear: float, ratio: float) -> Motion:
+    def _between(self, rear: float, ratio: float) -> MotionState:
         """X where the double support of a step of `ratio` times D_s begins."""
         x, velocity, acceleration = self._end_x
-        return Motion(rear + self._rest + ratio * (x - self._rest), ratio * velocity, ratio * acceleration)
+        return MotionState(rear + self._rest + ratio * (x - self._rest), ratio * velocity, ratio * acceleration)
 
     def _heights(self, *, from_rest: bool, to_rest: bool) -> tuple[tuple[float, Cubic], ...]:
         """Z by (7) in three parts, its ends replaced where the walk begins or ends."""
         p, half = self._p, self._half
-        top, low, mean = self._z.at(half), Motion(p.H_min, 0.0, 0.0), 0.5 * (p.H_min + p.H_max)
+        top, low, mean = self._z.at(half), MotionState(p.H_min, 0.0, 0.0), 0.5 * (p.H_min + p.H_max)
         before = Cubic(self._z.breaks - p.T_c, self._z.coefficients)
         parts = [(-math.inf, before), (0.5 * p.T_d, self._z)]
         if from_rest:

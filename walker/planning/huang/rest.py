@@ -9,13 +9,13 @@ import numpy as np
 from walker.planning.huang.parameters import HuangParameters
 from walker.planning.huang.spline import Cubic, even, joined
 from walker.planning.pendulum import LinearPendulum
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 _TRIES: Final = 61
-_REST: Final = Motion(0.0, 0.0, 0.0)
+_REST: Final = MotionState(0.0, 0.0, 0.0)
 
 
-def sway(p: HuangParameters, cycle: Motion, height: float) -> tuple[Cubic, Cubic]:
+def sway(p: HuangParameters, cycle: MotionState, height: float) -> tuple[Cubic, Cubic]:
     """Y of the hip, towards the front foot of the cycle: from rest to its beginning, and from there to rest.
 
     The splines' middle points are those with which the zero moment point of the pendulum (3.4) stays nearest to

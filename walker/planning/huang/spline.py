@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from bridge.types import Array
-from walker.planning.polynomial import Motion
+from walker.planning.polynomial import MotionState
 
 Condition = tuple[int, int, float]
 """Place among the breaks, order of the derivative, value."""
@@ -31,12 +31,14 @@ class Cubic:
         self._starts = self.breaks[:-1].tolist()
         self._pieces = self.coefficients.T.tolist()
 
-    def at(self, t: float) -> Motion:
+    def at(self, t: float) -> MotionState:
         """Position, velocity and acceleration at a time, s."""
         i = bisect_right(self._inner, t)
         a, b, c, d = self._pieces[i]
         s = t - self._starts[i]
-        return Motion(((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c, 6.0 * a * s + 2.0 * b)
+        return MotionState(
+            ((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c, 6.0 * a * s + 2.0 * b
+        )
 
     def sample(self, times: Array) -> tuple[Array, Array, Array]:
         """Position, velocity and acceleration at many times, each of their shape."""
@@ -86,7 +88,7 @@ def periodic(times: Sequence[float], values: Sequence[float], *, sign: float = 1
 
 
 def joined(
-    times: tuple[float, float, float], start: Motion, middle: float, end: Motion, ease: float = 0.2
+    times: tuple[float, float, float], start: MotionState, middle: float, end: MotionState, ease: float = 0.2
 ) -> Cubic:
     """The C2 spline from one full state to another through a point between.
 

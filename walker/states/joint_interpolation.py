@@ -13,7 +13,7 @@ SHORTEST: Final = 1.0
 """s"""
 
 
-class Approach:
+class JointInterpolation:
     """Rest-to-rest motion in joint space.
 
     Args:

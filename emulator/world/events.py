@@ -23,17 +23,17 @@ from bridge.messages.world import (
 from bridge.messages.world_state import WorldObject
 from bridge.rotations import planar_point
 from bridge.types import Vec2, Vec3
-from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, Pendulum
+from emulator.world.actions import BOB_RADIUS, Action, BoxPush, FloorTilt, LinkPush, PendulumStrike
 from emulator.world.plates import WaitingPlates
 from emulator.world.world import World
 
-Happening = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
-"""Commands that the stage carries out."""
+WorldEvent = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
+"""Commands that an `EventExecutor` carries out."""
 _INSIDE: Final = -1e-4
 """Distance from which a new box counts as standing inside the robot, m."""
 
 
-class Stage:
+class EventExecutor:
     """Carries out the events in the world of one robot.
 
     Args:
@@ -47,7 +47,7 @@ class Stage:
         self,
         world: World,
         body: Body,
-        timeline: Sequence[tuple[float, Happening]],
+        timeline: Sequence[tuple[float, WorldEvent]],
         say: Callable[[str, str], None],
     ) -> None:
         self._world, self._engine, self._say = world, world.engine, say
@@ -67,11 +67,11 @@ class Stage:
             To be called before each physics step of the cycle; None when no action goes on.
         """
         while self._timeline and self._timeline[-1][0] <= time + 1e-9:
-            self._happen(self._timeline.pop()[1])
+            self._execute_event(self._timeline.pop()[1])
         self._plates.begin_cycle()
         return self._before_step if self._actions else None
 
-    def _happen(self, command: Happening) -> None:
+    def _execute_event(self, command: WorldEvent) -> None:
         """Carry out an event of the timeline; one that is no longer possible is said, not raised."""
         try:
             self.execute(command)
@@ -81,7 +81,7 @@ class Stage:
     def _before_step(self) -> None:
         self._actions = [action for action in self._actions if action.step()]
 
-    def execute(self, command: Happening) -> str:
+    def execute(self, command: WorldEvent) -> str:
         """Carry out a command at a cycle boundary.
 
         Returns:
@@ -227,7 +227,7 @@ class Stage:
         self._pendulums += 1
         name = f"pendulum {self._pendulums}"
         self._actions.append(
-            Pendulum(self._engine, name, bob, way, command.mass, command.length, command.angle)
+            PendulumStrike(self._engine, name, bob, way, command.mass, command.length, command.angle)
         )
         gravity = self._engine.settings.gravity
         speed = math.sqrt(2.0 * gravity * command.length * (1.0 - math.cos(command.angle)))
