@@ -79,7 +79,7 @@ def test_a_reset_restores_everything() -> None:
         cycles(robot, 20)
         robot.reset()
         assert robot.faults.names == ()
-        assert [box.name for box in robot.stage.objects()] == ["box"]
+        assert [box.name for box in robot.world_events.objects()] == ["box"]
         assert cycles(robot, 60) == first
         assert robot.take_notices() == said
 

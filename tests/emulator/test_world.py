@@ -90,15 +90,15 @@ def test_friction_between_sole_and_floor_is_the_configured_one(
 def test_a_tilting_floor_turns_about_the_point_under_the_torso_and_takes_the_robot_along(physics: str) -> None:
     with EmulatedRobot(BODY, engine=physics, seed=0) as robot:
         before = robot.frame.angle
-        robot.stage.execute(PlaceBox(name="step", size=(0.2, 0.2, 0.02), at=(0.6, 0.0)))
-        robot.stage.execute(TiltFloor(pitch=math.radians(4.0), duration=1.0))
+        robot.world_events.execute(PlaceBox(name="step", size=(0.2, 0.2, 0.02), at=(0.6, 0.0)))
+        robot.world_events.execute(TiltFloor(pitch=math.radians(4.0), duration=1.0))
         run(robot, 2.5)
         truth = robot.truth()
         assert robot.frame.angle[1] - before[1] == pytest.approx(math.radians(4.0), abs=0.01)
         np.testing.assert_allclose(truth.zmp, truth.com[:2], atol=1e-3)
         assert not truth.fell
         # The box stays on the floor: its middle is 1 cm over it along the normal (sin 4, 0, cos 4).
-        box = robot.stage.objects()[0]
+        box = robot.world_events.objects()[0]
         origin = robot.world.pose[0]
         tilt = math.radians(4.0)
         normal = (math.sin(tilt), 0.0, math.cos(tilt))
@@ -110,14 +110,14 @@ def test_a_floor_that_would_turn_too_fast_is_refused(physics: str) -> None:
         EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot,
         pytest.raises(FrameError, match="give it"),
     ):
-        robot.stage.execute(TiltFloor(pitch=0.3, duration=0.1))
+        robot.world_events.execute(TiltFloor(pitch=0.3, duration=0.1))
 
 
 def test_a_push_in_flight_changes_the_momentum_by_its_impulse(physics: str) -> None:
     """Free fall is the one place where nothing else pushes horizontally."""
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, lift=1.0) as robot:
         start = np.array(robot.truth().com)
-        robot.stage.execute(Push(impulse=(0.6, -0.3, 0.0), duration=0.05))
+        robot.world_events.execute(Push(impulse=(0.6, -0.3, 0.0), duration=0.05))
         run(robot, 0.1)
         first = np.array(robot.truth().com)
         run(robot, 0.1)
@@ -131,7 +131,7 @@ def test_a_push_in_flight_changes_the_momentum_by_its_impulse(physics: str) -> N
 def test_a_push_follows_the_heading(physics: str) -> None:
     scenario = Scenario(start=Start(yaw=90.0))
     with EmulatedRobot(BODY, engine=physics, seed=0, scenario=scenario, settle=0.0, lift=1.0) as robot:
-        robot.stage.execute(Push(impulse=(0.5, 0.0, 0.0), duration=0.01))
+        robot.world_events.execute(Push(impulse=(0.5, 0.0, 0.0), duration=0.01))
         run(robot, 0.05)
         first = np.array(robot.truth().com)
         run(robot, 0.1)
@@ -144,19 +144,19 @@ def test_a_push_on_something_unknown_names_what_there_is(physics: str) -> None:
         EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot,
         pytest.raises(FrameError, match="LKneePitch"),
     ):
-        robot.stage.execute(Push(impulse=(1.0, 0.0, 0.0), target="Nose"))
+        robot.world_events.execute(Push(impulse=(1.0, 0.0, 0.0), target="Nose"))
 
 
 def test_a_movable_box_slides_as_coulomb_says(physics: str) -> None:
     """Pushed to v, it comes to rest after v^2 / (2 mu g)."""
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot:
-        robot.stage.execute(SetFriction(friction=0.5))
-        robot.stage.execute(PlaceBox(name="box", size=(0.2, 0.2, 0.05), at=(1.0, 0.0), mass=0.5))
+        robot.world_events.execute(SetFriction(friction=0.5))
+        robot.world_events.execute(PlaceBox(name="box", size=(0.2, 0.2, 0.05), at=(1.0, 0.0), mass=0.5))
         run(robot, 0.2)
-        start = robot.stage.objects()[0].position[0]
-        robot.stage.execute(Push(target="box", impulse=(0.5, 0.0, 0.0), duration=0.001))
+        start = robot.world_events.objects()[0].position[0]
+        robot.world_events.execute(Push(target="box", impulse=(0.5, 0.0, 0.0), duration=0.001))
         run(robot, 1.0)
-        way = robot.stage.objects()[0].position[0] - start
+        way = robot.world_events.objects()[0].position[0] - start
         assert way == pytest.approx(1.0 / (2.0 * 0.5 * G), rel=0.05)
 
 
@@ -183,7 +183,7 @@ def test_a_pendulum_reaches_the_speed_of_its_height(engine: Engine) -> None:
 def test_a_pendulum_strikes_the_robot_and_is_no_fall(physics: str) -> None:
     with EmulatedRobot(BODY, engine=physics, seed=0) as robot:
         upright = robot.frame.angle[1]
-        robot.stage.execute(SwingPendulum(mass=0.5, length=1.0, angle=math.radians(12.0)))
+        robot.world_events.execute(SwingPendulum(mass=0.5, length=1.0, angle=math.radians(12.0)))
         tilted = []
         for _ in range(90):
             robot.advance(None)
@@ -208,13 +208,15 @@ def test_the_robot_stands_on_a_plate_as_high_as_the_plate(physics: str) -> None:
 
 def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> None:
     with EmulatedRobot(BODY, engine=physics, seed=0) as robot:
-        robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01)))
+        robot.world_events.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01)))
         run(robot, 0.3)
-        assert robot.stage.objects() == ()
+        assert robot.world_events.objects() == ()
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, lift=0.012) as robot:
-        robot.stage.execute(PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01), yaw=-0.5))
+        robot.world_events.execute(
+            PlateUnderFoot(foot="right", size=(0.1, 0.08, 0.01), shift=(0.02, 0.01), yaw=-0.5)
+        )
         robot.advance(None)
-        (plate,) = robot.stage.objects()
+        (plate,) = robot.world_events.objects()
         foot = robot.engine.robot.link_pose("RAnkleRoll").position
         x, y = BODY.foot.centre[0] + 0.02, -BODY.foot.centre[1] + 0.01
         np.testing.assert_allclose(plate.position, (foot[0] + x, foot[1] + y, 0.005), atol=2e-3)
@@ -225,22 +227,24 @@ def test_a_plate_appears_under_a_lifted_foot_and_not_before(physics: str) -> Non
 def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed(physics: str) -> None:
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot:
         with pytest.raises(FrameError, match="inside the robot"):
-            robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
-        assert robot.stage.objects() == ()
+            robot.world_events.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
+        assert robot.world_events.objects() == ()
         with pytest.raises(FrameError, match="Nothing called"):
-            robot.stage.execute(Remove(name="wall"))
+            robot.world_events.execute(Remove(name="wall"))
 
 
 @pytest.mark.parametrize("mass", [0.0, 0.2])
 def test_a_refused_place_leaves_the_box_of_that_name_where_it_is(mass: float, physics: str) -> None:
     scenario = Scenario(floor=ScenarioFloor(pitch=2.0))
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, scenario=scenario) as robot:
-        robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.2, 0.3), at=(0.5, 0.1), yaw=0.4, mass=mass))
+        robot.world_events.execute(
+            PlaceBox(name="wall", size=(0.1, 0.2, 0.3), at=(0.5, 0.1), yaw=0.4, mass=mass)
+        )
         robot.advance(None)
-        (before,) = robot.stage.objects()
+        (before,) = robot.world_events.objects()
         with pytest.raises(FrameError, match="inside the robot"):
-            robot.stage.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
-        (after,) = robot.stage.objects()
+            robot.world_events.execute(PlaceBox(name="wall", size=(0.1, 0.1, 1.0), at=(0.0, 0.0)))
+        (after,) = robot.world_events.objects()
         assert (after.name, after.size, after.mass) == (before.name, before.size, before.mass)
         np.testing.assert_allclose(after.position, before.position, atol=1e-9)
         np.testing.assert_allclose(after.orientation, before.orientation, atol=1e-9)
@@ -251,12 +255,12 @@ def test_a_push_ends_with_the_box_it_pushes(replaced: bool, physics: str) -> Non
     """Neither does the robot stop working, nor does what takes the box's place get the rest of the push."""
     box = PlaceBox(name="box", size=(0.1, 0.1, 0.1), at=(1.0, 0.0), mass=0.2, friction=0.0)
     with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0) as robot:
-        robot.stage.execute(box)
-        robot.stage.execute(Push(target="box", impulse=(0.0, 0.2, 0.0), duration=0.5))
+        robot.world_events.execute(box)
+        robot.world_events.execute(Push(target="box", impulse=(0.0, 0.2, 0.0), duration=0.5))
         robot.advance(None)
-        robot.stage.execute(box if replaced else Remove(name="box"))
+        robot.world_events.execute(box if replaced else Remove(name="box"))
         run(robot, 0.3)
-        assert [abs(found.position[1]) < 1e-3 for found in robot.stage.objects()] == [True] * replaced
+        assert [abs(found.position[1]) < 1e-3 for found in robot.world_events.objects()] == [True] * replaced
 
 
 def test_boxes_are_placed_from_the_robot_and_on_one_another(physics: str) -> None:
@@ -264,8 +268,8 @@ def test_boxes_are_placed_from_the_robot_and_on_one_another(physics: str) -> Non
     with EmulatedRobot(BODY, engine=physics, seed=0, scenario=scenario) as robot:
         x, y, _ = robot.truth().torso_position
         for name in ("lower", "upper"):
-            robot.stage.execute(PlaceBox(name=name, size=(0.2, 0.1, 0.05), at=(0.4, 0.0), frame="robot"))
-        lower, upper = robot.stage.objects()
+            robot.world_events.execute(PlaceBox(name=name, size=(0.2, 0.1, 0.05), at=(0.4, 0.0), frame="robot"))
+        lower, upper = robot.world_events.objects()
         np.testing.assert_allclose(lower.position, (x, y + 0.4, 0.025), atol=2e-3)
         np.testing.assert_allclose(np.subtract(upper.position, lower.position), (0.0, 0.0, 0.05), atol=1e-4)
 
@@ -299,7 +303,7 @@ def test_a_heightfield_is_as_high_as_its_numbers_between_them_too(engine: Engine
 def test_a_fallen_robot_is_put_back_on_its_feet_where_it_lies(physics: str) -> None:
     with EmulatedRobot(BODY, engine=physics, seed=0) as robot:
         standing = robot.truth()
-        robot.stage.execute(Push(impulse=(0.0, 5.0, 0.0)))
+        robot.world_events.execute(Push(impulse=(0.0, 5.0, 0.0)))
         run(robot, 2.0)
         fallen = robot.truth()
         assert fallen.fell
@@ -315,13 +319,13 @@ def test_a_fallen_robot_is_put_back_on_its_feet_where_it_lies(physics: str) -> N
 def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
     """A box far from the pivot is lifted by the velocity of its place, without being thrown or left behind."""
     with EmulatedRobot(BODY, seed=0) as robot:
-        robot.stage.execute(PlaceBox(name="box", size=(0.1, 0.1, 0.02), at=(0.5, 0.0), mass=0.3))
+        robot.world_events.execute(PlaceBox(name="box", size=(0.1, 0.1, 0.02), at=(0.5, 0.0), mass=0.3))
         run(robot, 0.2)
-        robot.stage.execute(TiltFloor(pitch=math.radians(-4.0), duration=1.0))
+        robot.world_events.execute(TiltFloor(pitch=math.radians(-4.0), duration=1.0))
         gaps = []
         for _ in range(100):
             robot.advance(None)
-            (box,) = robot.stage.objects()
+            (box,) = robot.world_events.objects()
             gaps.append(robot.world.clearance(box.position) - 0.01)
         assert max(map(abs, gaps)) < 2e-4
 

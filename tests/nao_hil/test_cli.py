@@ -143,7 +143,7 @@ def test_info_ends_with_one_json_object(capsys: pytest.CaptureFixture[str], tmp_
 def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = tmp_path / "fall.mcap"
     with EmulatedRobot(load_body("nao-v3"), seed=0) as robot, Recorder(file, RunConfig()) as recorder:
-        robot.stage.execute(Push(impulse=(0.0, 5.0, 0.0)))
+        robot.world_events.execute(Push(impulse=(0.0, 5.0, 0.0)))
         for _ in repeat_while(lambda: not robot.truth().fell, 500):
             robot.advance(None)
             recorder.sensors(robot.frame, robot.truth())
