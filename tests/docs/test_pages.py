@@ -62,7 +62,7 @@ def clone(tmp_path: Path) -> Path:
     for name in PROJECT:
         source, target = REPOSITORY / name, place / "nao-hil" / name
         if source.is_dir():
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(source, target)  # with what numba has compiled
         else:
             shutil.copy(source, target)
     return place

@@ -94,7 +94,7 @@ def test_link_frames_and_centres_of_mass(name: str, client: int) -> None:
     body = load_body(name)
     model = build_model(client, body, rotor_inertia=[0.004] * len(joint_tree(body)))
     rng = np.random.default_rng(7)
-    for _ in range(5):
+    for _ in range(2):
         angles = random_pose(body, model, rng)
         links = bullet.getLinkStates(
             model.robot, model.numbers, computeForwardKinematics=True, physicsClientId=client
@@ -114,7 +114,7 @@ def test_mass_matrix_honours_the_full_tensors(name: str, client: int) -> None:
     model = build_model(client, body, rotor_inertia=[0.0] * len(joint_tree(body)))
     rng = np.random.default_rng(8)
     n = len(model.joints)
-    for _ in range(3):
+    for _ in range(1):
         angles = random_pose(body, model, rng)
         matrix = np.array(
             bullet.calculateMassMatrix(model.robot, list(angles.values()), physicsClientId=client)

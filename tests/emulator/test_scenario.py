@@ -24,7 +24,7 @@ BUSY = """
 pitch = -2.0
 friction = 0.7
 [tiles]
-area = [1.0, 1.0]
+area = [0.4, 0.4]
 height = 0.004
 [[boxes]]
 name = "box"

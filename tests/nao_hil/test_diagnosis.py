@@ -70,7 +70,7 @@ def walk(gait: str, scenario: Scenario, seconds: float, path: Path | None = None
     """A walk in process; recorded, if there is a path."""
     settings = RunConfig(gait=gait, steps=6)
     keeper = Keeper()
-    with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
+    with EmulatedRobot(BODY, seed=0, engine="mujoco", scenario=scenario) as robot:
         controller = controller_maker(settings)(BODY, BODY.cycle)
         observers = [keeper]
         if path is None:
