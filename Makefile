@@ -42,8 +42,9 @@ demo: setup
 	$(BIN)/nao-hil demo
 
 # Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
+# One more than there are processors: some tests wait.
 test: setup
-	$(BIN)/pytest -n auto --dist worksteal -m "not realtime and not browser"
+	$(BIN)/pytest -n $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist worksteal -m "not realtime and not browser"
 
 # One after the other, with the machine to themselves; see docs/testing.md for when one is skipped.
 realtime-test: setup

@@ -21,7 +21,7 @@ from walker.planning.huang import HuangGait
 
 BODY = load_body("nao-v3")
 VALUES = ("T_c=0.4", "T_d=0.12", "T_m=0.25", "D_s=0.05", "y_d=0.016", "y_m=0.029")
-QUICK = ("--grid", "6", *(f"--set={value}" for value in VALUES))
+QUICK = ("--grid", "4", *(f"--set={value}" for value in VALUES))
 """A short step, whose motion along x is searched on a coarse grid."""
 NAMED = (*QUICK, "--set=x_sd=0.0187", "--set=x_ed=0.0153")
 """The same, nothing searched."""
