@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 SILENCE = 0.5
 """s without a sensor frame after which the walker looks whether the robot is still there."""
-_AGAIN = 0.2
+_RETRY = 0.2
 """s between two looks whether a robot was armed."""
 GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
 """Cycles without an answer after which a guard has the robot, whether or not its notice came through."""
@@ -86,7 +86,7 @@ class WalkerProcess:
         self._late = self._dry_run = self._walked = False
         self._boot: int | None = None
         self._last: ActuatorFrame | None = None
-        self._complained = -math.inf
+        self._warned_at = -math.inf
 
     def run(self) -> WalkResult:
         """Walk until the order is done or the process is stopped.
@@ -122,7 +122,7 @@ class WalkerProcess:
         Raises:
             LinkError: it was stopped in the walk. Who arms it again does not ask for that walk to go on.
         """
-        said = False
+        warned = False
         while not self._stop():
             try:
                 status = decode(self._link.query(keys.GUARD), GuardStatus)
@@ -137,10 +137,10 @@ class WalkerProcess:
                 return True
             if self._walked and self._service is None:
                 raise LinkError(f"{status.text} The walk has ended; arm the robot and walk again.")
-            if not said:
+            if not warned:
                 logger.warning("%s Waiting for that.", status.text)
-            said = True
-            time.sleep(_AGAIN)
+            warned = True
+            time.sleep(_RETRY)
         return False
 
     def _acquire(self) -> bool:
@@ -157,7 +157,7 @@ class WalkerProcess:
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
         while not self._stop():
-            if self._heed_notices():
+            if self._process_notices():
                 logger.warning("the guard has taken the robot over; the walk begins anew")
                 self._interruptions += 1
                 self._boot = None
@@ -165,7 +165,7 @@ class WalkerProcess:
             try:
                 frame = receive(SILENCE)
             except FrameError as error:
-                self._complain(str(error))  # a stranger on the robot's key; the robot's own version was checked
+                self._warn(str(error))  # a stranger on the robot's key; the robot's own version was checked
                 continue
             if not self._link.lease:
                 logger.warning("the robot is gone; waiting for it to come back")
@@ -212,7 +212,7 @@ class WalkerProcess:
                 1e3 * controller.walk.parameters.max_gap,
             )
         if not lockstep:
-            self._heed_delay(controller)
+            self._check_delay(controller)
         if self._service is not None:
             self._service.after(controller, frame.seq)
         telemetry = controller.telemetry
@@ -224,24 +224,24 @@ class WalkerProcess:
             self._link.send(self._last)
             self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=tick))
 
-    def _heed_delay(self, controller: Controller) -> None:
+    def _check_delay(self, controller: Controller) -> None:
         """Close the feet on a link that is worse than a walk bears."""
-        bears = gait_kind(controller.walk.gait.name).max_delay
-        if not self._dry_run and controller.delay > bears and controller.state in ("approach", "walk"):
+        max_delay = gait_kind(controller.walk.gait.name).max_delay
+        if not self._dry_run and controller.delay > max_delay and controller.state in ("approach", "walk"):
             self._late = True
             controller.stop()
-            self._complain(
+            self._warn(
                 f"answers reach the robot {1e3 * controller.delay:.0f} ms late, a walk bears "
-                f"{1e3 * bears:.0f} ms: the feet are closed"
+                f"{1e3 * max_delay:.0f} ms: the feet are closed"
             )
 
-    def _complain(self, sentence: str) -> None:
+    def _warn(self, sentence: str) -> None:
         now = time.monotonic()
-        if now - self._complained >= 1.0:
-            self._complained = now
+        if now - self._warned_at >= 1.0:
+            self._warned_at = now
             logger.warning("%s", sentence)
 
-    def _heed_notices(self) -> bool:
+    def _process_notices(self) -> bool:
         """Pass on what the robot says; True when its guard has taken it down, from where no walk goes on."""
         taken = False
         for notice in self._link.notices():

@@ -28,13 +28,13 @@ from walker.stabilization.parameters import ControllerParameters, controller_par
 from walker.stabilization.switches import switch_changes
 from walker.states.ready import ReadyWalk, ready_walk
 
-_TAKEN: Final = 1.0
+_TIMEOUT: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
 _HALVINGS: Final = 7
 """Of the search for the fastest walk: to a hundredth of the velocity that was refused."""
 
 
-class Wish(NamedTuple):
+class WalkRequest(NamedTuple):
     """What the next walk is to be like."""
 
     gait: str
@@ -81,7 +81,7 @@ class WalkService:
         self._first, self._recover = gait, recover
         self._changes = dict(parameters or {})
         self._controller_changes = dict(controller or {})
-        self._wish = Wish(gait, None, None, None)
+        self._request = WalkRequest(gait, None, None, None)
         self._answering = threading.Lock()
         self._handing = threading.Lock()
         self._orders: list[_Order] = []
@@ -91,8 +91,8 @@ class WalkService:
         self._goes_to: str | None = None
         """What bounds the way of the walk under way."""
         self._walkable: dict[tuple[str, GaitParameters], Gait[Any]] = {}
-        self._gait_parameters(self._wish)
-        self._controllers(self._wish)
+        self._gait_parameters(self._request)
+        self._controllers(self._request)
 
     def make(self, body: Body, cycle: float) -> Controller:
         """A controller that stands and waits, for a robot that has begun; orders to an earlier one are dropped.
@@ -104,8 +104,8 @@ class WalkService:
             self._orders.clear()
             self._robot, self._seen = (body, cycle), None
             self._walkable.clear()
-        gait = _walkable_gait(self._wish.gait, self._gait_parameters(self._wish), body)
-        return Controller(body, gait, None, cycle, self._controllers(self._wish), recover=self._recover)
+        gait = _walkable_gait(self._request.gait, self._gait_parameters(self._request), body)
+        return Controller(body, gait, None, cycle, self._controllers(self._request), recover=self._recover)
 
     def before(self, controller: Controller, seq: int) -> None:
         """Carry out, before the tick of frame `seq`, the orders that are due; in the controller's thread."""
@@ -161,20 +161,20 @@ class WalkService:
             still = self._seen.status.state in ("stand", "fallen")
             self._hand_over(command.at, Controller.stop)
             return self._reply("Nothing is under way." if still else "Closes the feet and stands.")
-        wish = self._wished(command)
+        request = self._requested(command)
         if command.op == "set":
-            return self._set(wish, command)
+            return self._set(request, command)
         if self._seen.lies:
             raise WalkRefused("The robot fell; put it on its feet first, an emulated one with `stand-up`.")
-        walk = self._prepare(wish, command)
-        self._wish = wish
+        walk = self._prepare(request, command)
+        self._request = request
         self._goes_to = next((n for n in ("target", "distance") if getattr(command, n) is not None), None)
         hold = command.hold if command.hold is not None else math.inf
         self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
         first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
         return self._reply(f"{first} {_in_words(walk)}{_clipped(command.velocity, walk)}.")
 
-    def _set(self, wish: Wish, command: WalkCommand) -> WalkStatus:
+    def _set(self, request: WalkRequest, command: WalkCommand) -> WalkStatus:
         assert self._seen is not None
         if any(each is not None for each in (command.steps, command.distance, command.target, command.hold)):
             raise WalkRefused("`set` begins no walk: steps, distance, target and hold belong to `walk`.")
@@ -183,67 +183,67 @@ class WalkService:
                 f"A walk with a {self._goes_to} is under way, its steps made to fit; stop it to change its "
                 "velocity."
             )
-        walk = self._prepare(wish, command)
-        self._wish = wish
+        walk = self._prepare(request, command)
+        self._request = request
         self._hand_over(command.at, lambda controller: controller.adjust(walk))
         said = f"{_in_words(walk)}{_clipped(command.velocity, walk)}"
         return self._reply(f"The next walk is {said}; what can be had in stride is in force now.")
 
-    def _wished(self, command: WalkCommand) -> Wish:
-        """The wish so far, changed by a command; another gait comes with its own controllers and velocity."""
-        wish = self._wish
-        if command.gait is not None and command.gait != wish.gait:
-            wish = Wish(command.gait, None, None, None)
+    def _requested(self, command: WalkCommand) -> WalkRequest:
+        """The last request, changed by a command; another gait comes with its own controllers and velocity."""
+        request = self._request
+        if command.gait is not None and command.gait != request.gait:
+            request = WalkRequest(command.gait, None, None, None)
         if command.torso is not None:
-            wish = wish._replace(torso=command.torso)
+            request = request._replace(torso=command.torso)
         if command.admittance is not None:
-            wish = wish._replace(admittance=command.admittance)
+            request = request._replace(admittance=command.admittance)
         if command.velocity is not None:
-            wish = wish._replace(velocity=command.velocity)
-        return wish
+            request = request._replace(velocity=command.velocity)
+        return request
 
-    def _prepare(self, wish: Wish, command: WalkCommand) -> ReadyWalk:
+    def _prepare(self, request: WalkRequest, command: WalkCommand) -> ReadyWalk:
         """Everything for a walk that takes time to make."""
         assert self._robot is not None
         body, cycle = self._robot
-        parameters = self._gait_parameters(wish)
-        gait = self._gait(wish, parameters)
+        parameters = self._gait_parameters(request)
+        gait = self._gait(request, parameters)
         step, order = parameters.periodic_step, _steps(command.steps or 0)
         if parameters.limits is not None:
             order = _with_target(order, command, parameters)
         elif command.target is not None:
-            raise WalkRefused(f"The {wish.gait} gait walks straight ahead; a target takes the gait `omni`.")
+            raise WalkRefused(f"The {request.gait} gait walks straight ahead; a target takes the gait `omni`.")
         elif command.distance is not None:
             if not step.length:
-                raise WalkRefused(f"The {wish.gait} gait stays where it is; leave the distance out.")
+                raise WalkRefused(f"The {request.gait} gait stays where it is; leave the distance out.")
             count = math.ceil(command.distance / step.length - 1e-9)
             order = _steps(min(command.steps or count + 1, count + 1))
             parameters = parameters.with_velocity((command.distance / count / step.duration, 0.0, 0.0))
-            gait = self._gait(wish, parameters)
+            gait = self._gait(request, parameters)
             step = parameters.periodic_step
-        controllers = self._controllers(wish)
+        controllers = self._controllers(request)
         return ready_walk(body, gait, order, cycle, controllers, step, parameters.velocity)
 
-    def _gait_parameters(self, wish: Wish) -> GaitParameters:
-        parameters = gait_parameters(wish.gait, self._changes if wish.gait == self._first else None)
-        if wish.velocity is not None:
-            parameters = parameters.with_velocity(wish.velocity)
+    def _gait_parameters(self, request: WalkRequest) -> GaitParameters:
+        parameters = gait_parameters(request.gait, self._changes if request.gait == self._first else None)
+        if request.velocity is not None:
+            parameters = parameters.with_velocity(request.velocity)
         return parameters
 
-    def _controllers(self, wish: Wish) -> ControllerParameters:
-        own = dict(self._controller_changes) if wish.gait == self._first else {}
-        changes = switch_changes(torso=wish.torso, admittance=wish.admittance)
-        return controller_parameters(wish.gait, merged(own, changes))
+    def _controllers(self, request: WalkRequest) -> ControllerParameters:
+        own = dict(self._controller_changes) if request.gait == self._first else {}
+        changes = switch_changes(torso=request.torso, admittance=request.admittance)
+        return controller_parameters(request.gait, merged(own, changes))
 
-    def _gait(self, wish: Wish, parameters: GaitParameters) -> Gait[Any]:
+    def _gait(self, request: WalkRequest, parameters: GaitParameters) -> Gait[Any]:
         """The gait; refuses what the body cannot walk, and checks each walk once."""
         assert self._robot is not None
-        body, known = self._robot[0], (wish.gait, parameters)
+        body, known = self._robot[0], (request.gait, parameters)
         if known not in self._walkable:
             try:
-                self._walkable[known] = _walkable_gait(wish.gait, parameters, body)
+                self._walkable[known] = _walkable_gait(request.gait, parameters, body)
             except ConfigurationError as error:
-                fastest = self._fastest(wish.gait, parameters, body)
+                fastest = self._fastest(request.gait, parameters, body)
                 raise WalkRefused(f"{_sentence(str(error))}{fastest}") from None
         return self._walkable[known]
 
@@ -269,16 +269,16 @@ class WalkService:
         with self._handing:
             self._orders.append(order)
         if order.at <= self._seen.status.seq + 1:
-            order.taken.wait(_TAKEN)
+            order.taken.wait(_TIMEOUT)
 
     def _reply(self, text: str) -> WalkStatus:
         """What the controller does; at rest with what the next walk will be like."""
         assert self._seen is not None
         status = self._seen.status
         if status.state in ("stand", "fallen"):
-            on = self._controllers(self._wish).switches
+            on = self._controllers(self._request).switches
             status = msgspec.structs.replace(
-                status, gait=self._wish.gait, torso=on.torso, admittance=on.leg_admittance
+                status, gait=self._request.gait, torso=on.torso, admittance=on.leg_admittance
             )
         return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`.")
 

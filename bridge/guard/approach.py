@@ -8,8 +8,8 @@ from typing import Final
 
 from bridge.guard.config import ApproachSettings
 
-_PATIENCE: Final = 1.5
-"""Times the duration of the way to the first command; a joint whose command moves on is let go then."""
+_DURATION_FACTOR: Final = 1.5
+"""Times the duration of the motion to the first command; a joint whose command moves on is let go then."""
 _SHORTEST: Final = 0.5
 """s that an approach may take in any case."""
 
@@ -34,31 +34,31 @@ class Approach:
         """Joints that are limited to the speed of the settings; they arrive together."""
         return self._left.keys()
 
-    def begin(self, ways: Mapping[int, float]) -> bool:
+    def begin(self, distances: Mapping[int, float]) -> bool:
         """Take up joints, all of them if one is farther than the tolerance, else none.
 
         Args:
-            ways: distance of each joint from its command, rad.
+            distances: distance of each joint from its command, rad.
 
         Returns:
             Whether they were taken up.
         """
-        farthest = max(ways.values(), default=0.0)
+        farthest = max(distances.values(), default=0.0)
         if farthest <= self._s.tolerance:
             return False
-        time = max(_PATIENCE * farthest / self._s.speed, _SHORTEST)
-        self._left |= dict.fromkeys(ways, math.ceil(time / self._cycle))
+        time = max(_DURATION_FACTOR * farthest / self._s.speed, _SHORTEST)
+        self._left |= dict.fromkeys(distances, math.ceil(time / self._cycle))
         return True
 
-    def advance(self, ways: Mapping[int, float]) -> None:
+    def advance(self, distances: Mapping[int, float]) -> None:
         """One cycle is done; joints that arrived, went limp or had their time leave.
 
         Args:
-            ways: distance that is left to each stiff joint, rad.
+            distances: distance that is left to each stiff joint, rad.
         """
         step = self._s.speed * self._cycle
         self._left = {
-            slot: left - 1 for slot, left in self._left.items() if left > 1 and ways.get(slot, 0.0) > step
+            slot: left - 1 for slot, left in self._left.items() if left > 1 and distances.get(slot, 0.0) > step
         }
 
     def clear(self) -> None:

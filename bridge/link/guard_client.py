@@ -12,9 +12,9 @@ from bridge.messages import Info, LeaseReply, LeaseRequest, decode, encode
 from bridge.messages.codec import M
 from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
 
-_ANSWER: Final = 2.0
+_TIMEOUT: Final = 2.0
 """s until nobody answers."""
-_AGAIN: Final = 0.05
+_RETRY: Final = 0.05
 """s between two attempts."""
 
 
@@ -45,31 +45,31 @@ class GuardClient(Client):
         Raises:
             LinkError: nobody answered, or the robot could not; its own sentence.
         """
-        return self._told(keys.GUARD, b"", GuardStatus)
+        return self._query(keys.GUARD, b"", GuardStatus)
 
     def stop(self, how: Literal["crouch", "limp"] = "crouch", who: str = "") -> GuardStatus:
         """Emergency stop; from then on no command is taken until `arm`. Raises as `status`."""
-        return self._told(keys.STOP, encode(StopRequest(how=how, who=who)), GuardStatus)
+        return self._query(keys.STOP, encode(StopRequest(how=how, who=who)), GuardStatus)
 
     def arm(self, who: str = "") -> GuardStatus:
         """Let commands be taken. Raises as `status`."""
-        return self._told(keys.ARM, encode(ArmRequest(who=who)), GuardStatus)
+        return self._query(keys.ARM, encode(ArmRequest(who=who)), GuardStatus)
 
     def info(self) -> Info:
         """What the robot is. Raises as `status`."""
-        return self._told(keys.INFO, b"", Info)
+        return self._query(keys.INFO, b"", Info)
 
     def holder(self) -> str:
         """Name of the controller that holds the robot; empty: nobody does. Raises as `status`."""
         request = LeaseRequest(op="status", controller="guard-client")
-        return self._told(keys.LEASE, encode(request), LeaseReply).holder
+        return self._query(keys.LEASE, encode(request), LeaseReply).holder
 
-    def _told(self, suffix: str, payload: bytes, kind: type[M]) -> M:
+    def _query(self, suffix: str, payload: bytes, kind: type[M]) -> M:
         """Ask until somebody answers: a robot that has just begun serves its keys one after the other."""
-        deadline = time.monotonic() + _ANSWER
+        deadline = time.monotonic() + _TIMEOUT
         while time.monotonic() < deadline:
-            reply = self._ask(suffix, payload, _ANSWER, LinkError)
+            reply = self._ask(suffix, payload, _TIMEOUT, LinkError)
             if reply is not None:
                 return decode(reply, kind)
-            time.sleep(_AGAIN)
+            time.sleep(_RETRY)
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")

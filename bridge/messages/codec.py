@@ -121,8 +121,8 @@ def _unreadable(payload: bytes, name: str, error: Exception) -> FrameError:
 
 def _require_version(version: Any, name: str) -> None:
     if version != SCHEMA_VERSION:
-        said = repr(version)[:40]  # anything may stand there
-        raise FrameError(f"{name} refused: schema version {said}; this side speaks {SCHEMA_VERSION}.")
+        found = repr(version)[:40]  # anything may stand there
+        raise FrameError(f"{name} refused: schema version {found}; this side speaks {SCHEMA_VERSION}.")
 
 
 def _place(path: str) -> str:

@@ -38,16 +38,17 @@ class ForceCells:
         self._max_force = max_force if p.saturation else math.inf
         self._step, self._dead_band, self._noise = p.step, p.dead_band, p.noise
         self._drifts, self._noises = NormalRows(drift, CELLS), NormalRows(noise, CELLS)
-        self._keep = math.exp(-cycle / p.drift_time)
-        self._kick = p.drift * math.sqrt(1.0 - self._keep**2)
+        self._drift_decay = math.exp(-cycle / p.drift_time)
+        self._drift_step = p.drift * math.sqrt(1.0 - self._drift_decay**2)
         self.drift: list[float] = [p.drift * n for n in self._drifts.next()]
         """What the offsets have wandered to, N."""
 
     def read(self, forces: Sequence[float]) -> tuple[float, ...]:
         """Readings of all cells for the forces on them, N; once per cycle."""
-        if self._kick > 0.0:
+        if self._drift_step > 0.0:
             self.drift = [
-                d * self._keep + self._kick * n for d, n in zip(self.drift, self._drifts.next(), strict=True)
+                d * self._drift_decay + self._drift_step * n
+                for d, n in zip(self.drift, self._drifts.next(), strict=True)
             ]
         readings = [
             (force if force >= self._dead_band else 0.0) * gain + offset + drift

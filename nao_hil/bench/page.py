@@ -118,7 +118,7 @@ def _walk(seconds: float, eye: _Eye | None) -> dict[str, float]:
 
 def _wait(page: LivePage) -> None:
     deadline = time.monotonic() + TIMEOUT
-    while READY not in page.said:
+    while READY not in page.stderr:
         if not page.running or time.monotonic() > deadline:
             raise LinkError(f"the page was not served: {page.end(1.0).error}")
         time.sleep(0.1)

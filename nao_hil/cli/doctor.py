@@ -38,7 +38,7 @@ PORTS: Final = {
 """Default ports: whose they are, and what to do when one is taken."""
 CYCLE: Final = 0.01
 CYCLES: Final = 100
-CALM: Final = 0.001
+MAX_LATENESS: Final = 0.001
 """s; 99 of 100 wake-ups of a quiet machine come sooner after the deadline."""
 EXTRAS: Final = {
     "emulator": ("numba", "mujoco", "pybullet"),
@@ -142,14 +142,14 @@ def timer_finding(times: CycleTimes | None) -> Finding:
             name="timer", verdict="warning", value="not measured", advice="No process could be started."
         )
     late = times.lateness
-    calm = late.p99 <= CALM and times.skipped == 0
+    in_time = late.p99 <= MAX_LATENESS and times.skipped == 0
     return Finding(
         name="timer",
-        verdict="good" if calm else "warning",
+        verdict="good" if in_time else "warning",
         value=f"late by {1e6 * late.p50:.0f} us (p50), {1e6 * late.p99:.0f} us (p99), "
         f"{1e6 * late.max:.0f} us (max), {times.skipped} of {times.cycles + times.skipped} cycles skipped",
         advice="A 10 ms cycle keeps time."
-        if calm
+        if in_time
         else "Wake-ups come late: end other work here, permit real-time scheduling, or use --mode lockstep.",
     )
 

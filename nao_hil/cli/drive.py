@@ -57,7 +57,7 @@ def drive(
         session = Session(client)
         with Live(console=open_console(), auto_refresh=False) as live:
             try:
-                while not stop.is_set() and not session.wheel.leave:
+                while not stop.is_set() and not session.target.leave:
                     live.update(picture(session), refresh=True)
                     taken = inputs.wait(_LOOK)
                     session.take(taken.keys if taken.open else ["Q"], taken.stick)
@@ -76,12 +76,12 @@ def picture(session: Session) -> Table:
     s = session.status
     table = Table(show_header=False, title="nao-hil drive")
     table.add_row("robot", f"{s.state}, step {s.steps}, x {s.position[0]:.3f} m by the plan")
-    table.add_row("wanted", _in_words(session.driver.velocity(session.wheel)))
+    table.add_row("wanted", _in_words(session.driver.velocity(session.target)))
     table.add_row("walks", _in_words(s.velocity))
     control = f"{s.gait} gait, torso control {s.torso}, admittance {'on' if s.admittance else 'off'}"
     table.add_row("controllers", control)
     table.add_row("keys", "; ".join(f"{keys}: {what}" for keys, what in HELP.items()))
-    table.add_row("walker", session.said)
+    table.add_row("walker", session.reply)
     return table
 
 

@@ -9,7 +9,7 @@ from typing import Final, get_args
 from bridge.messages.walk import TorsoName, WalkCommand, WalkStatus
 from bridge.types import Vec3
 
-NOTCHES: Final = 5
+SPEED_STEPS: Final = 5
 """Key presses from rest to a gait's own velocity."""
 SIDEWAYS: Final = 0.02
 """m/s per key press; for gaits that can."""
@@ -56,24 +56,24 @@ def keys_of(data: bytes) -> list[str]:
     return keys
 
 
-def notch_of(deflection: float) -> int:
-    """Notches that a stick stands for, pushed forwards by -1..1."""
+def speed_steps(deflection: float) -> int:
+    """Steps of speed that a stick stands for, pushed forwards by -1..1."""
     size = abs(deflection)
     if size < DEAD:
         return 0
-    notches = round(NOTCHES * (min(size, 1.0) - DEAD) / (1.0 - DEAD))
-    return notches if deflection > 0.0 else -notches
+    steps = round(SPEED_STEPS * (min(size, 1.0) - DEAD) / (1.0 - DEAD))
+    return steps if deflection > 0.0 else -steps
 
 
 @dataclass(frozen=True)
-class Wheel:
+class DriveTarget:
     """What the driver wants now."""
 
     gait: str
     torso: str
     admittance: bool
     forward: float = 0
-    """Notches; whole ones by keys."""
+    """Steps of speed; whole ones by keys."""
     sideways: float = 0
     turn: float = 0
     leave: bool = False
@@ -81,7 +81,7 @@ class Wheel:
 
 @dataclass(frozen=True)
 class Driver:
-    """Turns keys into wheels, and wheels into commands.
+    """Turns keys into targets, and targets into commands.
 
     Args:
         speeds: own velocity of each gait that there is, m/s.
@@ -89,79 +89,81 @@ class Driver:
 
     speeds: Mapping[str, float]
 
-    def at_rest(self, status: WalkStatus) -> Wheel:
-        """The wheel of somebody who takes over from a walker's status."""
-        return Wheel(status.gait, status.torso, status.admittance)
+    def at_rest(self, status: WalkStatus) -> DriveTarget:
+        """The target of somebody who takes over from a walker's status."""
+        return DriveTarget(status.gait, status.torso, status.admittance)
 
-    def under_way(self, status: WalkStatus) -> Wheel:
-        """The wheel of somebody who takes over a walk: the notch next to its speed."""
-        notch = self.speeds.get(status.gait, 0.0) / NOTCHES
-        forward = round(status.velocity[0] / notch) if notch > 0.0 else 1
+    def under_way(self, status: WalkStatus) -> DriveTarget:
+        """The target of somebody who takes over a walk: the step of speed next to its speed."""
+        step = self.speeds.get(status.gait, 0.0) / SPEED_STEPS
+        forward = round(status.velocity[0] / step) if step > 0.0 else 1
         if not any(status.velocity[1:]):
             forward = max(1, forward)
         sideways, turn = round(status.velocity[1] / SIDEWAYS), round(status.velocity[2] / TURN)
         return replace(self.at_rest(status), forward=forward, sideways=sideways, turn=turn)
 
-    def press(self, wheel: Wheel, key: str) -> Wheel:
-        """The wheel after a key; keys without a meaning leave it as it is."""
+    def press(self, target: DriveTarget, key: str) -> DriveTarget:
+        """The target after a key; keys without a meaning leave it as it is."""
         if key in ("w", "s"):
-            return replace(wheel, forward=wheel.forward + (1 if key == "w" else -1))
+            return replace(target, forward=target.forward + (1 if key == "w" else -1))
         if key in ("a", "d"):
-            return replace(wheel, turn=wheel.turn + (1 if key == "a" else -1))
+            return replace(target, turn=target.turn + (1 if key == "a" else -1))
         if key in ("q", "e"):
-            return replace(wheel, sideways=wheel.sideways + (1 if key == "q" else -1))
+            return replace(target, sideways=target.sideways + (1 if key == "q" else -1))
         if key in STOPS:
-            return replace(wheel, forward=0, sideways=0, turn=0)
+            return replace(target, forward=0, sideways=0, turn=0)
         if key == "g":
-            slow = min(max(wheel.forward, 0), 1)
-            return replace(wheel, gait=_next(sorted(self.speeds), wheel.gait), forward=slow, sideways=0, turn=0)
+            slow = min(max(target.forward, 0), 1)
+            return replace(
+                target, gait=_next(sorted(self.speeds), target.gait), forward=slow, sideways=0, turn=0
+            )
         if key == "t":
-            return replace(wheel, torso=_next(_TORSOS, wheel.torso))
+            return replace(target, torso=_next(_TORSOS, target.torso))
         if key == "m":
-            return replace(wheel, admittance=not wheel.admittance)
+            return replace(target, admittance=not target.admittance)
         if key in ("Q", "Esc"):
-            return replace(wheel, forward=0, sideways=0, turn=0, leave=True)
-        return wheel
+            return replace(target, forward=0, sideways=0, turn=0, leave=True)
+        return target
 
-    def stick(self, wheel: Wheel, deflection: float) -> Wheel:
-        """The wheel after the stick was moved, forwards by -1..1."""
-        return replace(wheel, forward=notch_of(deflection))
+    def stick(self, target: DriveTarget, deflection: float) -> DriveTarget:
+        """The target after the stick was moved, forwards by -1..1."""
+        return replace(target, forward=speed_steps(deflection))
 
-    def steer(self, wheel: Wheel, velocity: Vec3) -> Wheel:
-        """The wheel that asks for a velocity, m/s, m/s, rad/s."""
+    def steer(self, target: DriveTarget, velocity: Vec3) -> DriveTarget:
+        """The target with a velocity, m/s, m/s, rad/s."""
         x, y, turn = velocity
-        notch = self.speeds[wheel.gait] / NOTCHES
-        return replace(wheel, forward=x / notch, sideways=y / SIDEWAYS, turn=turn / TURN)
+        step = self.speeds[target.gait] / SPEED_STEPS
+        return replace(target, forward=x / step, sideways=y / SIDEWAYS, turn=turn / TURN)
 
-    def velocity(self, wheel: Wheel) -> Vec3:
+    def velocity(self, target: DriveTarget) -> Vec3:
         """m/s, m/s, rad/s."""
-        notch = self.speeds.get(wheel.gait, 0.0) / NOTCHES
-        return wheel.forward * notch, wheel.sideways * SIDEWAYS, wheel.turn * TURN
+        step = self.speeds.get(target.gait, 0.0) / SPEED_STEPS
+        return target.forward * step, target.sideways * SIDEWAYS, target.turn * TURN
 
-    def command(self, before: Wheel, wheel: Wheel, key: str = "") -> WalkCommand | None:
+    def command(self, before: DriveTarget, target: DriveTarget, key: str = "") -> WalkCommand | None:
         """What to tell the walker after a key; None: nothing.
 
         A stop is always told: somebody else may have made the robot walk.
         """
-        if wheel.leave or key in STOPS:
+        if target.leave or key in STOPS:
             return WalkCommand(op="stop")
-        if wheel == before:
+        if target == before:
             return None
         changes = {
-            name: getattr(wheel, name)
+            name: getattr(target, name)
             for name in ("gait", "torso", "admittance")
-            if getattr(wheel, name) != getattr(before, name)
+            if getattr(target, name) != getattr(before, name)
         }
-        velocity = self.velocity(wheel)
+        velocity = self.velocity(target)
         if any(velocity):
             return WalkCommand(op="walk", velocity=velocity, hold=HOLD, **changes)
         if changes:
             return WalkCommand(op="set", **changes)
         return WalkCommand(op="stop")
 
-    def again(self, wheel: Wheel) -> WalkCommand | None:
+    def again(self, target: DriveTarget) -> WalkCommand | None:
         """A sign of life of the driver; None at rest, where none is needed."""
-        velocity = self.velocity(wheel)
+        velocity = self.velocity(target)
         return WalkCommand(op="walk", velocity=velocity, hold=HOLD) if any(velocity) else None
 
 

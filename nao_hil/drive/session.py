@@ -1,4 +1,4 @@
-"""One driver at the wheel of one walker, from the terminal or from the page."""
+"""One driver of one walker, from the terminal or from the page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final, Protocol
 from bridge.errors import LinkError, WalkRefused
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.types import Vec3
-from nao_hil.drive.driver import Driver, Wheel
+from nao_hil.drive.driver import Driver, DriveTarget
 from walker.planning import GAITS, gait_parameters
 
 SIGN: Final = 1.0
@@ -44,12 +44,12 @@ class Session:
         speeds = {gait: gait_parameters(gait).periodic_step.velocity for gait in GAITS}
         self.driver = Driver({gait: speed for gait, speed in speeds.items() if speed > 0.0})
         self.status: WalkStatus = walker.status()
-        self.wheel = self.driver.at_rest(self.status)
+        self.target = self.driver.at_rest(self.status)
         self.commands = self.refused = 0
         """Sent, and refused of them."""
-        self.said = ""
+        self.reply = ""
         """What the walker said to the last command."""
-        self._spoke = time.monotonic()
+        self._last_sent = time.monotonic()
 
     def take(self, keys: list[str], stick: float | None = None) -> None:
         """Carry out what came in, give a sign of life if one is due, and look how the robot is.
@@ -61,40 +61,40 @@ class Session:
         Raises:
             LinkError: the walker does not answer.
         """
-        if (keys or stick is not None) and not any(self.driver.velocity(self.wheel)):
+        if (keys or stick is not None) and not any(self.driver.velocity(self.target)):
             self.status = self._walker.status()
             if self.status.state == "walk":  # by somebody else's word
-                self.wheel = self.driver.under_way(self.status)
+                self.target = self.driver.under_way(self.status)
         for key in keys:
-            self._turn(self.driver.press(self.wheel, key), key)
+            self._turn(self.driver.press(self.target, key), key)
         if stick is not None:
-            self._turn(self.driver.stick(self.wheel, stick))
-        again = self.driver.again(self.wheel)
-        if again is not None and time.monotonic() - self._spoke > SIGN:
+            self._turn(self.driver.stick(self.target, stick))
+        again = self.driver.again(self.target)
+        if again is not None and time.monotonic() - self._last_sent > SIGN:
             if not self._send(again):  # it fell, say: whoever wants to go on says so anew
-                self.wheel = self.driver.press(self.wheel, "x")
+                self.target = self.driver.press(self.target, "x")
         else:
             self.status = self._walker.status()
 
     def steer(self, velocity: Vec3) -> None:
         """Walk at a velocity, m/s, m/s, rad/s; zeros stop. Raises as `take`."""
-        self._turn(self.driver.steer(self.wheel, velocity), "" if any(velocity) else "x")
+        self._turn(self.driver.steer(self.target, velocity), "" if any(velocity) else "x")
 
-    def _turn(self, wheel: Wheel, key: str = "") -> None:
-        command = self.driver.command(self.wheel, wheel, key)
+    def _turn(self, target: DriveTarget, key: str = "") -> None:
+        command = self.driver.command(self.target, target, key)
         if command is None or self._send(command):
-            self.wheel = wheel  # a wheel that the walker refused turns back
+            self.target = target  # a target that the walker refused is dropped
 
     def _send(self, command: WalkCommand) -> bool:
         self.commands += 1
-        self._spoke = time.monotonic()
+        self._last_sent = time.monotonic()
         try:
             self.status = self._walker.send(command)
         except WalkRefused as refusal:
             self.refused += 1
-            self.said = str(refusal)
+            self.reply = str(refusal)
             return False
-        self.said = self.status.text
+        self.reply = self.status.text
         return True
 
     def end(self) -> None:
@@ -102,4 +102,4 @@ class Session:
         try:
             self.status = self._walker.stop()
         except (LinkError, WalkRefused):
-            self.said = "The walker does not answer any more."
+            self.reply = "The walker does not answer any more."

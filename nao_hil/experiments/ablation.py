@@ -108,8 +108,8 @@ def _decisive(cells: Sequence[AblationCell], task: AblationTask) -> tuple[str, .
 
 
 def _finding(decisive: Sequence[str], task: AblationTask) -> str:
-    said = ", ".join(decisive) or "none"
-    return f"{task.name}: arms whose interval lies below that of the shipped one, one switch apart: {said}."
+    reported = ", ".join(decisive) or "none"
+    return f"{task.name}: arms whose interval lies below that of the shipped one, one switch apart: {reported}."
 
 
 def _runs(cells: Sequence[AblationCell]) -> str:

@@ -145,7 +145,7 @@ def _until_found(pair: Pair) -> None:
     """Wait until the walker says that it found the robot."""
     deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline and pair.robot.running and pair.walker.running:
-        if "found" in pair.walker.said:
+        if "found" in pair.walker.stderr:
             return
         time.sleep(0.05)
 

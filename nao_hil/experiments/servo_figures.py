@@ -17,7 +17,7 @@ from nao_hil.experiments.servo_bench import LEGS, Vector, part
 
 SHOWN: Final = tuple(joint for joint in LEGS if joint.startswith("L"))
 """The right leg's are alike."""
-YARDSTICK: Final = (0.019, 1.5)
+PUBLISHED_RESPONSE: Final = (0.019, 1.5)
 """T (s) and D of the second-order response identified by a team on its V6."""
 
 
@@ -31,9 +31,9 @@ def _panels(title: str) -> tuple[Figure, list[Any]]:
     return figure, axes
 
 
-def yardstick(time: Vector) -> Vector:
+def published_response(time: Vector) -> Vector:
     """Step response 1 / (T^2 s^2 + 2 D T s + 1) with D > 1, time in s."""
-    period, damping = YARDSTICK
+    period, damping = PUBLISHED_RESPONSE
     root = math.sqrt(damping**2 - 1.0)
     slow, fast = (damping - root) / period, (damping + root) / period
     t = np.maximum(time, 0.0)
@@ -49,7 +49,7 @@ def plot_steps(path: Path, body: Body, tracks: Mapping[str, Vector], steps: Mapp
         time = track[:, 0] - track[0, 0] + body.cycle
         panel.plot(1e3 * time, (read - read[0]) / steps[joint], ".-", markersize=3)
         fine = np.arange(0.0, time[-1], 1e-3)
-        panel.plot(1e3 * fine, yardstick(fine - 0.030), "k--", linewidth=1.0)
+        panel.plot(1e3 * fine, published_response(fine - 0.030), "k--", linewidth=1.0)
         panel.axvspan(36.0, 40.0, alpha=0.2, color="tab:green", label="published delay")
         panel.set(xlabel="time after the request / ms", xlim=(0.0, 400.0))
     axes[0].legend()

@@ -27,7 +27,7 @@ from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.planning import gait_parameters
 
 GAIT: Final = "omni"
-RIVAL: Final = {"nao-v6": "huang"}
+COMPARED_GAIT: Final = {"nao-v6": "huang"}
 """The gait to compare with, by body; of the others `dynamic`."""
 STANDS: Final = wilson(45, 50)[0]
 """A share stands for "45 of 50 stand" when the lower bound of its interval is at least that one's."""
@@ -83,7 +83,7 @@ def experiment(context: Context, setup: TerrainSetup | None = None) -> Outcome:
     setup = setup or TerrainSetup()
     if context.duration is not None:
         setup = replace(setup, duration=context.duration, worn_duration=context.duration)
-    gaits = (context.gait,) if context.gait else (GAIT, RIVAL.get(context.robot, "dynamic"))
+    gaits = (context.gait,) if context.gait else (GAIT, COMPARED_GAIT.get(context.robot, "dynamic"))
     names = [(ground, gait) for ground in (*_grounds(setup), "worn") for gait in gaits]
     found = dict(zip(names, context.run(*(_walks(context, setup, *name) for name in names)), strict=True))
     grounds = tuple(

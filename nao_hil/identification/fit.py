@@ -244,7 +244,7 @@ class _Problem:
         jacobian, residuals = self.jacobian(x), self.residuals(x)
         weight = 1.0 / np.sqrt(1.0 + np.square(residuals / (_ROBUST * np.sqrt(12.0))))  # soft_l1's derivative
         information = jacobian.T @ (weight[:, None] * jacobian)
-        bread = np.linalg.pinv(information, hermitian=True)
+        inverse_information = np.linalg.pinv(information, hermitian=True)
         number = stretches(self._samples, self._longest).T[self._samples.T]
         scores = np.zeros((number.max() + 1, len(x)))
         np.add.at(scores, number, (weight * residuals)[:, None] * jacobian)
@@ -253,7 +253,7 @@ class _Problem:
         clusters = np.square(shares.sum(axis=0)) / np.maximum(np.square(shares).sum(axis=0), 1e-300)
         count = len(self.names)
         freedom = np.maximum(clusters[:count] - 1.0, 1.0)
-        covariance = (bread @ (scores.T @ scores) @ bread)[:count, :count]
+        covariance = (inverse_information @ (scores.T @ scores) @ inverse_information)[:count, :count]
         inflation = np.sqrt((freedom + 1.0) / freedom)
         return Fit(
             servo=self.servo(x),

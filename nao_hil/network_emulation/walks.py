@@ -113,10 +113,10 @@ class Pair:
             if side.result is None and who == "robot":
                 raise LinkError(f"the {who}'s process failed: {side.error}")
         assert robot.result is not None
-        said = walker.result or {"done": False, "fell": False, "late": False}  # it did not end in time
+        reported = walker.result or {"done": False, "fell": False, "late": False}  # it did not end in time
         return NetworkWalk(
-            done=bool(said["done"] and not said["fell"]),
-            stopped=bool(said["late"]),
+            done=bool(reported["done"] and not reported["fell"]),
+            stopped=bool(reported["late"]),
             fell=bool(robot.result["fell"]),
             steps=int(robot.result["steps"]),
             distance=float(robot.result["distance"]),

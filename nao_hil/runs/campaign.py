@@ -47,7 +47,7 @@ class Progress(Protocol):
         ...
 
 
-class Silent:
+class NoProgress:
     """Progress that nobody sees."""
 
     def expect(self, runs: int) -> None:
@@ -84,7 +84,7 @@ class Campaign:
         self._executor = open_executor(cluster, self._stop)
         self._at_once = local_workers(cluster)
         self._dataset = _open_dataset(folder) if folder is not None else None
-        self._progress = progress or Silent()
+        self._progress = progress or NoProgress()
         self._telling = threading.Lock()
 
     @property

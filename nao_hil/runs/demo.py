@@ -78,7 +78,7 @@ class Demo:
 
     def __init__(self, robot: str, endpoint: str) -> None:
         self._robot, self._endpoint = robot, endpoint
-        self._begun = 0
+        self._part = 0
         self._next: float | None = None
         """Robot time at which the next part begins, s."""
         self._session: zenoh.Session | None = None
@@ -95,11 +95,11 @@ class Demo:
             self._next = frame.time
         if self._next is None or frame is None or frame.time < self._next or self.done:
             return
-        if self._begun == len(PARTS):
+        if self._part == len(PARTS):
             self.done = True
             return
-        part = PARTS[self._begun]
-        self._begun += 1
+        part = PARTS[self._part]
+        self._part += 1
         self._next = frame.time + part.lasts
         self._tell(part.text, frame.seq)
         try:

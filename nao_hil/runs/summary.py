@@ -83,7 +83,7 @@ class RunStatistics(Observer):
         self._before = _Sums()
         self._torso_max = 0.0
         self._hash = FrameHash()
-        self._told = False
+        self._has_telemetry = False
         """The controller says what it does."""
         self._last_frame: SensorFrame | None = None
         self._begin()
@@ -116,7 +116,7 @@ class RunStatistics(Observer):
             self._way_end = truth
             self._motion.add(truth)
         self._fell = self._fell or truth.fell
-        if not self._told:
+        if not self._has_telemetry:
             self._look(truth)
         if self._has_walked:
             self._torso_max = max(self._torso_max, float(tilt(truth.torso_orientation)))
@@ -158,7 +158,7 @@ class RunStatistics(Observer):
         """Take in what the walker says of its walk."""
         if self._last_frame is None or message.seq > self._last_frame.seq:
             return  # said of the robot before it began anew
-        self._told = True
+        self._has_telemetry = True
         self._recoveries += self._state == "motion" and message.state not in ("motion", "fallen")
         self._state = message.state
         if message.step < self._step:  # another walk

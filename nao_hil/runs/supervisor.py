@@ -28,13 +28,13 @@ class ChildResult(NamedTuple):
     code: int
     result: dict[str, Any] | None
     """The JSON object on the last line of its stdout."""
-    said: str
+    stderr: str
     """Its stderr."""
 
     @property
     def error(self) -> str:
         """The sentence it ended with, or its exit code in words."""
-        for line in reversed(self.said.splitlines()):
+        for line in reversed(self.stderr.splitlines()):
             if line.startswith("error: "):
                 return line.removeprefix("error: ")
         if self.code < 0:
@@ -84,7 +84,7 @@ class Child:
         self._process.wait()
 
     @property
-    def said(self) -> str:
+    def stderr(self) -> str:
         """Its stderr so far."""
         return self._log.read_text()
 

@@ -121,13 +121,13 @@ def walk(task: Walk) -> WalkOutcome:
     loaded = task.load.on(body) if task.load else body
     with build_robot(config, task.scenario, loaded, task.wear) as robot:
         controller = make(body, body.cycle)
-        witness = _Witness(task, robot, controller)
+        observer = _WalkObserver(task, robot, controller)
         most = round((LONGEST_START + task.duration) / body.cycle)
-        run(robot, Guard(body), controller, [witness], most, ended=witness.ended)
-    return WalkOutcome(task, witness.end(), witness.track())
+        run(robot, Guard(body), controller, [observer], most, ended=observer.ended)
+    return WalkOutcome(task, observer.end(), observer.track())
 
 
-class _Witness(Observer):
+class _WalkObserver(Observer):
     """Observer that keeps the time of the walk, lets its events happen, and sees the fall."""
 
     def __init__(self, task: Walk, robot: EmulatedRobot, controller: Controller) -> None:

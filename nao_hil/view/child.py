@@ -26,16 +26,16 @@ class LivePage(Child):
     def __init__(self, robot: str, connect: str, port: int, folder: Path) -> None:
         view = ["view", "--name", robot, "--connect", connect, "--port", str(port), "--run", str(folder)]
         super().__init__("page", view, folder)
-        self._told = False
+        self._reported = False
 
     def tell(self, console: Console) -> None:
         """Print the address once it is served, or the one sentence why it is not."""
-        if self._told:
+        if self._reported:
             return
-        for line in self.said.splitlines():
+        for line in self.stderr.splitlines():
             if line.startswith(READY):
                 console.print(line, highlight=False)
-                self._told = True
-        if not self._told and not self.running:
+                self._reported = True
+        if not self._reported and not self.running:
             console.print(f"no page: {self.end(0.0).error}", highlight=False)
-            self._told = True
+            self._reported = True

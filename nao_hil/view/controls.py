@@ -237,7 +237,7 @@ class Controls:
                 self._buttons("sideways", acts("Left", "Right"), "0.02 m/s each"),
                 self._buttons("turn", acts("Turn left", "Turn right"), "0.1 rad/s each"),
             ]
-            self._buttons("ahead", acts("Slower", "Faster"), "five notches to the gait's own speed")
+            self._buttons("ahead", acts("Slower", "Faster"), "five presses to the gait's own speed")
             self._buttons("next", acts("Gait", "Torso control", "Admittance"))
             keys = gui.add_checkbox("keys, gamepad", initial_value=False, hint=BY_KEYS)
             words = gui.add_markdown(f'<span class="keys-drive">{BY_KEYS}</span>', visible=False)

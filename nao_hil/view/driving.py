@@ -1,4 +1,4 @@
-"""Driving from the page: its buttons, or the keys and the gamepad that press them, at a walker's wheel."""
+"""Driving from the page: its buttons, or the keys and the gamepad that press them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ KEYS: Final = {
 
 
 class Driving:
-    """The wheel that all who look at the page share.
+    """The one driver that all who look at the page share.
 
     Args:
         walker: Gives the walker to drive; raises LinkError without one.
@@ -59,7 +59,7 @@ class Driving:
             if self._session is None:
                 self._session = Session(self._walker())
             act(self._session)
-            return self._session.said
+            return self._session.reply
 
     def let_go(self) -> None:
         """The walker was told otherwise: give no sign of life for what was wanted before."""

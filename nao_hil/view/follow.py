@@ -12,7 +12,7 @@ from bridge.body import load_body
 from bridge.errors import NaoHilError
 from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.world import Status
-from nao_hil.analysis.diagnosis import Gatherer
+from nao_hil.analysis.diagnosis import MomentBuilder
 from nao_hil.runs.demo import CAPTION
 from nao_hil.view.controls import Controls
 from nao_hil.view.downloads import add_downloads, newest_recording
@@ -62,7 +62,7 @@ class Follower:
         Raises:
             ConfigurationError: not an endpoint.
         """
-        gatherer = Gatherer()
+        builder = MomentBuilder()
         due = time.monotonic()
         try:
             while not self._stop.is_set():
@@ -71,7 +71,7 @@ class Follower:
                         continue
                     if isinstance(message, Notice) and message.code == CAPTION:
                         self._page.caption(message.text)
-                    if (moment := gatherer.add(message)) is not None:
+                    if (moment := builder.add(message)) is not None:
                         self._page.take(moment)
                 self._page.show()
                 due = max(due + 1.0 / RATE, time.monotonic())

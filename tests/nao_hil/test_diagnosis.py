@@ -21,8 +21,8 @@ from emulator.scenarios.events import FaultEvent, FrictionEvent, PushEvent
 from emulator.scenarios.model import Scenario
 from nao_hil.analysis.diagnosis import (
     BalanceEstimator,
-    Gatherer,
     Moment,
+    MomentBuilder,
     Symptom,
     Symptoms,
     diagnose,
@@ -46,10 +46,10 @@ class Keeper:
 
     def __init__(self) -> None:
         self.moments: list[Moment] = []
-        self._gatherer = Gatherer()
+        self._builder = MomentBuilder()
 
     def _add(self, message: SensorFrame | TruthFrame | WalkTelemetry | Notice) -> None:
-        if (moment := self._gatherer.add(message)) is not None:
+        if (moment := self._builder.add(message)) is not None:
             self.moments.append(moment)
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:

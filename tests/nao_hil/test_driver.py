@@ -7,18 +7,18 @@ import struct
 import pytest
 
 from bridge.messages.walk import WalkCommand, WalkStatus
-from nao_hil.drive.driver import HOLD, NOTCHES, Driver, Wheel, keys_of, notch_of
+from nao_hil.drive.driver import HOLD, SPEED_STEPS, Driver, DriveTarget, keys_of, speed_steps
 from nao_hil.drive.inputs import events_of
 from nao_hil.drive.session import Session
 
 DRIVER = Driver({"static": 0.015, "dynamic": 0.2})
-REST = Wheel("static", "robust", admittance=True)
+REST = DriveTarget("static", "robust", admittance=True)
 
 
-def typed(keys: list[str], wheel: Wheel = REST) -> Wheel:
+def typed(keys: list[str], target: DriveTarget = REST) -> DriveTarget:
     for key in keys:
-        wheel = DRIVER.press(wheel, key)
-    return wheel
+        target = DRIVER.press(target, key)
+    return target
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_bytes_of_a_terminal_become_keys(data: bytes, keys: list[str]) -> None:
 
 
 def test_five_presses_make_the_gaits_own_velocity() -> None:
-    assert NOTCHES == 5
+    assert SPEED_STEPS == 5
     assert DRIVER.velocity(typed(["w"] * 5)) == pytest.approx((0.015, 0.0, 0.0))
     assert DRIVER.velocity(typed(["w", "w", "s"])) == pytest.approx((0.003, 0.0, 0.0))
 
@@ -98,10 +98,10 @@ def test_whoever_takes_over_a_walking_robot_is_obeyed(key: str) -> None:
     assert walker.sent == []  # not before a key
     session.take([key])
     (command,) = walker.sent
-    own = session.driver.speeds["static"] / NOTCHES
-    notches = round(0.0076 / own)
+    own = session.driver.speeds["static"] / SPEED_STEPS
+    steps = round(0.0076 / own)
     if key == "w":
-        assert command.velocity == pytest.approx(((notches + 1) * own, 0.0, 0.0))
+        assert command.velocity == pytest.approx(((steps + 1) * own, 0.0, 0.0))
     elif key == "g":
         assert command.op == "walk" and command.gait not in (None, "static")
     else:
@@ -109,8 +109,8 @@ def test_whoever_takes_over_a_walking_robot_is_obeyed(key: str) -> None:
 
 
 def test_another_gait_begins_slowly() -> None:
-    """Five notches of the static gait are 0.015 m/s, of the dynamic one 0.2 m/s: nobody meant that."""
-    fast = typed(["w"] * 5, Wheel("static", "robust", admittance=True))
+    """Five steps of speed of the static gait are 0.015 m/s, of the dynamic one 0.2 m/s: nobody meant that."""
+    fast = typed(["w"] * 5, DriveTarget("static", "robust", admittance=True))
     command = DRIVER.command(fast, typed(["g"], fast))
     assert command == WalkCommand(op="walk", velocity=(0.04, 0.0, 0.0), gait="dynamic", hold=HOLD)
 
@@ -133,15 +133,15 @@ def test_whoever_takes_over_begins_at_rest() -> None:
         distance=0.3,
         position=(0.3, 0.0, 0.0),
     )
-    assert DRIVER.at_rest(status) == Wheel("dynamic", "none", admittance=False)
+    assert DRIVER.at_rest(status) == DriveTarget("dynamic", "none", admittance=False)
 
 
 @pytest.mark.parametrize(
-    ("deflection", "notches"), [(0.0, 0), (0.1, 0), (-0.14, 0), (0.3, 1), (1.0, 5), (1.2, 5), (-1.0, -5)]
+    ("deflection", "steps"), [(0.0, 0), (0.1, 0), (-0.14, 0), (0.3, 1), (1.0, 5), (1.2, 5), (-1.0, -5)]
 )
-def test_the_stick_has_a_dead_zone_and_five_notches(deflection: float, notches: int) -> None:
-    assert notch_of(deflection) == notches
-    assert DRIVER.stick(REST, deflection).forward == notches
+def test_the_stick_has_a_dead_zone_and_five_notches(deflection: float, steps: int) -> None:
+    assert speed_steps(deflection) == steps
+    assert DRIVER.stick(REST, deflection).forward == steps
 
 
 def test_events_of_the_kernel_s_joystick_interface() -> None:

@@ -10,7 +10,7 @@ from bridge.body import load_body
 from emulator.wear import load_wear
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.servo_bench import LEGS, part
-from nao_hil.experiments.servo_figures import yardstick
+from nao_hil.experiments.servo_figures import published_response
 from nao_hil.experiments.servo_measure import cruise_speed, motion_times
 
 V3, NOMINAL = load_body("nao-v3"), load_wear("nominal")
@@ -86,4 +86,4 @@ def test_a_stalled_motor_warms_as_the_closed_form_says_and_is_derated(physics: s
 def test_the_yardstick_is_the_published_second_order_model() -> None:
     time = np.arange(0.0, 0.5, 1e-3)
     _, expected = signal.step(signal.lti([1.0], [0.019**2, 2.0 * 1.5 * 0.019, 1.0]), T=time)
-    np.testing.assert_allclose(yardstick(time), expected, atol=1e-9)
+    np.testing.assert_allclose(published_response(time), expected, atol=1e-9)

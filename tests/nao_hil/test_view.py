@@ -43,9 +43,9 @@ from emulator.scenarios import load_scenario
 from emulator.scenarios.ground import PlacedBox, ScenarioFloor
 from emulator.scenarios.model import Scenario
 from nao_hil import view
-from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Gatherer, Moment, Symptom
+from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
-from nao_hil.drive.driver import HOLD, NOTCHES, TURN
+from nao_hil.drive.driver import HOLD, SPEED_STEPS, TURN
 from nao_hil.view.charts import strip_charts
 from nao_hil.view.controls import FAULTS, Controls
 from nao_hil.view.driving import KEYS, Driving
@@ -306,7 +306,9 @@ def test_the_buttons_of_the_wheel_do_what_the_keys_of_drive_do(
         gui.press(button)
     own = gait_parameters("static").periodic_step.velocity
     assert commands.sent == [
-        WalkCommand(op="walk", velocity=(pytest.approx(n * own / NOTCHES), 0.0, 0.0), hold=HOLD, torso=torso)
+        WalkCommand(
+            op="walk", velocity=(pytest.approx(n * own / SPEED_STEPS), 0.0, 0.0), hold=HOLD, torso=torso
+        )
         for n, torso in ((1, None), (2, None), (2, "thesis"))
     ] + [WalkCommand(op="stop")]
     assert set(driving_keys()) == set(KEYS)
@@ -425,12 +427,12 @@ def test_a_real_robot_has_no_world_to_change(gui: FakeGui, commands: FakeCommand
 @pytest.fixture(scope="module")
 def standing() -> list[Moment]:
     """Two seconds of a robot that stands."""
-    gatherer, kept = Gatherer(), []
+    builder, kept = MomentBuilder(), []
     with EmulatedRobot(BODY, seed=0) as robot:
         for _ in range(200):
             robot.advance(None)
             for message in (robot.frame, robot.truth()):
-                if (moment := gatherer.add(message)) is not None:
+                if (moment := builder.add(message)) is not None:
                     kept.append(moment)
     return kept
 

@@ -44,7 +44,7 @@ class Command:
             )
 
     @property
-    def said(self) -> str:
+    def stderr(self) -> str:
         return self._err.read_text()
 
     @property

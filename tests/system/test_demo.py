@@ -17,8 +17,8 @@ def test_the_demo_shows_all_its_parts_and_the_robot_stands_at_its_end(
     start: Callable[..., Any], endpoint: str, tmp_path: Path
 ) -> None:
     command = start("demo", "--no-view", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json")
-    assert command.wait() == 0, command.said
-    said = " ".join(command.said.split())
+    assert command.wait() == 0, command.stderr
+    said = " ".join(command.stderr.split())
     at = [said.index(part.text) for part in PARTS]
     assert at == sorted(at)
     assert command.result["distance"] > 1.5

@@ -114,4 +114,4 @@ def test_keys_in_a_terminal_walk_the_robot(walker: Walker, endpoint: str, tmp_pa
 def test_without_a_terminal_or_a_gamepad_one_sentence_says_so(start: Callable[..., Any], endpoint: str) -> None:
     command = start("drive", "--connect", endpoint)
     assert command.wait() == 2
-    assert command.said.splitlines()[-1].startswith("error: Driving takes a terminal")
+    assert command.stderr.splitlines()[-1].startswith("error: Driving takes a terminal")

@@ -63,14 +63,14 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
         assert standing_height(monitor) < high - 0.03  # a crouch is 5 cm lower than the walk
         last = start(*walk, "--steps", "2", "--json")
         if mode == "lockstep":  # in real time a busy machine may make the walk itself fall
-            assert last.wait() == 0, last.said
+            assert last.wait() == 0, last.stderr
             assert last.result["steps"] == 2
         else:
             until(lambda: guard.status().state == "active", "the next walker to be obeyed")
             last.interrupt()
     robot.interrupt()
     assert robot.process.returncode == 0
-    assert "Traceback" not in robot.said
+    assert "Traceback" not in robot.stderr
 
 
 def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
@@ -84,22 +84,22 @@ def test_an_emergency_stop_takes_the_robot_down_until_it_is_armed(
         assert monitor.connect()
         until(lambda: monitor.sensors and monitor.sensors.command > 200, "the walk")
         stop = start("stop", *where, "--json")
-        assert stop.wait() == 0, stop.said
+        assert stop.wait() == 0, stop.stderr
         assert (stop.result["reason"], stop.result["armed"]) == ("stop", False)
         until(rests(guard), "the robot to rest")
         assert walker.wait() == 3  # who arms the robot again does not ask for this walk to go on
-        assert "nao-hil arm" in words(walker.said)
+        assert "nao-hil arm" in words(walker.stderr)
         unsure = start("arm", *where)
         assert unsure.wait() == 2
-        assert "say --yes" in words(unsure.said)
+        assert "say --yes" in words(unsure.stderr)
         assert not guard.status().armed
         arm = start("arm", "--yes", *where, "--json")
-        assert arm.wait() == 0, arm.said
+        assert arm.wait() == 0, arm.stderr
         assert arm.result["armed"] is True
         again = start("walk", *where, "--steps", "0")
         until(lambda: guard.status().state == "active", "the next walk")
     again.interrupt()
-    assert "Traceback" not in walker.said + again.said
+    assert "Traceback" not in walker.stderr + again.stderr
 
 
 def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
@@ -110,7 +110,7 @@ def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
     walker = start("walk", "--connect", endpoint, "--steps", "0")
     with Monitor("nao", endpoint) as monitor, GuardClient("nao", endpoint, TIMEOUT) as guard:
         assert monitor.connect()
-        until(lambda: "nao-hil arm" in words(walker.said), "the walker to be told")
+        until(lambda: "nao-hil arm" in words(walker.stderr), "the walker to be told")
         assert guard.arm("a test").armed
         status = until(lambda: guard.status() if guard.status().state == "active" else None, "commands")
         assert status.dry_run
@@ -125,5 +125,5 @@ def test_a_robot_that_starts_disarmed_and_in_a_dry_run_moves_for_nobody(
 def test_nobody_there_is_told_in_one_sentence(command: str, start: Start, endpoint: str) -> None:
     told = start(command, "--connect", endpoint, *(["--yes"] if command == "arm" else []))
     assert told.wait() == 3
-    assert f"Nobody listened at {endpoint}" in words(told.said)
-    assert "Traceback" not in told.said
+    assert f"Nobody listened at {endpoint}" in words(told.stderr)
+    assert "Traceback" not in told.stderr

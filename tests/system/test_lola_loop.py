@@ -38,7 +38,7 @@ def _begin(mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_pa
     )
     server = start("serve", "lola", "--socket", path, "--connect", endpoint, "--json")
     bridge = start("bridge", "lola", "--socket", path, "--listen", far, "--mode", mode, "--json")
-    until(lambda: "not armed" in " ".join(bridge.said.split()), "the bridge to find its robot")
+    until(lambda: "not armed" in " ".join(bridge.stderr.split()), "the bridge to find its robot")
     arm = start("arm", "--yes", "--connect", far)
     assert arm.wait() == 0
     return {"robot": robot, "server": server, "bridge": bridge}
@@ -76,7 +76,7 @@ def test_a_walker_that_is_killed_leaves_the_robot_to_the_bridge_s_guard(
     loop: dict[str, Any], start: Callable[..., Any], far: str
 ) -> None:
     walker = start("walk", "--gait", "dynamic", "--steps", "0", "--connect", far)
-    until(lambda: "Commands are in force" in " ".join(loop["server"].said.split()), "the walk")
+    until(lambda: "Commands are in force" in " ".join(loop["server"].stderr.split()), "the walk")
     os.kill(walker.process.pid, signal.SIGKILL)
     with GuardClient("nao", far) as guard:
         until(lambda: guard.status().state == "crouch", "the guard to crouch by itself, in lockstep too")

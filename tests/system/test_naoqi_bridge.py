@@ -31,7 +31,7 @@ def robot(endpoint: str) -> Iterator[ObedientRobot]:
 
 
 def words(command: Any) -> str:
-    return " ".join(command.said.split())
+    return " ".join(command.stderr.split())
 
 
 def newest(link: ControllerLink) -> SensorFrame:

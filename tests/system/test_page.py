@@ -19,7 +19,7 @@ from bridge.body import load_body
 from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
-from nao_hil.drive.driver import NOTCHES
+from nao_hil.drive.driver import SPEED_STEPS
 from nao_hil.runs.config import RunConfig
 from tests.ports import free_endpoint
 from walker.planning import gait_parameters
@@ -166,12 +166,12 @@ def test_keys_and_a_gamepad_drive_once_they_may(
     browser_page.wait_for_selector(".keys-drive")
     assert "Walks by" not in browser_page.inner_text("body")  # of the key before
 
-    notch = gait_parameters("static").periodic_step.velocity / NOTCHES
+    step = gait_parameters("static").periodic_step.velocity / SPEED_STEPS
     browser_page.keyboard.press("w")
-    browser_page.wait_for_function(f"document.body.innerText.includes('gait at {notch:.3f} m/s')")
+    browser_page.wait_for_function(f"document.body.innerText.includes('gait at {step:.3f} m/s')")
     browser_page.evaluate("window.pad.axes[1] = -1")
     speed = "parseFloat((document.body.innerText.match(/gait at ([\\d.]+) m/) || [0, 0])[1])"
-    browser_page.wait_for_function(f"{speed} > {1.5 * notch}")
+    browser_page.wait_for_function(f"{speed} > {1.5 * step}")
     browser_page.evaluate("window.pad.axes[1] = 0")
     browser_page.keyboard.press("Space")
     browser_page.wait_for_function("document.body.innerText.includes('Closes the feet')")

@@ -145,10 +145,10 @@ def test_a_controller_written_from_the_page_moves_the_head(
 ) -> None:
     emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", mode]
     robot = start(*emulate, "--out", str(tmp_path / "run"))
-    until(lambda: "recording to" in robot.said, "the robot")
+    until(lambda: "recording to" in robot.stderr, "the robot")
     script = f"import runpy; runpy.run_path({str(SCRIPT)!r}, run_name='__main__')"
     controller = start(endpoint, "nao", "120", script=script)
-    assert controller.wait() == 0, controller.said
+    assert controller.wait() == 0, controller.stderr
     result = controller.result
     robot.interrupt()
 

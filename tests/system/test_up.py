@@ -77,7 +77,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     for name in ("a", "b"):
         folder = tmp_path / name
         command = start("up", "--mode", "lockstep", *walk, "--listen", endpoint, "--out", str(folder))
-        assert command.wait() == 0, command.said
+        assert command.wait() == 0, command.stderr
         runs.append((command.result, (folder / "frames.mcap").read_bytes()))
         assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
     (first, recording), (second, again) = runs
@@ -87,7 +87,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
 
     folder = tmp_path / "in-process"
     command = start("up", "--mode", "in-process", *walk, "--out", str(folder))
-    assert command.wait() == 0, command.said
+    assert command.wait() == 0, command.stderr
     assert command.result["frames_sha256"] == first["frames_sha256"]
     assert frames_sha256(folder / "frames.mcap") == first["frames_sha256"]
     shared = set(command.result) - {"real_time_factor"}
@@ -101,13 +101,13 @@ def test_the_walker_starts_first_and_needs_no_pybullet(start: Start, endpoint: s
         *("emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"),
         *("--out", str(tmp_path / "run"), "--json"),
     )
-    assert walker.wait() == 0, walker.said
+    assert walker.wait() == 0, walker.stderr
     assert walker.result["steps"] == 2 and not walker.result["fell"]
 
     robot.interrupt()
-    assert robot.process.returncode == 0, robot.said
+    assert robot.process.returncode == 0, robot.stderr
     assert robot.result["steps"] == 2
-    assert "Traceback" not in walker.said + robot.said
+    assert "Traceback" not in walker.stderr + robot.stderr
     assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
 
 
@@ -117,14 +117,14 @@ def test_a_robot_without_pybullet_goes_on_with_mujoco_unless_pybullet_was_asked_
     emulate = ["emulate", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json"]
     refused = start(*emulate, "--engine", "pybullet", script=WITHOUT_PYBULLET)
     assert refused.wait() == 2
-    assert "PyBullet is not installed: pip install 'nao-hil[emulator]'" in one_sentence(refused.said)
+    assert "PyBullet is not installed: pip install 'nao-hil[emulator]'" in one_sentence(refused.stderr)
 
     robot = start(*emulate, "--mode", "lockstep", script=WITHOUT_PYBULLET)
     walker = start("walk", "--connect", endpoint, "--gait", "dynamic", "--steps", "2", "--json")
-    assert walker.wait() == 0, walker.said
+    assert walker.wait() == 0, walker.stderr
     assert walker.result["steps"] == 2 and not walker.result["fell"]
     robot.interrupt()
-    assert "PyBullet is not installed; the physics is MuJoCo's." in robot.said
+    assert "PyBullet is not installed; the physics is MuJoCo's." in robot.stderr
     assert robot.result["engine"] == "mujoco"
 
 
@@ -137,7 +137,7 @@ def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
     walker = start("walk", "--connect", endpoint, "--steps", "0", "--json")
     until(heard(monitor, lambda frame: frame.command > 200), "the walk")
     robot.kill()
-    until(lambda: "the robot is gone" in " ".join(walker.said.split()), "the walker to notice")
+    until(lambda: "the robot is gone" in " ".join(walker.stderr.split()), "the walker to notice")
     cut_off = list(read_recording(tmp_path / "run" / "frames.mcap"))
     assert cut_off[-1].time > 0.5
 
@@ -146,7 +146,7 @@ def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
     until(heard(monitor, lambda frame: frame.wall > restarted and frame.command > 200), "the new walk")
     walker.interrupt()
     assert walker.process.returncode == 130
-    assert "Traceback" not in walker.said
+    assert "Traceback" not in walker.stderr
 
 
 @pytest.mark.realtime
@@ -160,7 +160,7 @@ def test_a_robot_keeps_its_cycle_while_walkers_come_and_go(
 
     second = start(*walk, "second")
     assert second.wait() == 3
-    assert "held by controller `first`" in one_sentence(second.said)
+    assert "held by controller `first`" in one_sentence(second.stderr)
 
     monitor.take_notices()
     first.kill()
@@ -178,7 +178,7 @@ def test_a_robot_keeps_its_cycle_while_walkers_come_and_go(
     third.interrupt()
     robot.interrupt()
     assert (third.process.returncode, robot.process.returncode) == (130, 0)
-    assert "Traceback" not in third.said + robot.said + first.said
+    assert "Traceback" not in third.stderr + robot.stderr + first.stderr
     assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
 
 
@@ -187,11 +187,11 @@ def test_a_walk_in_real_time_ends_without_a_word_of_the_robot(
     start: Start, endpoint: str, tmp_path: Path
 ) -> None:
     command = start("up", "--steps", "2", "--listen", endpoint, "--out", str(tmp_path / "run"), "--json")
-    assert command.wait() == 0, command.said
+    assert command.wait() == 0, command.stderr
     assert command.result["steps"] == 2
     # The walker's last frame and the release that follows it are in one order at the robot.
     assert command.result["commands_refused"] == 0
-    assert "the robot says" not in command.said
+    assert "the robot says" not in command.stderr
 
 
 def test_ctrl_c_ends_both_sides_with_their_recording_closed(
@@ -208,8 +208,8 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
     command.interrupt()
     assert command.process.returncode == 130
     assert not any(Path(f"/proc/{pid}").exists() for pid in children)
-    assert "Traceback" not in command.said
-    assert "Interrupted" in command.said and "stands" not in command.said
+    assert "Traceback" not in command.stderr
+    assert "Interrupted" in command.stderr and "stands" not in command.stderr
     assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
     assert command.result["cycles"] > 100
 
@@ -224,7 +224,7 @@ def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
     up = ["up", "--engine", "mujoco", "--mode", "lockstep", "--gait", "dynamic", "--steps", "2"]
     command = start(*up, "--listen", endpoint, "--out", str(folder), "--json")
     assert command.wait() == 0
-    assert " ".join(command.said.split()).count("is replaced") == 1
+    assert " ".join(command.stderr.split()).count("is replaced") == 1
     assert not (folder / "frames-2.mcap").exists()
     assert (folder / "notes.txt").read_text() == "old"
     assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
@@ -254,15 +254,15 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
     told = diagnose(last)
     assert told is not None and told.fell < fallen + 1.0
     assert command.result["diagnosis"] == told.sentence
-    assert last.name in "".join(command.said.replace("│", "").split())  # the table folds long paths
+    assert last.name in "".join(command.stderr.replace("│", "").split())  # the table folds long paths
     assert inspect(last).steps == command.result["steps"]
 
 
 def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start) -> None:
     command = start("up", script=SLOW_TO_LOAD)
-    until(lambda: "loading\n" in command.said, "the command")
+    until(lambda: "loading\n" in command.stderr, "the command")
     command.interrupt()
-    assert (command.process.returncode, command.said) == (130, "loading\n")
+    assert (command.process.returncode, command.stderr) == (130, "loading\n")
 
 
 def test_both_sides_end_with_an_up_that_is_killed(
@@ -299,27 +299,27 @@ def test_a_side_that_is_killed_ends_up_with_one_sentence(
     ]
     os.kill(victim, signal.SIGKILL)
     assert command.wait() == 3
-    assert f"the {side}'s process failed: it was killed by SIGKILL" in one_sentence(command.said)
+    assert f"the {side}'s process failed: it was killed by SIGKILL" in one_sentence(command.stderr)
 
 
 @pytest.mark.parametrize("command", ["emulate", "up"])
 def test_a_port_in_use_is_one_sentence(start: Start, endpoint: str, tmp_path: Path, command: str) -> None:
     emulate = ["emulate", "--engine", "mujoco", "--listen", endpoint, "--mode", "lockstep"]
     first = start(*emulate, "--out", str(tmp_path / "first"))
-    until(lambda: "recording to" in first.said, "the first robot")
+    until(lambda: "recording to" in first.stderr, "the first robot")
     second = start(command, "--listen", endpoint, "--mode", "lockstep", "--out", str(tmp_path / "second"))
     assert second.wait() == 3
-    assert f"Cannot listen on {endpoint}: Address already in use" in one_sentence(second.said)
+    assert f"Cannot listen on {endpoint}: Address already in use" in one_sentence(second.stderr)
 
 
 def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: str) -> None:
     # A signal that comes before the handler is in place ends the process too, with the same code.
     script = WITHOUT_PYBULLET.replace("main()", "print('ready', file=sys.stderr, flush=True)\nmain()")
     walker = start("walk", "--connect", endpoint, script=script)
-    until(lambda: "ready" in walker.said, "the walker")
+    until(lambda: "ready" in walker.stderr, "the walker")
     walker.interrupt()
     assert walker.process.returncode == 130
-    assert "Traceback" not in walker.said
+    assert "Traceback" not in walker.stderr
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ def test_only_the_page_itself_connects_and_a_probe_of_the_port_leaves_no_trace(
     start: Start, port: int, recording: Path
 ) -> None:
     view = start("view", "--replay", str(recording), "--port", str(port))
-    until(lambda: "the page is at" in view.said, "the page")
+    until(lambda: "the page is at" in view.stderr, "the page")
     own = f"127.0.0.1:{port}"
     socket.create_connection(("127.0.0.1", port)).close()
     with socket.create_connection(("127.0.0.1", port)) as probe:
@@ -89,7 +89,7 @@ def test_only_the_page_itself_connects_and_a_probe_of_the_port_leaves_no_trace(
     assert handshake(port, "http://evil.example", "evil.example") == 403
     view.interrupt()
     assert view.process.returncode == 0
-    assert [line for line in view.said.splitlines() if "the page is at" not in line and line.strip()] == []
+    assert [line for line in view.stderr.splitlines() if "the page is at" not in line and line.strip()] == []
 
 
 def test_beyond_loopback_the_page_takes_tls_and_the_token_that_is_printed(
@@ -99,7 +99,7 @@ def test_beyond_loopback_the_page_takes_tls_and_the_token_that_is_printed(
     told = re.compile(
         rf"https://[^/]+:{port}/\?token=([\w-]+)\s.*?((?:[0-9A-F]{{2}}:){{31}}[0-9A-F]{{2}})\s", re.DOTALL
     )
-    token, fingerprint = until(lambda: told.search(view.said), "the page's token and fingerprint").groups()
+    token, fingerprint = until(lambda: told.search(view.stderr), "the page's token and fingerprint").groups()
     served = ssl.get_server_certificate(("127.0.0.1", port))
     assert hashlib.sha256(ssl.PEM_cert_to_DER_cert(served)).hexdigest().upper() == fingerprint.replace(":", "")
     trust = ssl.create_default_context(cadata=served)
@@ -132,7 +132,7 @@ def test_a_page_asks_nobody_gives_nothing_else_away_and_ends_with_ctrl_c(
     start: Start, port: int, recording: Path, tmp_path: Path
 ) -> None:
     view = start("view", "--replay", str(recording), "--port", str(port))
-    until(lambda: f"the page is at http://127.0.0.1:{port}/" in view.said, "the page")
+    until(lambda: f"the page is at http://127.0.0.1:{port}/" in view.stderr, "the page")
     status, page = get(port, "/")
     assert status == 200 and b"<title>nao-hil</title>" in page
     assert not re.search(rb"(src|href)=[\"']?(https?:)?//", page)
@@ -142,13 +142,13 @@ def test_a_page_asks_nobody_gives_nothing_else_away_and_ends_with_ctrl_c(
         assert get(port, path)[0] == 404, path
     view.interrupt()
     assert view.process.returncode == 0
-    assert "Traceback" not in view.said
+    assert "Traceback" not in view.stderr
 
 
 def test_a_port_in_use_is_one_sentence(start: Start, taken: int, recording: Path) -> None:
     view = start("view", "--replay", str(recording), "--port", str(taken))
     assert view.wait() == 3
-    assert f"cannot be served at 127.0.0.1:{taken} (Address already in use)" in one_sentence(view.said)
+    assert f"cannot be served at 127.0.0.1:{taken} (Address already in use)" in one_sentence(view.stderr)
 
 
 @pytest.mark.parametrize(
@@ -162,20 +162,20 @@ def test_a_port_in_use_is_one_sentence(start: Start, taken: int, recording: Path
 def test_a_wrong_option_is_one_sentence(start: Start, port: int, arguments: list[str], sentence: str) -> None:
     view = start("view", "--port", str(port), *arguments)
     assert view.wait() == 2
-    assert sentence in one_sentence(view.said)
-    assert "--replay" not in arguments or "the page is at" not in view.said
+    assert sentence in one_sentence(view.stderr)
+    assert "--replay" not in arguments or "the page is at" not in view.stderr
 
 
 def test_without_viser_it_says_so(start: Start) -> None:
     view = start("view", script=WITHOUT_VISER)
     assert view.wait() == 2
-    assert "pip install 'nao-hil[view]'" in one_sentence(view.said)
+    assert "pip install 'nao-hil[view]'" in one_sentence(view.stderr)
 
 
 def test_a_run_goes_on_without_its_page(start: Start, endpoint: str, taken: int, tmp_path: Path) -> None:
     up = ["up", "--engine", "mujoco", "--mode", "lockstep", "--serve", "--view", "--port", str(taken), "--json"]
     command = start(*up, "--listen", endpoint, "--out", str(tmp_path / "run"))
-    until(lambda: "no page: The page cannot be served" in command.said, "the word that there is no page")
+    until(lambda: "no page: The page cannot be served" in command.stderr, "the word that there is no page")
     with WalkClient("nao", endpoint, connect_timeout=TIMEOUT) as client:
 
         def walked() -> bool:
@@ -191,5 +191,5 @@ def test_a_run_goes_on_without_its_page(start: Start, endpoint: str, taken: int,
     command.interrupt()
     assert command.process.returncode == 0
     assert command.result["steps"] == 2
-    assert command.said.count("no page: ") == 1
-    assert "Traceback" not in command.said
+    assert command.stderr.count("no page: ") == 1
+    assert "Traceback" not in command.stderr

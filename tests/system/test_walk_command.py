@@ -23,8 +23,8 @@ def client(start: Callable[..., Any], endpoint: str) -> Iterator[WalkClient]:
         try:
             client.status()
         except (LinkError, WalkRefused):
-            assert robot.process.poll() is None, robot.said
-            assert walker.process.poll() is None, walker.said
+            assert robot.process.poll() is None, robot.stderr
+            assert walker.process.poll() is None, walker.stderr
             return False
         return True
 

@@ -185,8 +185,8 @@ def largest_step_of_a_walk(wishes: Sequence[dict[str, Any]]) -> float:
         served = Served(robot)
         served.until("stand")
         began = len(served.commands)
-        for wish in ({"op": "walk"}, *wishes, {"op": "stop"}):
-            served.ask(**wish)
+        for request in ({"op": "walk"}, *wishes, {"op": "stop"}):
+            served.ask(**request)
             served.run(333)  # in all phases, single supports too
         served.until("stand")
         assert not robot.truth().fell

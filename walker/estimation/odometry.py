@@ -73,7 +73,7 @@ class Odometry:
         self.stance: Side = "L"
         """The foot that is taken to stand."""
         self._at = Foothold()
-        self._begun = 0.0
+        self._initial_heading = 0.0
         """The torso's heading at the first frame, rad."""
 
     def update(self, frame: SensorFrame, ground: GroundPlane = LEVEL) -> RobotPose:
@@ -91,9 +91,9 @@ class Odometry:
             torso = _carried(middle_of_soles(self._robot, pose), self._start)
             self._start = None
             self._at = self._of_sole(self._robot.place(in_torso, torso @ tilt))
-            self._begun = self._at.yaw - sole.yaw
+            self._initial_heading = self._at.yaw - sole.yaw
         if self._gyroscope is not None:
-            self._at = self._at._replace(yaw=sole.yaw + self._begun + self._gyroscope.update(frame))
+            self._at = self._at._replace(yaw=sole.yaw + self._initial_heading + self._gyroscope.update(frame))
         # The standing sole keeps its place, and its heading unless the gyroscope says otherwise.
         torso = _carried(sole, self._at)
         pose = self._on_ground(in_torso, torso @ tilt, ground)

@@ -10,7 +10,7 @@ from bridge.adapters.naoqi.arguments import fraction, text
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.posture_ways import Family, PostureWays
+from bridge.adapters.naoqi.posture_transitions import Family, PostureTransitions
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.postures import POSTURES
 from bridge.errors import NaoqiRefused
@@ -53,7 +53,7 @@ class Postures:
 
     def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks) -> None:
         self._joints, self._motion, self._tasks = joints, motion, tasks
-        self._ways = PostureWays(joints)
+        self._transitions = PostureTransitions(joints)
         self._all = joints.names.all
         self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
         """Whether the robot was woken up and not laid to rest since."""
@@ -74,7 +74,7 @@ class Postures:
     @property
     def leaning(self) -> bool:
         """The torso leans because a way to a posture wants it to: no fall."""
-        return self._ways.under_way
+        return self._transitions.under_way
 
     def go_to(self, name: Any, speed: Any) -> Future[Any]:
         """Go to a posture: get up, sit down or lie down first, then joint by joint; true when it was reached.
@@ -84,7 +84,7 @@ class Postures:
         """
         posture = _known(name)
         speed_fraction = fraction(speed, "ALRobotPosture.goToPosture: maxSpeedFraction")
-        way = self._ways.to(FAMILIES[posture])
+        way = self._transitions.to(FAMILIES[posture])
 
         def task() -> MotionTask:
             if not (yield from way):
@@ -115,7 +115,7 @@ class Postures:
         """Crouch, if the robot is upright, and switch the stiffness off."""
 
         def task() -> MotionTask:
-            if self._ways.family() == "Standing" and self.now() != "Crouch":
+            if self._transitions.family() == "Standing" and self.now() != "Crouch":
                 yield from self._reach("Crouch", REST_SPEED)
             yield from self._stiffen(0.0, legs=LEGS_AT_REST)
             self.awake = False
@@ -133,7 +133,7 @@ class Postures:
             self.awake = True
         yield from self._reach(posture, speed_fraction)
         yield self._joints.now + _SETTLING
-        return self._deviation(posture) <= _MAX_DEVIATION and self._ways.family() == FAMILIES[posture]
+        return self._deviation(posture) <= _MAX_DEVIATION and self._transitions.family() == FAMILIES[posture]
 
     def _deviation(self, posture: str) -> float:
         """Farthest leg joint from a posture by the sensors, rad."""

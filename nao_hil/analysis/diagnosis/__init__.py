@@ -2,7 +2,7 @@
 
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, PlannedStand, Stand
 from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, recorded_body, symptoms_of
-from nao_hil.analysis.diagnosis.moment import Gatherer, Moment, moments
+from nao_hil.analysis.diagnosis.moment import Moment, MomentBuilder, moments
 from nao_hil.analysis.diagnosis.symptom import Symptom
 from nao_hil.analysis.diagnosis.symptoms import Symptoms
 
@@ -10,8 +10,8 @@ __all__ = [
     "Balance",
     "BalanceEstimator",
     "Diagnosis",
-    "Gatherer",
     "Moment",
+    "MomentBuilder",
     "PlannedStand",
     "Stand",
     "Symptom",

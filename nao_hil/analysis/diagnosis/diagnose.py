@@ -15,9 +15,9 @@ from nao_hil.analysis.diagnosis.moment import Moment, moments
 from nao_hil.analysis.diagnosis.symptom import Symptom
 from nao_hil.analysis.diagnosis.symptoms import Symptoms, first_of
 
-CALM: Final = 1.5
+SYMPTOM_GAP: Final = 1.5
 """Time without a symptom that separates what led to a fall from what was overcome, s."""
-BLAME: Final = 5.0
+CAUSE_WINDOW: Final = 5.0
 """How long before the first symptom something done to the robot is named with it, s."""
 
 
@@ -67,12 +67,12 @@ def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosi
     chain: list[Symptom] = []
     until = fall.time
     for symptom in reversed(own):
-        if until - symptom.time > CALM:
+        if until - symptom.time > SYMPTOM_GAP:
             break
         chain.insert(0, symptom)
         until = symptom.time
     begin = chain[0].time if chain else fall.time
-    done = [s for s in ordered if s.kind == "world" and begin - BLAME <= s.time <= fall.time]
+    done = [s for s in ordered if s.kind == "world" and begin - CAUSE_WINDOW <= s.time <= fall.time]
     before = [s for s in done if s.time <= begin and not s.text.endswith(" ends")]
     first = first_of(chain)
     return Diagnosis(

@@ -24,7 +24,7 @@ class Moment(NamedTuple):
     """The newest command up to the next frame; None before the first."""
 
 
-class Gatherer:
+class MomentBuilder:
     """Groups messages into moments: one is complete when the next sensor frame comes."""
 
     def __init__(self) -> None:
@@ -64,9 +64,9 @@ class Gatherer:
 
 def moments(messages: Iterable[Recorded]) -> Iterator[Moment]:
     """The moments of a recording, as `bridge.recording.playback.read_recording` gives its messages."""
-    gatherer = Gatherer()
+    builder = MomentBuilder()
     for recorded in messages:
-        if (moment := gatherer.add(recorded.message)) is not None:
+        if (moment := builder.add(recorded.message)) is not None:
             yield moment
-    if (last := gatherer.rest()) is not None:
+    if (last := builder.rest()) is not None:
         yield last

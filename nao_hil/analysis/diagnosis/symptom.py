@@ -43,7 +43,7 @@ class LastingSign:
         self._lasting = lasting
         self._began: float | None = None
         self._seen = 0.0
-        self._told = False
+        self._reported = False
 
     def update(self, time: float, present: bool) -> float | None:
         """The time it began, in the cycle in which it has lasted long enough; None otherwise."""
@@ -52,10 +52,10 @@ class LastingSign:
                 self._began = time
             self._seen = time
         elif self._began is not None and time - self._seen > GAP:
-            self._began, self._told = None, False
-        if self._began is None or self._told or self._seen - self._began < self._lasting - 1e-9:
+            self._began, self._reported = None, False
+        if self._began is None or self._reported or self._seen - self._began < self._lasting - 1e-9:
             return None
-        self._told = True
+        self._reported = True
         return self._began
 
 

@@ -79,7 +79,7 @@ class Footholds:
         shorter, longer = int(p.D_s / _RASTER - 1e-9), int((p.D_max - p.D_s) / _RASTER + 1e-9)
         shifts = np.arange(-shorter, longer + 1)
         costs = shifts.astype(np.float64) ** 2
-        sides = {1: self._barred(y), 0: self._barred(-y)}
+        sides = {1: self._forbidden(y), 0: self._forbidden(-y)}
         options: Array = np.zeros((1, len(shifts)))
         ahead: Array = np.zeros(_HORIZON * len(shifts))
         for n in range(_HORIZON, 0, -1):
@@ -101,17 +101,17 @@ class Footholds:
             )
         return float(p.D_s + _RASTER * shifts[int(np.argmin(options[0]))])
 
-    def _barred(self, y: float) -> list[tuple[float, float]]:
+    def _forbidden(self, y: float) -> list[tuple[float, float]]:
         """Where an ankle must not be: the sole would lie across an edge with more than its overhang."""
         ground, shape, over = self._p.ground, self._shape, self._p.overhang
-        barred = []
+        forbidden = []
         for edge in ground.edges():
             before, after = (ground.height(edge + shift, self._sides(y)) for shift in (-1e-6, 1e-6))
             if after > before:
-                barred.append((edge - shape.l_af - _CLEAR, edge + shape.l_ab - over))
+                forbidden.append((edge - shape.l_af - _CLEAR, edge + shape.l_ab - over))
             elif after < before:
-                barred.append((edge - shape.l_af + over, edge + shape.l_ab + _CLEAR))
-        return barred
+                forbidden.append((edge - shape.l_af + over, edge + shape.l_ab + _CLEAR))
+        return forbidden
 
     def _sides(self, y: float) -> tuple[float, float, float]:
         return y - self._half_width, y, y + self._half_width

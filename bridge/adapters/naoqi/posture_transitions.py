@@ -1,4 +1,4 @@
-"""Ways between families of postures: getting up, sitting down and lying down by key-frame motions."""
+"""Transitions between families of postures: getting up, sitting down and lying down by key-frame motions."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _STEPS: Final[dict[str, tuple[Family, str]]] = {
     "LyingBelly": ("Standing", "lie-down-front"),
     "LyingBack": ("Sitting", "lie-down-back"),
 }
-"""Family -> the one that the way begins in, and the motion from there; all ways lead by a stand."""
+"""Family -> the one that the transition begins in, and the motion from there; all lead by a stand."""
 _STANCE: Final = StanceSettings()
 
 
-class PostureWays:
-    """Ways of one robot; not thread-safe, the caller locks.
+class PostureTransitions:
+    """Transitions of one robot; not thread-safe, the caller locks.
 
     Args:
         joints: of the robot.
