@@ -8,7 +8,7 @@ has the torso's heading: x forward, y left, z vertical.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal, get_args
+from typing import Annotated, Final, Literal
 
 import msgspec
 
@@ -230,9 +230,6 @@ WorldCommand = (
     | EndFault
     | Press
 )
-
-
-OPS = tuple(str(command.__struct_config__.tag) for command in get_args(WorldCommand))
 
 
 def min_tilt_duration(turn: float) -> float:

@@ -11,24 +11,13 @@ import numpy as np
 from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.faults import (
-    CommandDuplicated,
     CommandFault,
-    CommandJitter,
-    CommandLate,
-    CommandLost,
-    CommandReordered,
     DcmPause,
     Fault,
     InertialRezero,
-    JointBacklash,
-    JointHot,
-    JointStuck,
-    JointWeak,
+    JointFault,
     PowerLoss,
-    SensorDead,
-    SensorNoisy,
-    SensorOffset,
-    SensorStuck,
+    SensorFault,
 )
 from emulator.engine.multibody import Multibody
 from emulator.faults.commands import CommandChannel
@@ -36,10 +25,6 @@ from emulator.faults.joints import JointFaults
 from emulator.faults.sensors import FrameFault, FrameFaults
 from emulator.scenarios.events import FaultEvent
 from emulator.servo.servo import Servo
-
-_COMMANDS = (CommandLost, CommandLate, CommandDuplicated, CommandReordered, CommandJitter)
-_SENSORS = (SensorStuck, SensorDead, SensorNoisy, SensorOffset, PowerLoss)
-_JOINTS = (JointStuck, JointWeak, JointHot, JointBacklash)
 
 
 @dataclass(frozen=True)
@@ -115,7 +100,7 @@ class Faults:
             FrameError: the body has no such joint, or a pause of the DCM without an end.
         """
         name = fault.name
-        if isinstance(fault, _JOINTS) and not self._joints.has(fault.joint):
+        if isinstance(fault, JointFault) and not self._joints.has(fault.joint):
             raise FrameError(f"This body has no joint {fault.joint} that could fail.")
         if isinstance(fault, DcmPause) and duration <= 0.0:
             raise FrameError("A pause of the DCM needs a `duration` in s: standing still, it hears no end.")
@@ -146,11 +131,11 @@ class Faults:
 
     def _changed(self) -> None:
         faults = [running.fault for running in self._running.values()]
-        self._of_commands = [fault for fault in faults if isinstance(fault, _COMMANDS)]
-        self._of_frames = [fault for fault in faults if isinstance(fault, _SENSORS)]
+        self._of_commands = [fault for fault in faults if isinstance(fault, CommandFault)]
+        self._of_frames = [fault for fault in faults if isinstance(fault, SensorFault | PowerLoss)]
         self.stalled = any(isinstance(fault, DcmPause) for fault in faults)
         powered = not any(isinstance(fault, PowerLoss) for fault in faults)
-        self._joints.apply((fault for fault in faults if isinstance(fault, _JOINTS)), powered)
+        self._joints.apply((fault for fault in faults if isinstance(fault, JointFault)), powered)
         self._look_ahead()
 
     def _look_ahead(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -117,6 +117,26 @@ class Context:
             )
             for seed in self.seeds
         ]
+
+    def run_switches(
+        self,
+        name: str,
+        gait: str,
+        duration: float,
+        arms: Mapping[str, dict[str, Any]],
+        plates: Callable[[int], Plates] | None = None,
+    ) -> list[list[WalkOutcome]]:
+        """As `run`, with arms that differ in switches alone.
+
+        Args:
+            name: Of the experiment.
+            gait: Name.
+            duration: Of each walk, s.
+            arms: Switches by the arm's name.
+            plates: As in `walks`.
+        """
+        walks = (self.walks(f"{name}, {arm}", gait, duration, on, plates=plates) for arm, on in arms.items())
+        return self.run(*walks)
 
     def run(self, *arms: Sequence[Walk]) -> list[list[WalkOutcome]]:
         """Walk several arms in one go, seed by seed, so that a stop leaves about as many of each.

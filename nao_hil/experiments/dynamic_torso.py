@@ -72,11 +72,8 @@ class DynamicTorsoResult(msgspec.Struct, frozen=True, kw_only=True):
 def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outcome:
     """Three arms, figure 4.16, and the verdict."""
     setup = setup or DynamicTorsoSetup()
-    without, thesis, with_, undamped = context.run(
-        *(
-            context.walks(f"dynamic-torso, {name}", "dynamic", setup.duration, switches)
-            for name, switches in SWITCHES.items()
-        )
+    without, thesis, with_, undamped = context.run_switches(
+        "dynamic-torso", "dynamic", setup.duration, SWITCHES
     )
     alone = thesis_arms(context, "dynamic-torso", "dynamic", setup.falls_by, {"torso": "none"})
     arms = arm(with_), arm(without, by=setup.falls_by), arm(thesis), arm(undamped)

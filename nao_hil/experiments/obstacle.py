@@ -74,12 +74,7 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
     """The arms, the figures 4.1, 4.2 and 4.8, and the verdict."""
     setup = setup or ObstacleSetup()
     laid = plates(setup)
-    with_, without, neither = context.run(
-        *(
-            context.walks(f"obstacle, {name}", "static", setup.duration, switches, plates=laid)
-            for name, switches in SWITCHES.items()
-        )
-    )
+    with_, without, neither = context.run_switches("obstacle", "static", setup.duration, SWITCHES, laid)
     thesis = thesis_arms(context, "obstacle", "static", setup.duration, SWITCHES["without"], laid)
     forces = landing_forces(with_, setup), landing_forces(without, setup)
     arms = arm(with_), arm(without)

@@ -76,12 +76,7 @@ class DriftResult(msgspec.Struct, frozen=True, kw_only=True):
 def experiment(context: Context, setup: TorsoDriftSetup | None = None) -> Outcome:
     """Both arms, figure 4.9, and the verdict."""
     setup = setup or TorsoDriftSetup()
-    with_, without = context.run(
-        *(
-            context.walks(f"torso-drift, {name}", "static", setup.duration, switches)
-            for name, switches in SWITCHES.items()
-        )
-    )
+    with_, without = context.run_switches("torso-drift", "static", setup.duration, SWITCHES)
     thesis = thesis_arms(context, "torso-drift", "static", setup.falls_by, SWITCHES["without"])
     arms = arm(with_), arm(without, by=setup.falls_by)
     growth = _growth(with_), _growth(without)

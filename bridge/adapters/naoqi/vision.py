@@ -100,7 +100,7 @@ class Faces(Detection):
         super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
         self._known: dict[str, str] = {}
         """Name of a thing -> what the robot calls it."""
-        self._recognizes, self._tracks, self._threshold = True, False, 0.4
+        self._recognizes, self._threshold = True, 0.4
         self._before: list[str] = []
 
     def _found(self, sightings: list[Sighting]) -> list[Any]:
