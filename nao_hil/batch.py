@@ -53,8 +53,8 @@ class Batch:
     Args:
         seeds: One for each robot.
         body: Name of a body (`nao-hil robots`), or path of a data sheet.
-        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile; one for all, or one
-            for each.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, `ensemble:K`, or path of a profile; one
+            for all, or one for each.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario; one for all, or one for each.
         engine: `mujoco`, or `pybullet`, whose robots are stepped one after the other.
         start: Pose to begin in, as for `Robot`.

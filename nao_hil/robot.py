@@ -30,7 +30,7 @@ class Robot:
     Args:
         body: Name of a body (`nao-hil robots`), or path of a data sheet.
         seed: Of everything random.
-        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, `ensemble:K`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
         engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
         start: Pose to begin in: `stand`, `sit`, `crouch`, `lie-back`, `lie-front`, `lie-side`, `hang`; None:

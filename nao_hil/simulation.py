@@ -37,7 +37,7 @@ def walk(
         gait: A name of `nao-hil gaits`.
         body: Name of a body (`nao-hil robots`), or path of a data sheet.
         seed: Of everything random.
-        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, `ensemble:K`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
         engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
         steps: Steps to walk, the closing one included; None: 10, or no bound with a duration.

@@ -35,7 +35,8 @@ def where_the_time_goes(
     engine: str, body_name: str = "nao-v6", wear: str = "nominal", cycles: int = 500
 ) -> dict[str, float]:
     """Fractions of a cycle's time, the robot standing; `rest` is commands, heat and hands."""
-    with EmulatedRobot(load_body(body_name), seed=0, wear=load_wear(wear), engine=engine) as robot:
+    body = load_body(body_name)
+    with EmulatedRobot(body, seed=0, wear=load_wear(wear, body), engine=engine) as robot:
         watches = {
             "steps with drives, stops and contacts": _Watch(robot.engine, "run"),
             "sensors": _Watch(robot.sensors, "update"),
@@ -92,7 +93,7 @@ def measure_one(
     """
     body = load_body(body_name)
     full, bare = [], []
-    with EmulatedRobot(body, seed=0, wear=load_wear(wear), engine=engine) as robot:
+    with EmulatedRobot(body, seed=0, wear=load_wear(wear, body), engine=engine) as robot:
         steps = round(body.cycle / robot.engine.settings.step)
         for _ in range(cycles):
             began = time.perf_counter()

@@ -46,7 +46,7 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
         world = _set(task.scenario, rest, value, Scenario) if rest else load_scenario(value)
         return msgspec.structs.replace(task, scenario=world)
     if head == "wear" and rest:
-        profile = task.wear or load_wear(task.config.wear)
+        profile = task.wear or load_wear(task.config.wear, task.body or load_body(task.config.robot))
         return msgspec.structs.replace(task, wear=_set(profile, rest, value, WearProfile))
     if head == "body" and rest:
         body = _set(task.body or load_body(task.config.robot), rest, value, Body)
@@ -92,7 +92,7 @@ def _delay(task: Walk, seconds: float) -> Walk:
 
 
 def _backlash(task: Walk, factor: float) -> Walk:
-    profile = task.wear or load_wear(task.config.wear)
+    profile = task.wear or load_wear(task.config.wear, task.body or load_body(task.config.robot))
     table = {name: factor * width for name, width in msgspec.to_builtins(profile.servo.backlash).items()}
     return changed(task, "wear.servo.backlash", table)
 

@@ -47,7 +47,7 @@ def _check_run(settings: RunConfig) -> None:
     from walker.stabilization.parameters import controller_parameters
 
     body = load_body(settings.robot)
-    load_wear(settings.wear)
+    load_wear(settings.wear, body)
     load_scenario(settings.scenario)
     controller_parameters(settings.gait, settings.controller)
     parameters = gait_parameters(settings.gait, settings.parameters)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,9 +13,14 @@ from rich.table import Table
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.assignments import Assignments, assignments
+from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.signals import on_signals
+from nao_hil.runs.config import run_config
 
 if TYPE_CHECKING:
+    from emulator.wear.ensemble import RobotEnsemble
     from nao_hil.design.torso.assembly import TorsoDesign
 
 Cycle = Annotated[
@@ -74,6 +80,79 @@ def torso(
     if as_json:
         print(json.dumps({"gait": gait, "file": out and str(out), "designs": rows}), flush=True)
     return 0
+
+
+def ensemble(
+    robot: options.Body = None,
+    members: Annotated[int, typer.Option("--members", help="Robots wanted.", min=1, metavar="N")] = 50,
+    seed: Annotated[int, typer.Option("--seed", help="Of the draws.", min=0, metavar="N")] = 0,
+    engine: options.Engine = None,
+    cluster: options.Cluster = "local",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="TOML file; default: ensemble-BODY.toml, here.", metavar="FILE"),
+    ] = None,
+    as_json: options.Json = False,
+) -> int:
+    """Draw robots that agree with the published torso step and servo table.
+
+    The assumed parameters of the nominal wear profile are drawn from their ranges. The file is written after
+    each batch of draws. The shipped robots are `--wear ensemble:K`. Exit code 1: fewer than wanted.
+
+    Example: nao-hil design ensemble --robot nao-v6 --members 10 --engine mujoco --json
+    """
+    # imported late: physics is for those who draw
+    from bridge.body import load_body
+    from nao_hil.experiments.ensemble import design_ensemble, write_ensemble
+    from nao_hil.runs.campaign import Campaign
+
+    console = open_console()
+    settings = chosen_engine(run_config(None, robot=robot, engine=engine), console)
+    body = load_body(settings.robot)
+    file = out or Path(f"ensemble-{body.name}.toml")
+    command = f"nao-hil design ensemble --robot {settings.robot} --members {members} --seed {seed}"
+    command += f" --engine {settings.engine}"
+    stop = threading.Event()
+    on_signals(stop.set)
+
+    def keep(so_far: RobotEnsemble) -> None:
+        try:
+            write_ensemble(file, so_far)
+        except OSError as error:
+            raise ConfigurationError(f"{file}: cannot be written ({error.strerror}).") from None
+
+    with (
+        CampaignProgress(console) as progress,
+        Campaign(None, cluster=cluster, stop=stop, progress=progress) as campaign,
+    ):
+        progress.begin("ensemble")
+        found = design_ensemble(
+            body,
+            members,
+            seed,
+            settings.engine,
+            command,
+            lambda function, draws: campaign.map("robot", function, draws),
+            keep,
+        )
+    accepted = len(found.members)
+    console.print(f"{accepted} robots of {found.tried} tried: {file}", highlight=False, soft_wrap=True)
+    if as_json:
+        print(
+            json.dumps(
+                {
+                    "file": str(file),
+                    "drawn": found.drawn,
+                    "tried": found.tried,
+                    "members": accepted,
+                    "seed": seed,
+                }
+            ),
+            flush=True,
+        )
+    if stop.is_set():
+        return 130
+    return 0 if accepted == members else 1
 
 
 def _row(method: str, cycle: float, design: TorsoDesign) -> dict[str, Any]:

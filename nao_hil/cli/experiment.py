@@ -46,7 +46,8 @@ Wear = Annotated[
     str | None,
     typer.Option(
         "--wear",
-        help="Drives and sensors: ideal, nominal (default), worn, or a profile's path.",
+        help="Drives and sensors: ideal, nominal (default), worn, ensemble:K (`ensemble`: a robot of it "
+        "for each seed), or a profile's path.",
         metavar="WEAR",
     ),
 ]

@@ -53,7 +53,8 @@ def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: 
     from nao_hil import __version__
     from nao_hil.experiments.one_leg import one_leg_stance
 
-    body, profile = load_body(robot or "nao-v3"), load_wear(wear or "nominal")
+    body = load_body(robot or "nao-v3")
+    profile = load_wear(wear or "nominal", body)
     notice = NOTICE.format(body=body.name, wear=profile.name, version=__version__)
     if form == "mjcf":
         require_engine("mujoco")

@@ -107,10 +107,9 @@ bridge = typer.Typer(help="Put a real NAO on the link.", no_args_is_help=True)
 bridge.command("lola")(lola.bridge)
 bridge.command("naoqi")(naoqi.bridge)
 app.add_typer(bridge, name="bridge")
-designs = typer.Typer(
-    help="Compute the numbers that the walker loads; needs the extra `design`.", no_args_is_help=True
-)
+designs = typer.Typer(help="Compute the numbers that the walker and the robot load.", no_args_is_help=True)
 designs.command("torso")(design.torso)
+designs.command("ensemble")(design.ensemble)
 app.add_typer(designs, name="design")
 worlds = typer.Typer(
     help="Put a ball, landmarks and faces before the cameras of an emulated robot.", no_args_is_help=True

@@ -63,7 +63,7 @@ Wear = Annotated[
     str | None,
     typer.Option(
         "--wear",
-        help="Drives and sensors: ideal, nominal, worn, or a profile's path.",
+        help="Drives and sensors: ideal, nominal, worn, ensemble:K, or a profile's path.",
         metavar="WEAR",
         autocompletion=_among(_wear),
     ),

@@ -21,7 +21,7 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
     Args:
         task: What is asked.
         robot: Name of a body (`nao-hil robots`), or path of a data sheet.
-        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, or path of a profile.
+        wear: State of drives and sensors: `ideal`, `nominal`, `worn`, `ensemble:K`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.
         engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
         render_mode: None or `rgb_array`.

@@ -37,11 +37,12 @@ def run(seconds: float, *, seed: int, body: Body, wear: WearProfile, engine: str
 def experiment(context: Context) -> Outcome:
     """A minute of it per seed, in a row, as a page of the report."""
     minutes = float(len(context.seeds))
+    body = load_body(context.robot)
     result = run(
         60.0 * minutes,
         seed=context.seeds[0],
-        body=load_body(context.robot),
-        wear=load_wear(context.wear),
+        body=body,
+        wear=load_wear(context.wear, body),
         engine=context.engine,
     )
     claims = (
@@ -78,11 +79,12 @@ def main() -> None:
     parser.add_argument("--robot", default="nao-v3")
     parser.add_argument("--wear", default="nominal")
     options = parser.parse_args()
+    body = load_body(options.robot)
     result = run(
         60.0 * options.minutes,
         seed=options.seed,
-        body=load_body(options.robot),
-        wear=load_wear(options.wear),
+        body=body,
+        wear=load_wear(options.wear, body),
     )
     print(msgspec.json.format(msgspec.json.encode(result)).decode())
 

@@ -75,6 +75,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     ),
     "falls": Entry("falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
+    "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),
     "engines": Entry("engines", "torso step, drives and four gaits on PyBullet and on MuJoCo", 20, False),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
     "watchdog": Entry(

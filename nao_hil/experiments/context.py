@@ -10,7 +10,9 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
+from bridge.body import load_body
 from bridge.messages.world import PlateUnderFoot
+from emulator.wear import wear_of_seed
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -46,7 +48,7 @@ class Context:
 
     @property
     def wear(self) -> str:
-        """Name or path of the wear profile."""
+        """Name or path of the wear profile; `ensemble`: a member for each seed, see `config`."""
         return self.changes.wear
 
     @property
@@ -74,7 +76,7 @@ class Context:
         same = gait == self.changes.gait
         return RunConfig(
             robot=self.robot,
-            wear=self.wear,
+            wear=wear_of_seed(self.wear, load_body(self.robot), seed),
             engine=self.engine,
             gait=gait,
             seed=seed,

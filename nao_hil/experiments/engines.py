@@ -114,7 +114,8 @@ def _all(context: Context, name: str, function: Callable[[Any], Any], tasks: Seq
 
 def _torso(context: Context) -> dict[str, tuple[Mean, Mean]]:
     """Natural frequency and peak by engine, each seed fitted by itself."""
-    body, wear = load_body(context.robot), load_wear(context.wear)
+    body = load_body(context.robot)
+    wear = load_wear(context.wear, body)
     tasks = [TorsoStepTask(body, wear, seed, AMPLITUDE, engine) for seed in context.seeds for engine in ENGINES]
     runs: list[Responses | None] = _all(context, "torso-step", run_task, tasks)
     found: dict[str, tuple[Mean, Mean]] = {}
@@ -137,7 +138,8 @@ def _fit(response: NDArray[np.float64], cycle: float) -> tuple[float, float]:
 def _measure(task: tuple[str, str, str]) -> tuple[ServoRow, ...]:
     """The leg drives of a robot and wear on an engine, for a worker."""
     robot, wear, engine = task
-    return measure(load_body(robot), load_wear(wear), engine)
+    body = load_body(robot)
+    return measure(body, load_wear(wear, body), engine)
 
 
 def _servos(context: Context) -> dict[str, float]:

@@ -43,7 +43,8 @@ def run(
         out: Folder for `servo-table.json` and the figures; None: nothing is written.
         engine: Name of the physics engine.
     """
-    sheet, profile = load_body(body), load_wear(wear)
+    sheet = load_body(body)
+    profile = load_wear(wear, sheet)
     rows = measure(sheet, profile, engine, out)
     table = ServoTable(
         passed=all(passes(row, profile, sheet.cycle) for row in rows), body=body, wear=wear, rows=rows
@@ -78,14 +79,15 @@ def text(table: ServoTable) -> str:
 def experiment(context: Context) -> Outcome:
     """The table as a page of the report."""
     table = run(context.robot, context.wear, context.out, context.engine)
-    profile, cycle = load_wear(context.wear), load_body(context.robot).cycle
+    body = load_body(context.robot)
+    profile = load_wear(context.wear, body)
     claims = tuple(
         Claim(
             f"{row.joint} is as data sheet and profile say",
             f"{math.degrees(row.no_load_speed):.0f} deg/s (sheet {math.degrees(row.no_load_speed_sheet):.0f}), "
             f"motion after {1e3 * row.request_to_motion:.0f} ms, backlash {math.degrees(row.backlash):.2f} deg "
             f"(profile {math.degrees(row.backlash_configured):.2f}), stall {row.stall_torque:.1f} N m",
-            passes(row, profile, cycle),
+            passes(row, profile, body.cycle),
         )
         for row in table.rows
     )

@@ -46,7 +46,7 @@ class Responses(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def run_once(
-    body: Body, wear: WearProfile, seed: int, amplitude: float, engine: str = "auto"
+    body: Body, wear: WearProfile, seed: int, amplitude: float, engine: str = "auto", periods: int = PERIODS
 ) -> Responses | None:
     """One robot, one square wave; the first half period, which starts from rest, is left out. None: it fell."""
     random = np.random.default_rng(seed)
@@ -56,7 +56,7 @@ def run_once(
     half = round(0.5 * PERIOD / body.cycle)
     fused, true, leans = [], [], []
     with EmulatedRobot(body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0, engine=engine) as robot:
-        for k in range(2 * PERIODS * half):
+        for k in range(2 * periods * half):
             request = stance.copy()
             lean = amplitude if (k // half) % 2 == 0 else -amplitude
             request[INDEX["LAnklePitch"]] += ankle_pitch_from_lean(lean)

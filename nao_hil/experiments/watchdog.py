@@ -62,7 +62,8 @@ class WatchdogTask(NamedTuple):
 def make(task: WatchdogTask) -> Outage:
     """Walk, cut, wait, take over."""
     c = task.config
-    return run_once(load_body(c.robot), load_wear(c.wear), c.gait, c.seed, task.share, c.guard, c.engine)
+    body = load_body(c.robot)
+    return run_once(body, load_wear(c.wear, body), c.gait, c.seed, task.share, c.guard, c.engine)
 
 
 def judge(outages: Sequence[Outage], gait: str) -> GaitOutages:

@@ -74,7 +74,7 @@ def _robot(recorded: RecordedSignals, settings: RunConfig) -> EmulatedRobot:
         seed=settings.seed,
         posture=posture,
         engine=settings.engine,
-        wear=load_wear(settings.wear),
+        wear=load_wear(settings.wear, recorded.body),
         scenario=load_scenario(settings.scenario),
         start=STAND,
         held=held,

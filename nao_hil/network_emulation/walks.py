@@ -138,7 +138,8 @@ class Pair:
 
 def walk_key(changes: RunConfig) -> str:
     """Fingerprint of walks as processes: contents of body and wear profile, and all sources."""
-    return fingerprint(load_body(changes.robot), load_wear(changes.wear), sources=PROCESSES)
+    body = load_body(changes.robot)
+    return fingerprint(body, load_wear(changes.wear, body), sources=PROCESSES)
 
 
 def options(configuration: RunConfig, gait: str, seed: int, steps: int) -> tuple[list[str], list[str]]:

@@ -52,11 +52,12 @@ def build_robot(
     from emulator.scenarios import load_scenario
     from emulator.wear import load_wear
 
+    body = load_body(settings.robot) if body is None else body
     return EmulatedRobot(
-        load_body(settings.robot) if body is None else body,
+        body,
         seed=settings.seed,
         engine=settings.engine,
-        wear=load_wear(settings.wear) if wear is None else wear,
+        wear=load_wear(settings.wear, body) if wear is None else wear,
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
         start=settings.start or None,
     )

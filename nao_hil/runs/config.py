@@ -22,7 +22,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     robot: str = "nao-v3"
     """Body: a name of `nao-hil robots`, or the path of a data sheet."""
     wear: str = "nominal"
-    """Wear profile: `ideal`, `nominal`, `worn`, or the path of one."""
+    """Wear profile: `ideal`, `nominal`, `worn`, `ensemble:K`, or the path of one."""
     engine: Engine = "auto"
     """Physics: `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo."""
     scenario: str = "flat"

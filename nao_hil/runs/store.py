@@ -20,7 +20,7 @@ Result = TypeVar("Result", bound=msgspec.Struct)
 def key(walk: Walk) -> str:
     """Fingerprint of a walk: configuration, seed, world, contents of body and wear profile; not its name."""
     body = walk.body or load_body(walk.config.robot)
-    wear = walk.wear or load_wear(walk.config.wear)
+    wear = walk.wear or load_wear(walk.config.wear, body)
     config = msgspec.structs.replace(walk.config, robot="", wear="")
     return fingerprint(msgspec.structs.replace(walk, name="", config=config, body=None, wear=None), body, wear)
 

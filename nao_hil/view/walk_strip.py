@@ -61,7 +61,7 @@ def picture(robot: EmulatedRobot, truth: TruthFrame) -> NDArray[np.uint8]:
 def draw(file: str, gait: str, wear: str) -> None:
     """Walk six steps in process and draw them."""
     body = load_body("nao-v3")
-    with EmulatedRobot(body, seed=0, wear=load_wear(wear)) as robot:
+    with EmulatedRobot(body, seed=0, wear=load_wear(wear, body)) as robot:
         strip = Strip(robot)
         controller = controller_maker(RunConfig(gait=gait, steps=6))(body, body.cycle)
         run(robot, Guard(body), controller, [strip], max_cycles=6000)

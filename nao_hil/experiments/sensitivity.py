@@ -1,0 +1,307 @@
+"""Which unknowns of the robot decide what: Morris' screening of all, Sobol' indices of the few that matter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from bridge.body import Body, load_body
+from emulator.wear import WearProfile
+from emulator.wear.ensemble import profile_of, unknowns
+from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
+from nao_hil.experiments import servo_bench
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.ensemble import torso_figures
+from nao_hil.experiments.servo_bench import LEGS
+from nao_hil.experiments.servo_measure import STEP, motion_times
+from nao_hil.experiments.setup import setup_rows
+from nao_hil.experiments.torso_step import BOUNDS
+from nao_hil.runs.campaign import Interrupted
+from nao_hil.runs.walk import Walk
+
+Vector = NDArray[np.float64]
+LEVELS: Final = 4
+"""Of Morris' grid: values at 0, 1/3, 2/3 and 1 of each range."""
+JUMP: Final = LEVELS / (2.0 * (LEVELS - 1.0))
+"""Step of an elementary effect, as a share of the range: two levels."""
+LARGEST_ZERO: Final = 30.0
+"""rad/s; a zero beyond is as good as none."""
+KNEE: Final = "LKneePitch"
+RESAMPLED: Final = 500
+"""Bootstrap samples of the indices' intervals."""
+ARMS: Final = ("none", "thesis", "robust")
+"""Torso controls of R5."""
+FIGURES: Final = (*BOUNDS, "drive_s", *(f"stands_{arm}_s" for arm in ARMS), "speed_ratio")
+"""Of the torso step; request to 63 % of a knee's step; how long each arm of R5 stands; way over commanded."""
+DECIDES: Final = 0.5
+"""An unknown decides a figure when its effect is at least that part of the largest one."""
+
+
+@dataclass(frozen=True)
+class SensitivitySetup:
+    """The experiment's numbers."""
+
+    duration: float = 10.0
+    """Of the walks of R5, s."""
+    speed: float = 0.2
+    """Commanded to the gait omni, m/s."""
+    speed_duration: float = 10.0
+    """s"""
+    few: int = 3
+    """Unknowns that Sobol' indices are computed of."""
+    points_per_seed: int = 4
+    """Base points of the Sobol' indices, rounded up to a power of two."""
+
+
+class Effect(msgspec.Struct, frozen=True, kw_only=True):
+    """Of one unknown on one figure, over its whole range, in the figure's unit."""
+
+    mean: float
+    """Of the absolute elementary effects (mu*)."""
+    spread: float
+    """Standard deviation of the elementary effects (sigma): interaction, curvature and noise."""
+
+
+class Index(msgspec.Struct, frozen=True, kw_only=True):
+    """Share of a figure's variance, 95 % bootstrap interval of the total."""
+
+    first: float
+    total: float
+    interval: tuple[float, float]
+
+
+class SensitivityResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "sensitivity"
+    passed: bool = True
+    """A table claims nothing."""
+    trajectories: int
+    robots: int
+    """Computed, of both parts."""
+    effects: dict[str, dict[str, Effect]]
+    """By figure and unknown."""
+    decide: dict[str, tuple[str, ...]]
+    """By figure: unknowns of at least half the largest effect, the strongest first."""
+    points: int
+    """Base points of the indices."""
+    indices: dict[str, dict[str, Index]]
+    """By figure and unknown, the others nominal; without figures that are constant or missing somewhere."""
+
+
+class SensitivityTask(NamedTuple):
+    """A robot whose torso step and knee are measured, for a worker."""
+
+    body: Body
+    wear: WearProfile
+    seed: int
+    engine: str
+
+
+def measure(task: SensitivityTask) -> tuple[float, ...]:
+    """The figures that need no walk; NaN where the stance fell."""
+    figures = torso_figures(task.body, task.wear, task.engine, task.seed, periods=1)
+    table = figures or dict.fromkeys(BOUNDS, math.nan)
+    table["zero_rad_s"] = min(table["zero_rad_s"], LARGEST_ZERO) if figures else math.nan
+    track = servo_bench.step_response(task.body, task.wear, task.engine, KNEE, STEP)
+    return *table.values(), sum(motion_times(task.body, track, LEGS.index(KNEE), STEP))
+
+
+def trajectory(k: int, random: np.random.Generator) -> Vector:
+    """One of Morris' trajectories: each unknown changes once, in random order.
+
+    Args:
+        k: Unknowns.
+        random: Generator.
+
+    Returns:
+        Shares of the ranges, shape (k + 1, k).
+    """
+    start = random.integers(0, LEVELS, k) / (LEVELS - 1.0)
+    points = [start]
+    for i in random.permutation(k):
+        point = points[-1].copy()
+        point[i] += JUMP if point[i] < 0.5 else -JUMP
+        points.append(point)
+    return np.array(points)
+
+
+def elementary_effects(points: Vector, figures: Vector) -> Vector:
+    """Effects over whole ranges, shape (k, m), of a trajectory (k + 1, k) and its figures (k + 1, m)."""
+    moves = np.diff(points, axis=0)
+    changed = np.abs(moves).argmax(axis=1)
+    effects = np.empty((points.shape[1], figures.shape[1]))
+    effects[changed] = np.diff(figures, axis=0) / moves[np.arange(len(moves)), changed][:, None]
+    return effects
+
+
+def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outcome:
+    """Both parts, and the table."""
+    setup, names = setup or SensitivitySetup(), tuple(unknowns())
+    paths = [trajectory(len(names), np.random.default_rng(seed)) for seed in context.seeds]
+    robots = [dict(zip(names, point, strict=True)) for path in paths for point in path.tolist()]
+    seeds = [seed for seed, path in zip(context.seeds, paths, strict=True) for _ in path]
+    figures = _figures(context, setup, robots, seeds).reshape(len(paths), len(names) + 1, len(FIGURES))
+    effects = np.array([elementary_effects(p, f) for p, f in zip(paths, figures, strict=True)])
+    strength, spread = np.nanmean(np.abs(effects), axis=0), np.nanstd(effects, axis=0)
+    relative = strength / np.maximum(np.nanmax(strength, axis=0), 1e-12)
+    order = np.argsort(-np.nanmax(relative, axis=1) - 1e-3 * np.nansum(relative, axis=1))
+    few = [names[i] for i in np.argsort(-np.nansum(relative, axis=1))[: setup.few]]
+    points = 2 ** math.ceil(math.log2(setup.points_per_seed * len(context.seeds)))
+    try:
+        indices = _indices(context, setup, few, points)
+    except Interrupted:  # the screening stands without them
+        indices, points = {}, 0
+    result = SensitivityResult(
+        trajectories=len(paths),
+        robots=len(robots) + points * (len(few) + 2),
+        effects={
+            figure: {
+                name: Effect(mean=float(strength[i, j]), spread=float(spread[i, j]))
+                for i, name in enumerate(names)
+            }
+            for j, figure in enumerate(FIGURES)
+        },
+        decide={
+            figure: tuple(names[i] for i in np.argsort(-relative[:, j]) if relative[i, j] >= DECIDES)
+            for j, figure in enumerate(FIGURES)
+        },
+        points=points,
+        indices=indices,
+    )
+    page = ReportPage(
+        name="sensitivity",
+        title=f"Which unknowns decide what ({len(paths)} trajectories)",
+        source="Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
+        setup=setup_rows(
+            context,
+            [
+                ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
+                ("R5", f"dynamic gait, {setup.duration:g} s, torso control {', '.join(ARMS)}"),
+                ("speed", f"omni, {setup.speed:g} m/s for {setup.speed_duration:g} s"),
+            ],
+        ),
+        claims=(),
+        tables=(_effects_table(result, [names[i] for i in order]), _index_table(result)),
+        findings=tuple(f"{figure}: {', '.join(who)}." for figure, who in result.decide.items()),
+    )
+    return Outcome(result, page)
+
+
+def _figures(
+    context: Context, setup: SensitivitySetup, robots: Sequence[dict[str, float]], seeds: Sequence[int]
+) -> Vector:
+    """Figures of robots given by shares of ranges, shape (robots, figures); walks are kept, the bench is not.
+
+    Raises:
+        Interrupted: it was stopped.
+    """
+    body = load_body(context.robot)
+    wears = [
+        profile_of({name: unknowns()[name].at(share) for name, share in robot.items()}, f"robot {i}")
+        for i, robot in enumerate(robots)
+    ]
+    walks = []
+    for wear, seed in zip(wears, seeds, strict=True):
+        walks += [
+            Walk(
+                name=f"sensitivity, {arm}",
+                config=context.config("dynamic", seed, {"torso": arm}),
+                duration=setup.duration,
+                wear=wear,
+                keep_track=False,
+            )
+            for arm in ARMS
+        ]
+        ahead = msgspec.structs.replace(context.config("omni", seed, {}), velocity=(setup.speed, 0.0, 0.0))
+        walks.append(
+            Walk(
+                name="sensitivity, omni",
+                config=ahead,
+                duration=setup.speed_duration,
+                wear=wear,
+                keep_track=False,
+            )
+        )
+    benches = [
+        SensitivityTask(body, wear, seed, context.engine) for wear, seed in zip(wears, seeds, strict=True)
+    ]
+    measured = context.campaign.map("sensitivity, bench", measure, benches)
+    walked = context.campaign.walk(walks)
+    if len(measured) < len(benches) or len(walked) < len(walks):
+        raise Interrupted
+    rows = np.reshape(np.array([outcome.end for outcome in walked]), (len(robots), len(ARMS) + 1))
+    way = setup.speed * setup.speed_duration
+    return np.array(
+        [
+            (*bench, *(end.time for end in ends[:-1]), ends[-1].distance / way)
+            for bench, ends in zip(measured, rows, strict=True)
+        ]
+    )
+
+
+def _indices(
+    context: Context, setup: SensitivitySetup, few: Sequence[str], points: int
+) -> dict[str, dict[str, Index]]:
+    """Sobol' indices by figure and unknown; all robots have the first seed."""
+    k, seed = len(few), context.seeds[0]
+    both = qmc.Sobol(2 * k, seed=seed).random(points)
+    one, other = both[:, :k], both[:, k:]
+    mixed = [np.where(np.arange(k) == i, other, one) for i in range(k)]
+    shares = np.concatenate([one, other, *mixed]).tolist()
+    robots = [dict(zip(few, row, strict=True)) for row in shares]
+    figures = _figures(context, setup, robots, [seed] * len(robots)).reshape(k + 2, points, len(FIGURES))
+    resampled = np.random.default_rng(seed).integers(0, points, (RESAMPLED, points))
+    found = {}
+    for j, figure in enumerate(FIGURES):
+        values = figures[:, :, j]
+        if np.isfinite(values).all() and np.ptp(values) > 0.0:
+            first, total = sobol_indices(values)
+            totals = [sobol_indices(values[:, rows])[1] for rows in resampled]
+            low, high = np.nanpercentile(totals, (2.5, 97.5), axis=0).tolist()
+            found[figure] = {
+                name: Index(first=float(first[i]), total=float(total[i]), interval=(low[i], high[i]))
+                for i, name in enumerate(few)
+            }
+    return found
+
+
+def sobol_indices(values: Vector) -> tuple[Vector, Vector]:
+    """First-order indices by Saltelli's estimator and total ones by Jansen's, each of shape (k,).
+
+    Args:
+        values: Of a figure on two independent samples, then on the first one with one unknown after the other
+            taken from the second, shape (k + 2, n).
+    """
+    one, other, *mixed = values - values[:2].mean()
+    variance = float(values[:2].var())
+    first = np.array([np.mean(other * (each - one)) for each in mixed]) / variance
+    total = np.array([np.mean((one - each) ** 2) for each in mixed]) / (2.0 * variance)
+    return first, total
+
+
+def _effects_table(result: SensitivityResult, order: Sequence[str]) -> ReportTable:
+    """An unknown a row, those first that matter to some figure; a star where it decides."""
+
+    def cell(figure: str, name: str) -> str:
+        return f"{result.effects[figure][name].mean:.3g}{' *' if name in result.decide[figure] else ''}"
+
+    rows = tuple((name, *(cell(figure, name) for figure in FIGURES)) for name in order)
+    return ReportTable("Mean absolute effect of the whole range (Morris)", ("unknown", *FIGURES), rows)
+
+
+def _index_table(result: SensitivityResult) -> ReportTable:
+    rows = tuple(
+        (figure, name, f"{index.first:.2f}", "{:.2f} ({:.2f} to {:.2f})".format(index.total, *index.interval))
+        for figure, of in result.indices.items()
+        for name, index in of.items()
+    )
+    head = ("figure", "unknown", "first order", "total (95 % interval)")
+    return ReportTable(f"Sobol' indices, {result.points} base points", head, rows)
