@@ -18,9 +18,9 @@ AHEAD: Final = 3.0
 """What the charts show of the time after the moment that is drawn, s."""
 
 LINK: Final = (
-    '<div style="padding: 0 0.6em"><button class="nao-link" style="width: 100%; height: 2.1em; border: 0; '
-    'cursor: pointer; font: inherit; color: #fff; background: var(--mantine-primary-color-filled)">'
-    "Copy a link to this moment</button></div>"
+    '<div style="padding: 0 0.6em 0.6em"><button class="nao-link" style="width: 100%; height: 2.15em; '
+    "border: 0; cursor: pointer; font-family: inherit; font-size: 12.25px; color: #fff; "
+    'background: var(--mantine-primary-color-filled)">Copy a link to this moment</button></div>'
 )
 """Button of `page.js`, which can copy; viser's own cannot."""
 
@@ -39,6 +39,8 @@ class Film:
 
     def __init__(self, server: Any, file: Path, stop: threading.Event) -> None:
         self._stop, self._file = stop, file
+        self._lock = threading.Lock()
+        """A person moves the slider while the film does."""
         self._page = Page(server, file.name)
         self._run = read_run(file)
         self._page.meet(self._run.body)
@@ -69,8 +71,11 @@ class Film:
 
     def _moved(self, event: Any) -> None:
         if event.client is not None:  # a person, not the film itself
+            with self._lock:
+                self._playing = False
+                self._at = min(max(float(self._slider.value), self._times[0]), self._times[-1])
+                self._slider.value = round(self._at, 2)
             self._set_playing(False)
-            self._at = min(max(float(self._slider.value), self._times[0]), self._times[-1])
 
     def _pressed(self) -> None:
         if not self._playing and self._at >= self._times[-1]:
@@ -96,12 +101,13 @@ class Film:
         last = time.monotonic()
         while not self._stop.wait(1.0 / RATE):
             now = time.monotonic()
-            if self._playing and self._page.server.get_clients():
-                self._at += (now - last) * float(self._speed.value)
-                if self._at >= self._times[-1]:
-                    self._at = self._times[-1]
-                    self._set_playing(False)
-                self._slider.value = round(self._at, 2)
+            with self._lock:
+                if self._playing and self._page.server.get_clients():
+                    self._at += (now - last) * float(self._speed.value)
+                    if self._at >= self._times[-1]:
+                        self._at = self._times[-1]
+                        self._set_playing(False)
+                    self._slider.value = round(self._at, 2)
             last = now
             self._show()
 

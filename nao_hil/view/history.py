@@ -33,6 +33,9 @@ COLUMNS: Final = (
 )
 """s, deg, deg, N, N, mm, mm, mm, ms, cycles since the start, deg/s, deg/s, deg/s, mm, mm, A, °C."""
 
+PAUSE: Final = 500.0
+"""A longer time from one frame to the next was a pause of the world, ms."""
+
 
 class History:
     """A ring of rows, one per sensor frame, and the phase of the walk in each.
@@ -76,6 +79,7 @@ class History:
         """Rows from `end - seconds` to `end`, oldest first, shape (n, columns), and their phases.
 
         A frame is late against the earliest one of the window: after a stall the robot goes on in the present.
+        A pause of the world is no lateness.
         """
         kept = min(self._count, len(self._rows))
         order = np.arange(self._count - kept, self._count) % len(self._rows)
@@ -84,6 +88,8 @@ class History:
         rows = self._rows[order]
         late = rows[:, COLUMNS.index("late")]
         if np.isfinite(late).any():
+            steps = np.diff(late)
+            late[1:] -= np.cumsum(np.where(np.abs(steps) > PAUSE, steps, 0.0))
             late -= np.nanmin(late)
         return rows, [self._phases[i] for i in order]
 

@@ -204,15 +204,16 @@ const writeField = (input, text) => {
     const follows = (input) => label.compareDocumentPosition(input) & Node.DOCUMENT_POSITION_FOLLOWING;
     return label && [...document.querySelectorAll("input[inputmode=decimal]")].find(follows);
   };
-  const asked = parseFloat(new URLSearchParams(location.search).get("t"));
-  let tries = Number.isFinite(asked) ? 10 : 0;
+  const asked = Math.round(100 * parseFloat(new URLSearchParams(location.search).get("t"))) / 100;
+  const paused = () => [...document.querySelectorAll("button")].some((button) => button.textContent.trim() === "Play");
+  let tries = Number.isFinite(asked) ? 60 : 0;
   const wait = setInterval(() => {
-    if (tries === 0) return clearInterval(wait);
     const input = field();
+    // What plays may overwrite the field before it hears of it; once it is paused there, it stays there.
+    if (tries === 0 || (input && paused() && parseFloat(input.value) === asked)) return clearInterval(wait);
     if (!input) return;
-    // What plays may overwrite the field once; when it stands at the moment, it stays there.
-    tries = tries < 10 && parseFloat(input.value) === asked ? 0 : tries - 1;
-    if (tries > 0) writeField(input, asked.toFixed(2));
+    tries = Math.min(tries, paused() ? 4 : 60) - 1; // paused elsewhere: no such moment
+    writeField(input, asked.toFixed(2));
   }, LOOK);
 
   document.addEventListener("click", async (event) => {

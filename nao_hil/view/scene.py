@@ -41,7 +41,7 @@ NAME_OVER: Final = 0.28
 """Height of the ghost's name over its torso, m."""
 THROUGH: Final = 0.5
 """Opacity of the feet."""
-BODY_THROUGH: Final = 0.7
+BODY_THROUGH: Final = 0.5
 """Opacity of the body, in which one sees the centre of mass."""
 NEWTON: Final = 0.006
 """Height of a load's bar, m/N: 150 mm for a full cell."""
@@ -305,7 +305,7 @@ class RobotScene:
         corners = np.array([self._on_floor(corner) for corner in polygon.corners])
         colour = LOST if tips(balance.best, polygon) else SAFE
         self._support.points = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32)
-        self._support.colors = np.broadcast_to(np.array(_of_line(colour), dtype=np.uint8), (len(corners), 2, 3))
+        self._support.colors = np.array(_of_line(colour), dtype=np.uint8)  # one for all, however many they are
         n = len(corners)
         self._support_area.vertices = corners.astype(np.float32)
         self._support_area.faces = np.array([(0, i, i + 1) for i in range(1, n - 1)], dtype=np.uint32)

@@ -474,7 +474,8 @@ def test_a_history_begins_anew_with_its_robot(standing: list[Moment]) -> None:
 def test_a_frame_is_late_against_the_earliest_one(standing: list[Moment]) -> None:
     observer, history = BalanceEstimator(BODY), History(150)
     for moment in standing[:10]:
-        late = 0.003 if moment.sensors.seq == 5 else 0.0
+        paused = 20.0 if moment.sensors.seq > 8 else 0.0
+        late = paused + (0.003 if moment.sensors.seq == 5 else 0.0)
         wall = round(1e9 * (1000.0 + moment.sensors.time + late))
         history.add(
             observer.update(moment._replace(sensors=msgspec.structs.replace(moment.sensors, wall=wall)))
