@@ -24,7 +24,7 @@ tracker.registerTarget("RedBall", 0.06)
 tracker.setMode("Head")
 tracker.track("RedBall")
 near = False
-for _ in range(200):
+for _ in range(600):  # seconds on an idle machine
     place = tracker.getTargetPosition(0)
     yaw, pitch = motion.getAngles(["HeadYaw", "HeadPitch"], True)
     near = len(place) == 3 and abs(yaw - math.atan2(0.05, 0.35)) < 0.02 and pitch > 0.2
