@@ -79,6 +79,18 @@ def planar_point(frame: Vec3, point: Sequence[float]) -> Vec2:
     return x + c * point[0] - s * point[1], y + s * point[0] + c * point[1]
 
 
+def planar_local(frame: Vec3, point: Sequence[float]) -> Vec2:
+    """A point in the plane in the coordinates of a frame: the inverse of `planar_point`.
+
+    Args:
+        frame: origin, m, and yaw, rad, of the frame.
+        point: x and y in the coordinates that the frame's own pose is given in, m; further elements are not
+            read.
+    """
+    x, y, phi = frame
+    return planar_point((0.0, 0.0, -phi), (point[0] - x, point[1] - y))
+
+
 def matrix(quaternion: ArrayLike) -> Array:
     """Rotation matrices, shape (..., 3, 3), of unit quaternions (x, y, z, w), shape (..., 4)."""
     x, y, z, w = _elements(quaternion)

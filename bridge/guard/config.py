@@ -11,6 +11,7 @@ from typing import Annotated
 import msgspec
 
 from bridge.body.postures import POSTURES
+from bridge.stance import StanceSettings
 from bridge.types import Fraction, NotNegative, Positive
 from bridge.validation import unknown_name
 
@@ -62,13 +63,12 @@ class CrouchSettings(_Settings, frozen=True, kw_only=True):
             raise ValueError(unknown_name("posture", self.posture, POSTURES))
 
 
-class StanceSettings(_Settings, frozen=True, kw_only=True):
-    """When a robot counts as standing, and crouches; otherwise it goes limp where it is. One foot is enough."""
+class SitSettings(_Settings, frozen=True, kw_only=True):
+    """Sitting down from the crouch, by bodies that have a motion for it."""
 
-    max_sole_tilt: Positive = 0.35
-    """rad between the sole and the horizontal."""
-    max_ankle_offset: Positive = 0.08
-    """m that the ankle is ahead of or behind the hip; the postures Sit and SitRelax have more."""
+    enabled: bool = True
+    after: NotNegative = 30.0
+    """s of rest in the crouch, because of silence or the battery, before the robot sits down."""
 
 
 class FallSettings(_Settings, frozen=True, kw_only=True):
@@ -131,6 +131,7 @@ class GuardSettings(_Settings, frozen=True, kw_only=True):
     approach: ApproachSettings = ApproachSettings()
     watchdog: WatchdogSettings = WatchdogSettings()
     crouch: CrouchSettings = CrouchSettings()
+    sit: SitSettings = SitSettings()
     stance: StanceSettings = StanceSettings()
     fall: FallSettings = FallSettings()
     temperature: TemperatureSettings = TemperatureSettings()

@@ -9,6 +9,7 @@ import numpy as np
 
 from bridge.body.joints import LEG_SLOTS, N_JOINTS
 from bridge.guard.config import CrouchSettings
+from bridge.messages import SensorFrame
 
 _PEAK: Final = 1.875
 """Peak over mean speed of a motion that begins and ends at rest without a jump of acceleration (quintic)."""
@@ -54,7 +55,7 @@ class Descent:
         self.done = False
         """The stiffness is down."""
 
-    def advance(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    def advance(self, _frame: SensorFrame) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Positions and stiffnesses of the next cycle."""
         self._time += self._cycle
         s = min(self._time / self._moving, 1.0) if self._moving > 0.0 else 1.0

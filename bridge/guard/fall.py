@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from bridge.body import Body
-from bridge.guard.config import FallSettings, StanceSettings
-from bridge.guard.stance import stands
+from bridge.guard.config import FallSettings
 from bridge.messages import SensorFrame
+from bridge.stance import StanceSettings, stands
 
 
 def tilt(frame: SensorFrame) -> float:

@@ -21,12 +21,14 @@ from bridge.guard.config import GuardSettings
 from bridge.guard.descent import Descent
 from bridge.guard.fall import FallMonitor
 from bridge.guard.output import JointOutput
-from bridge.guard.stance import legs_stiff, stands
+from bridge.guard.sit_down import SitDown
 from bridge.guard.status import StatusLog
 from bridge.guard.supplies import SupplyMonitor
 from bridge.guard.watchdog import Watchdog
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
+from bridge.motion import motion_for
+from bridge.stance import legs_stiff, stands
 
 _WEAK: Final = 0.2
 """A joint with less stiffness is where it is measured, not where it was last asked to be."""
@@ -51,6 +53,7 @@ class Guard:
         self, body: Body, settings: GuardSettings = _DEFAULT, *, armed: bool = True, dry_run: bool = False
     ) -> None:
         self._body, self._s = body, settings
+        self._motion = motion_for("sit-down", body) if settings.sit.enabled else None
         self._log = StatusLog(armed=armed, dry_run=dry_run)
         self._requests: queue.SimpleQueue[_Request] = queue.SimpleQueue()
         self._revoke = False
@@ -64,7 +67,9 @@ class Guard:
         self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
         self._watchdog = Watchdog(self._s.watchdog)
         self._approach = Approach(self._s.approach, self._body.cycle)
-        self._descent: Descent | None = None
+        self._descent: Descent | SitDown | None = None
+        self._crouched: int | None = None
+        """Cycles that it has rested in the crouch; None: it does not."""
         self._lease: int | None = None
         self._blocked = 0
         """Cycles in which no command is taken."""
@@ -99,7 +104,7 @@ class Guard:
     @property
     def moves(self) -> bool:
         """The joints are under command, or on the way down."""
-        return self.state in ("approach", "active", "hold", "crouch")
+        return self.state in ("approach", "active", "hold", "crouch", "sit")
 
     @property
     def position(self) -> tuple[float, ...] | None:
@@ -219,6 +224,7 @@ class Guard:
             self._reply_to = command.reply_to
             if self._takes_commands:
                 return self._follow(frame, command, direct)
+        self._sit_down_in_time(frame)
         return self._advance_descent(frame)
 
     def accept_timed(self, seq: int) -> None:
@@ -252,7 +258,7 @@ class Guard:
 
     @property
     def _takes_commands(self) -> bool:
-        return self.armed and not self._supplies.fault and self._blocked == 0
+        return self.armed and not self._supplies.fault and self._blocked == 0 and self.state != "sit"
 
     def _handle_requests(self, frame: SensorFrame) -> None:
         while not self._requests.empty():
@@ -290,6 +296,19 @@ class Guard:
         )
         self._output.set_position(start)
         self._log.enter(frame.seq, "crouch" if moving else "rest", reason)
+
+    def _sit_down_in_time(self, frame: SensorFrame) -> None:
+        """From a crouch in which nobody wants the robot for long; after a stop it stays still."""
+        if self.state != "rest" or self.status.reason not in ("silence", "battery"):
+            self._crouched = 0 if self.state == "crouch" else None
+        elif self._crouched is not None and self._motion is not None:
+            self._crouched += 1
+            if self._crouched * self._body.cycle >= self._s.sit.after and stands(
+                self._body, frame, self._s.stance
+            ):
+                self._descent = SitDown(self._motion, self._body, self._s.crouch)
+                self._output.set_position(self._output.start(frame, _WEAK))
+                self._log.enter(frame.seq, "sit", self.status.reason)
 
     def _go_limp(self, frame: SensorFrame) -> None:
         self._descent = None
@@ -330,7 +349,7 @@ class Guard:
         """What the guard itself asks of the joints, if anything."""
         output = self._output
         if self._descent is not None:
-            position, output.stiffness = self._descent.advance()
+            position, output.stiffness = self._descent.advance(frame)
             output.move_towards(output.ranges.clip(position))
             if self._descent.done:
                 self._descent = None

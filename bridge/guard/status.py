@@ -21,6 +21,7 @@ _STATES: Final[dict[State, str]] = {
     "active": "Commands are in force",
     "hold": "The joints hold",
     "crouch": "The robot crouches",
+    "sit": "The robot sits down",
     "rest": "The robot rests, its joints released",
     "fallen": "The robot is limp",
 }

@@ -6,8 +6,10 @@ to it (walker, viewer, recorder) also hears one another; all others are clients 
 
 from __future__ import annotations
 
+import errno
 import json
 import re
+import socket
 import time
 from collections.abc import Callable
 from typing import Any, Final
@@ -103,10 +105,37 @@ def open_robot(listen: str) -> zenoh.Session:
     except zenoh.ZError as error:
         # Zenoh's own text carries source paths of its build; only the system's reason is of use to a person.
         reason = re.search(r"([A-Z][\w ]+) \(os error \d+\)", str(error))
-        raise LinkError(
-            f"Cannot listen on {locator}: {reason[1] if reason else 'it is no place of this machine'}; stop "
-            "what is there, or take another place with --listen."
-        ) from None
+        raise _cannot_listen(locator, reason[1] if reason else "it is no place of this machine") from None
+
+
+def _cannot_listen(locator: str, reason: str) -> LinkError:
+    return LinkError(
+        f"Cannot listen on {locator}: {reason}; stop what is there, or take another place with --listen."
+    )
+
+
+def check_free(listen: str) -> None:
+    """Refuse a place at which somebody listens, before anything there is taken for one's own.
+
+    Args:
+        listen: endpoint of a robot side that is not open yet.
+
+    Raises:
+        ConfigurationError: not an endpoint.
+        LinkError: somebody listens there.
+    """
+    locator, _ = split_endpoint(check_endpoint(listen))
+    protocol, _, address = locator.partition("/")
+    if protocol not in ("tcp", "tls"):
+        return
+    host, _, port = address.rpartition(":")
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as servers do after an end
+        try:
+            probe.bind((host.strip("[]"), int(port)))
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE:
+                raise _cannot_listen(locator, "Address already in use") from None
 
 
 def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:

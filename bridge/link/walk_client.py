@@ -75,6 +75,18 @@ class WalkClient(Client):
         """Close the feet and stand; answered at once. Raises as `walk`."""
         return self.send(WalkCommand(op="stop"))
 
+    def motion(self, name: str) -> WalkStatus:
+        """Close the feet, then play a motion; answered at once.
+
+        Args:
+            name: `get-up`, or of a motion that comes with the package, as `sit-down`.
+
+        Raises:
+            WalkRefused: no such motion, or none for this body or for how it lies.
+            LinkError: no walker there serves.
+        """
+        return self.send(WalkCommand(op="motion", motion=name))
+
     def set(self, **changes: Any) -> WalkStatus:
         """Change `velocity`, `gait`, `torso` or `admittance` without beginning a walk. Raises as `walk`."""
         return self.send(WalkCommand(op="set", **changes))

@@ -9,10 +9,11 @@ import msgspec
 from bridge.messages.schema import SCHEMA_VERSION
 from bridge.types import Count
 
-State = Literal["idle", "approach", "active", "hold", "crouch", "rest", "fallen"]
+State = Literal["idle", "approach", "active", "hold", "crouch", "sit", "rest", "fallen"]
 """`idle`: nothing has come yet, the joints are left alone; `approach`: slowly on the way to a first command;
 `active`: commands are in force; `hold`: the controller is silent, the joints hold; `crouch`: the guard brings
-the robot down; `rest`: down, stiffness gone; `fallen`: limp, no command is taken for a while."""
+the robot down; `sit`: it sits down from the crouch, and takes no command; `rest`: down, stiffness gone;
+`fallen`: limp, no command is taken for a while."""
 
 Reason = Literal["", "silence", "stop", "fall", "temperature", "battery"]
 """Why the guard took over; empty: it did not."""

@@ -24,9 +24,9 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     """What the walker is to do; None: leave as it is."""
 
     version: int = SCHEMA_VERSION
-    op: Literal["walk", "stop", "set", "status"]
-    """`walk`: begin, or go on as said here; `stop`: close the feet and stand; `set`: change without beginning;
-    `status`: only tell."""
+    op: Literal["walk", "stop", "motion", "set", "status"]
+    """`walk`: begin, or go on as said here; `stop`: close the feet and stand; `motion`: likewise,
+    then play `motion`; `set`: change without beginning; `status`: only tell."""
     velocity: Vec3 | None = None
     """vx, vy, omega in m/s, m/s, rad/s: mean over a step, reached by the length of the steps; zeros stop."""
     steps: Count | None = None
@@ -47,6 +47,8 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     hold: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] | None = None
     """Robot time after which the walk stops unless a `walk` came again, s; left out: it does not. For people at
     a key or a stick, whose link may fail."""
+    motion: Annotated[str, msgspec.Meta(max_length=64)] | None = None
+    """`get-up`, or the name of a motion that comes with the package; `sit-down` means the body's own."""
     at: Count | None = None
     """First sensor frame (`seq`) to act on; left out: the next. In lockstep one `at` gives one run."""
 
@@ -60,7 +62,7 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
     seq: Count
     """Newest sensor frame that the walker answered."""
     state: str
-    """As in `WalkTelemetry`: `approach`, `walk`, `stopping`, `stand`, `fallen` or `motion`."""
+    """As in `WalkTelemetry`: `approach`, `walk`, `stopping`, `stand`, `fallen`, `motion` or `rest`."""
     gait: str
     torso: str
     admittance: bool
@@ -81,7 +83,7 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     seq: Count
     """`seq` of the sensor frame it belongs to."""
     state: str
-    """`approach`, `walk`, `stopping`, `stand`, `fallen` or `motion` (getting up)."""
+    """`approach`, `walk`, `stopping`, `stand`, `fallen`, `motion` (key frames) or `rest` (where one ended)."""
     phase: str
     """`DSL`, `SSL`, `DSR`, `SSR`, `start`, `stop` or `stand`."""
     step: Count

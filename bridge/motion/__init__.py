@@ -1,10 +1,11 @@
 """Key-frame motions: the file format, the motions that come with the package, their player, and getting up."""
 
-from bridge.motion.get_up import GetUp, get_up_motions
-from bridge.motion.keyframes import Lying, Motion, load_motion, motion_for, motion_names
+from bridge.motion.get_up import GET_UP, GetUp, get_up_motions
+from bridge.motion.keyframes import Lying, Motion, load_motion, motion_for, motion_names, named_motion
 from bridge.motion.player import MotionPlayer, lying
 
 __all__ = [
+    "GET_UP",
     "GetUp",
     "Lying",
     "Motion",
@@ -14,4 +15,5 @@ __all__ = [
     "lying",
     "motion_for",
     "motion_names",
+    "named_motion",
 ]

@@ -9,12 +9,13 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import N_JOINTS
-from bridge.guard.config import StanceSettings
-from bridge.guard.stance import stands
 from bridge.messages import SensorFrame
 from bridge.motion.keyframes import Lying, Motion, load_motion, mirrored, motion_names
 from bridge.motion.player import MotionPlayer, lying
+from bridge.stance import stands
 
+GET_UP: Final = "get-up"
+"""In place of a motion's name: the one for how the robot lies, again until it stands."""
 TRIES: Final = 5
 """After which a robot stays where it is."""
 LIMP: Final = 0.1
@@ -23,7 +24,6 @@ _QUIET: Final = 0.3
 """rad/s; a torso that turns more slowly in all axes lies still."""
 _QUIET_TIME: Final = 0.1
 """s for which it has to."""
-_STANCE: Final = StanceSettings()
 _LONGEST_WAIT: Final = 2.0
 """s after which a try begins however the torso moves."""
 
@@ -105,4 +105,4 @@ class GetUp:
         self._player = None
 
     def _stands(self, frame: SensorFrame) -> bool:
-        return lying(frame.angle) == "upright" and stands(self._body, frame, _STANCE)
+        return lying(frame.angle) == "upright" and stands(self._body, frame)

@@ -140,6 +140,26 @@ def motion_for(kind: str, body: Body) -> Motion | None:
     return next((motion for motion in motions if not motion.bodies or body.name in motion.bodies), None)
 
 
+def named_motion(name: str, body: Body, also: tuple[str, ...] = ()) -> Motion:
+    """The motion of a name that comes with the package, in the body's own version.
+
+    Args:
+        name: for example `sit-down`.
+        body: data sheet.
+        also: names that the caller takes beside these, for the sentence about a wrong one.
+
+    Raises:
+        ConfigurationError: no such motion, or none for this body.
+    """
+    if name not in motion_names():
+        raise ConfigurationError(unknown_name("motion", name, (*also, *motion_names())))
+    motion = motion_for(name, body)
+    if motion is None:
+        works = ", ".join(load_motion(name).bodies)
+        raise ConfigurationError(f"the motion {name} works on {works}, not on {body.name}")
+    return motion
+
+
 def read_csv(path: Path) -> Motion:
     """A motion from a table: columns `duration_s`, `stiffness` and joint names (rad); an empty cell: as before.
 

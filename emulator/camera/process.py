@@ -19,7 +19,7 @@ import numpy as np
 
 from bridge.adapters.naoqi.pipe import Pipe
 from bridge.body import load_body
-from bridge.errors import NaoHilError
+from bridge.errors import FrameError, NaoHilError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.link.world_client import WorldClient
@@ -71,11 +71,14 @@ class CameraProcess:
             time.sleep(1.0 / WORLD_RATE)
 
     def _now(self) -> tuple[float, TruthFrame, WorldReply] | None:
-        """When the newest ground truth came (s since 1970), and what the world is like."""
+        """When the newest ground truth came (s since 1970), and what the world is like; None: unknown."""
         if self._truth is None or self._world is None:
             return None
         moment, payload = self._truth
-        return moment, decode(payload, TruthFrame), self._world
+        try:
+            return moment, decode(payload, TruthFrame), self._world
+        except FrameError:
+            return None
 
     def serve(self) -> None:
         """Answer requests until the other end is gone."""

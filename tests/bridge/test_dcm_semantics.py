@@ -1,4 +1,4 @@
-"""Timed commands: each test is a row of the table in docs/dcm.md.
+"""Timed commands: each test is in a row of the tables in docs/dcm.md.
 
 Most use a chest LED: its integers are 1/256, so that small fractions are exact.
 """

@@ -344,6 +344,32 @@ def test_too_hot_or_too_empty_the_robot_goes_down_and_takes_nothing_until_it_is_
     assert robot.guard.state == "approach"
 
 
+def test_after_long_silence_in_the_crouch_the_robot_sits_down_and_lets_go() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.silence(SETTINGS.watchdog.silence_cycles + SETTINGS.watchdog.hold_cycles)
+    until_rest(robot)
+    states = robot.silence(round(SETTINGS.sit.after / BODY.cycle) + 1)
+    assert set(states[:-2]) == {"rest"} and states[-1] == "sit"
+    stopped = [robot.guard.state for _ in range(100) if robot.command() is not None]
+    assert set(stopped) == {"sit"}  # a command in between would move half a seat
+    until_rest(robot)
+    sit = POSTURES["SitRelax"]  # where the motion ends; the vendor's knees are a little under its own bound
+    assert [robot.position[i] for i in LEGS] == pytest.approx([sit[i] for i in LEGS], abs=0.02)
+    assert robot.stiffness == SETTINGS.crouch.rest_stiffness
+    robot.silence(round(2.0 * SETTINGS.sit.after / BODY.cycle))
+    assert robot.guard.state == "rest"
+    robot.command()
+    assert robot.guard.state == "approach"
+
+
+def test_a_stopped_robot_stays_in_its_crouch() -> None:
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.guard.stop("crouch")
+    assert "sit" not in robot.silence(round(2.0 * SETTINGS.sit.after / BODY.cycle))
+
+
 def test_each_change_of_state_is_told_once_in_one_sentence() -> None:
     robot = Robot(Guard(BODY))
     robot.command()

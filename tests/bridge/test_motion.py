@@ -129,7 +129,7 @@ def test_a_robot_on_its_feet_has_got_up() -> None:
     assert player.done and not player.failed
 
 
-@pytest.mark.parametrize("body", ["nao-v3", "nao-v4", "nao-v6"])
+@pytest.mark.parametrize("body", ["nao-v3", "nao-v3.3", "nao-v4", "nao-v5", "nao-v6"])
 def test_every_way_to_lie_has_a_motion(body: str) -> None:
     motions = get_up_motions(load_body(body))
     assert sorted(motions) == ["back", "front", "left", "right", "upright"]

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
+import socket
+import threading
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bridge.adapters.naoqi.pipe import Pipe
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
-from bridge.messages import Contact, TruthFrame
+from bridge.messages import Contact, TruthFrame, encode
 from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
 from bridge.types import Vec3
+from emulator.camera import process
 from emulator.camera.colours import encode_picture
 from emulator.camera.picture import draw, hidden
 from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
@@ -177,3 +184,23 @@ def test_colour_spaces_of_red(space: int, expected: list[int]) -> None:
     data = list(encode_picture(picture_, space))
     assert data[: len(expected)] == pytest.approx(expected, abs=1)
     assert len(data) == 4 * (2 if space == 9 else len(expected))
+
+
+def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Anybody may publish on an unencrypted link; the next good frame is drawn."""
+    received: list[Callable[[bytes], None]] = []
+    monkeypatch.setattr(process, "open_client", lambda *_: None)
+    monkeypatch.setattr(process, "subscribe", lambda _session, _key, receive: received.append(receive))
+    monkeypatch.setattr(process, "WorldClient", lambda *_: SimpleNamespace(send=lambda _: world()))
+    ours, theirs = socket.socketpair()
+    ours.settimeout(10.0)
+    pipe = Pipe(ours)
+    cameras = process.CameraProcess("nao", "", "nao-v6", Pipe(theirs))
+    received[0](b"\x01")
+    threading.Thread(target=cameras.serve, daemon=True).start()
+    pipe.send([1, 0, 40, 30, 11])
+    time.sleep(0.1)
+    received[0](encode(truth(0.0, 0.0)))
+    answer = pipe.receive()
+    assert answer is not None and answer[:2] == [1, True]
+    pipe.close()

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 from bridge.body import load_body
@@ -45,6 +46,20 @@ def test_members_lie_in_the_ranges_and_have_the_figures_of_the_thesis(robot: str
         assert 5.95 <= figures["natural_frequency_rad_s"] <= 8.05 and 0.07 <= figures["damping"] <= 0.15
         assert 6.0 <= figures["zero_rad_s"] <= 10.0 and 1.80 <= figures["peak"] <= 2.10
         assert -0.38 <= figures["undershoot"] <= -0.22
+
+
+@pytest.mark.parametrize("robot", SHIPPED)
+def test_nominal_is_nearer_to_the_median_than_eight_of_ten_members(robot: str) -> None:
+    drawn = load_ensemble(robot)
+    places = [unknowns()[name] for name in drawn.unknowns]
+    shares = np.array([[u.share(v) for u, v in zip(places, m.values, strict=True)] for m in drawn.members])
+    nominal = np.array([u.share(value_at(NOMINAL, u.paths[0])) for u in places])
+
+    def distance(point: np.ndarray) -> float:
+        return float(np.linalg.norm((point - np.median(shares, axis=0)) / shares.std(axis=0)))
+
+    nearer = sum(distance(member) < distance(nominal) for member in shares)
+    assert nearer <= 0.2 * len(shares)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import NaoqiRefused
@@ -62,6 +63,18 @@ def text(value: Any, what: str) -> str:
     if not isinstance(value, str):
         raise NaoqiRefused(f"{what} is {value!r:.60}; a name is expected.")
     return value
+
+
+def new_file(value: Any, what: str) -> Path:
+    """The absolute path of a file that may be written: its folder is there.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    file = Path(text(value, what))
+    if "\0" in str(file) or not file.is_absolute() or not file.parent.is_dir():
+        raise NaoqiRefused(f"{what} is {value!r:.80}; an absolute path in a folder that is there is expected.")
+    return file
 
 
 def one_each(value: Any, count: int, what: str) -> list[float]:

@@ -8,9 +8,10 @@ from typing import Any, Final
 from bridge.adapters.naoqi.arguments import flag
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
-from bridge.guard.config import FallSettings, StanceSettings
+from bridge.guard.config import FallSettings
 from bridge.guard.fall import FallMonitor
 from bridge.messages import SensorFrame
+from bridge.stance import STANCE
 
 STIFFNESS: Final = FallSettings().stiffness
 """Of all joints in a fall (assumed: the vendor's page says only that the stiffness is reduced)."""
@@ -26,7 +27,7 @@ class FallManager:
 
     def __init__(self, joints: Joints, motion: JointMotion) -> None:
         self._joints, self._motion = joints, motion
-        self._monitor = FallMonitor(joints.body, FallSettings(), StanceSettings())
+        self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
         self.enabled = True
 
     def update(self, frame: SensorFrame, *, leaning: bool) -> None:

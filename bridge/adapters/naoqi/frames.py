@@ -235,6 +235,11 @@ class RobotFrames:
         points = np.array(corners)
         return [[float(x), float(y)] for x, y in points[ConvexHull(points).vertices]]
 
+    def _foot_steps(self) -> list[Any]:
+        """Poses of the two feet in the world, m, m and rad; no steps, since the walker tells none."""
+        feet = (position6(self.transform(leg, 1, use_sensors=False)) for leg in ("LLeg", "RLeg"))
+        return [[[x, y, turn] for x, y, _, _, _, turn in feet], [], []]
+
     def methods(self) -> Table:
         """Methods of `ALMotion` that tell where parts are, and what they weigh."""
         return {
@@ -244,5 +249,6 @@ class RobotFrames:
             "getPosition": lambda name, space, sensors: position6(self.transform(name, space, sensors)),
             "getCOM": self.centre_of_mass,
             "getMass": self.mass,
+            "getFootSteps": self._foot_steps,
             "getSupportPolygon": self._support_polygon,
         }

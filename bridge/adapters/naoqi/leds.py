@@ -23,6 +23,8 @@ _NAMED: Final = {
     "cyan": 0x00FFFF,
 }
 _SIDES: Final = ("Left", "Right")
+_PARTS_OF_EYES: Final = {"Top": (7, 0), "Internal": (1, 2), "Bottom": (3, 4), "External": (5, 6)}
+"""Part -> numbers of its LEDs, as users of robots list them."""
 MAX_GROUPS: Final = 1000
 _PICTURE: Final = 0.1
 """s of one picture of random eyes (assumed)."""
@@ -54,6 +56,8 @@ def led_groups() -> dict[str, list[str]]:
             f"{side}EarLeds": ear,
             f"{side}EarLedsEven": ear[::2],
             f"{side}EarLedsOdd": ear[1::2],
+            f"{side}EarLedsFront": [led for led in ear if not _is_behind(led)],
+            f"{side}EarLedsBack": [led for led in ear if _is_behind(led)],
             f"{side}FaceLeds": having("Face/", f"/{side}/"),
             **{f"{side}FaceLeds{colour}": having("Face/", f"/{colour}/{side}/") for colour in _COLOURS},
             f"{side}FootLeds": having(f"{side[0]}Foot/"),
@@ -66,7 +70,15 @@ def led_groups() -> dict[str, list[str]]:
     groups |= {f"FaceLedLeft{i}": groups[f"LeftFaceLed{i + 1}"] for i in range(8)}
     groups |= {f"FaceLedRight{i}": groups[f"RightFaceLed{8 - i}"] for i in range(8)}
     groups |= {f"FaceLed{i}": groups[f"FaceLedLeft{i}"] + groups[f"FaceLedRight{i}"] for i in range(8)}
+    for part, numbers in _PARTS_OF_EYES.items():
+        for side in ("", *_SIDES):
+            groups[f"FaceLeds{side}{part}"] = [led for i in numbers for led in groups[f"FaceLed{side}{i}"]]
     return groups | {f"Brain{i}": [led] for i, led in enumerate(groups["BrainLeds"])}
+
+
+def _is_behind(led: str) -> bool:
+    """Whether an ear's LED is on its rear half: from 180 deg on (assumed)."""
+    return int(led.rpartition("/")[2].removesuffix("Deg")) >= 180
 
 
 class Leds:

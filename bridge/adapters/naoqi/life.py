@@ -1,4 +1,4 @@
-"""ALAutonomousLife on a robot without a life of its own: it is disabled, and stays so."""
+"""ALAutonomousLife and ALBasicAwareness on a robot without a life of its own: what is set is remembered."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import flag, text
+from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.methods import Table
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
+_STATE: Final = "AutonomousLife/State"
 STATES: Final = ("solitary", "interactive", "safeguard", "disabled")
 ABILITIES: Final = (
     *("AutonomousBlinking", "BackgroundMovement", "BasicAwareness"),
@@ -23,21 +25,25 @@ STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "T
 
 
 class AutonomousLife:
-    """Methods of `ALAutonomousLife`; the caller locks."""
+    """Methods of `ALAutonomousLife`; the caller locks.
 
-    def __init__(self) -> None:
+    Args:
+        events: its state is one.
+    """
+
+    def __init__(self, events: Events) -> None:
+        self._events, self._state = events, "disabled"
+        events.declare(_STATE, "ALAutonomousLife", self._state)
         self._enabled = dict.fromkeys(ABILITIES, False)
-        self._offset = 0.0
 
     def _set_state(self, state: Any) -> None:
         wanted = text(state, "ALAutonomousLife.setState: state")
         if wanted not in STATES:
             raise NaoqiRefused(f"ALAutonomousLife.setState: {unknown_name('state', wanted, STATES)}.")
-        if wanted != "disabled":
-            raise NaoqiRefused(
-                f"ALAutonomousLife.setState: {wanted!r} is not offered; an emulated robot has no life of its "
-                "own, and its state is `disabled`."
-            )
+        if wanted == "solitary" and self._state == "interactive":
+            raise NaoqiRefused("ALAutonomousLife.setState: interactive ends by itself, and not by setState.")
+        self._state = wanted
+        self._events.raise_event(_STATE, wanted)
 
     def _ability(self, name: Any) -> str:
         ability = text(name, "ALAutonomousLife: ability")
@@ -62,7 +68,7 @@ class AutonomousLife:
     def methods(self) -> Table:
         """Methods of the service."""
         return {
-            "getState": lambda: "disabled",
+            "getState": lambda: self._state,
             "setState": self._set_state,
             "focusedActivity": lambda: "",
             "switchFocus": self._no_activity,

@@ -11,9 +11,8 @@ from bridge.adapters.naoqi.names import slot
 from bridge.body.joints import N_JOINTS
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
-from bridge.guard.config import StanceSettings
-from bridge.guard.stance import stands
 from bridge.motion import GetUp, Motion, MotionPlayer, get_up_motions, lying, motion_for
+from bridge.stance import stands
 
 Family = Literal["Standing", "Sitting", "LyingBelly", "LyingBack", "Unknown"]
 _LYING: Final[dict[str, Family]] = {"front": "LyingBelly", "back": "LyingBack"}
@@ -23,7 +22,6 @@ _STEPS: Final[dict[str, tuple[Family, str]]] = {
     "LyingBack": ("Sitting", "lie-down-back"),
 }
 """Family -> the one that the transition begins in, and the motion from there; all lead by a stand."""
-_STANCE: Final = StanceSettings()
 
 
 class PostureTransitions:
@@ -43,7 +41,7 @@ class PostureTransitions:
         frame = self._joints.frame
         below = lying(frame.angle)
         if below == "upright":
-            return "Standing" if stands(self._joints.body, frame, _STANCE) else "Sitting"
+            return "Standing" if stands(self._joints.body, frame) else "Sitting"
         return _LYING.get(below, "Unknown")
 
     def to(self, family: Family) -> MotionTask:

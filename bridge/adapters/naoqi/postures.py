@@ -111,8 +111,15 @@ class Postures:
 
         return self._tasks.begin(task(), "wakeUp", self._all)
 
-    def rest(self) -> Future[Any]:
-        """Crouch, if the robot is upright, and switch the stiffness off."""
+    def rest(self, part: Any = "Body") -> Future[Any]:
+        """Crouch, if the robot is upright, and switch the stiffness off; a part without legs only goes limp."""
+        joints = self._joints.names.resolve(part)
+        if not set(joints) & set(_LEGS):
+            return self._tasks.begin(
+                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFENING]] * len(joints)),
+                "rest",
+                joints,
+            )
 
         def task() -> MotionTask:
             if self._transitions.family() == "Standing" and self.now() != "Crouch":

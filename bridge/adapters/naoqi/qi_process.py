@@ -75,6 +75,10 @@ class CallForwarder:
 
     def _subscriber(self, event: str) -> Any:
         """The object whose `signal` tells of an event; the same for all who ask."""
+        if not isinstance(event, str):
+            raise RuntimeError(
+                f"ALMemory.subscriber: {event!r:.60} was given; the name of an event is expected."
+            )
         with self._lock:
             if event not in self._signals:
                 self._signals[event] = type("Subscriber", (), {})()

@@ -17,7 +17,7 @@ from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.adapters.notice_log import log_notice
 from bridge.body import Body, load_body
-from bridge.errors import FrameError, NaoqiRefused, RobotSilent
+from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Info, SensorFrame
@@ -204,10 +204,20 @@ class NaoqiServer:
             self._send(self._services)
 
     def _keep_lease(self) -> None:
-        """Renew the lease, so that a robot that pauses does not withdraw it."""
+        """Renew the lease, so that a robot that pauses does not withdraw it.
+
+        While another controller has it, each call that commands asks for it again, and is refused until then.
+        """
         with self._lock:
-            if self._commanding:
+            if not self._commanding:
+                return
+            try:
                 self._acquire()
+            except LeaseRefused as error:
+                logger.warning("%s", error)
+                self._commanding = False
+                if self._services is not None:
+                    self._services.motion.end_all()
 
     def _read_notices(self) -> None:
         for notice in self._link.notices():

@@ -31,6 +31,7 @@ from bridge.adapters.naoqi.motion_tasks import MotionTasks, robot_gone
 from bridge.adapters.naoqi.posts import Posts
 from bridge.adapters.naoqi.postures import Postures
 from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection
+from bridge.adapters.naoqi.recorder import Recorder
 from bridge.adapters.naoqi.robot_events import RobotEvents
 from bridge.adapters.naoqi.sensing import Sonar, sensing_services
 from bridge.adapters.naoqi.speech import Speech
@@ -196,6 +197,7 @@ class Services:
         settings = InertSettings()
         tracker = Tracker(self.joints, self.motion, self._frames, self._following)
         speech = Speech(self._others, self.events, lambda: self.joints.now)
+        recorder = Recorder(lambda: self.joints.now)
         audio = AudioPlayer(self._others, lambda: self.joints.now)
         reading: dict[str, Table] = {
             "ALMemory": self.memory.methods() | self.events.methods(),
@@ -203,9 +205,10 @@ class Services:
             "ALTextToSpeech": speech.methods(),
             "ALAnimatedSpeech": speech.animated_methods(),
             "ALAudioPlayer": audio.methods(),
-            "ALAudioDevice": audio.device_methods(),
+            "ALAudioDevice": audio.device_methods() | recorder.device_methods(),
+            "ALAudioRecorder": recorder.methods(),
             "ALBehaviorManager": behavior_methods(),
-            "ALAutonomousLife": AutonomousLife().methods(),
+            "ALAutonomousLife": AutonomousLife(self.events).methods(),
             "ALSpeechRecognition": self._recognition.methods(),
             "ALFaceDetection": self._detections[0].methods(),
             "ALLandMarkDetection": self._detections[1].methods(),
@@ -243,7 +246,7 @@ class Services:
     def _motion_methods(self, settings: InertSettings) -> dict[str, Method]:
         ending_walks: Table = {
             "wakeUp": self._postures.wake_up,
-            "rest": lambda *_: self._postures.rest(),
+            "rest": self._postures.rest,
             "killAll": self.motion.end_all,
             "killTasksUsingResources": self.motion.end_using,
             "killTask": self.motion.end_task,

@@ -7,10 +7,9 @@ import logging
 import subprocess
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor
-from pathlib import Path
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, number, text
+from bridge.adapters.naoqi.arguments import flag, new_file, number, text
 from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.methods import Table
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
@@ -191,9 +190,7 @@ class Speech:
 
     def _to_file(self, sentence: Any, path: Any) -> Future[Any]:
         spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
-        file = Path(text(path, "ALTextToSpeech.sayToFile: path"))
-        if "\0" in str(file) or not file.parent.is_dir():
-            raise NaoqiRefused(f"ALTextToSpeech.sayToFile: there is no folder {str(file.parent)!r:.80}.")
+        file = new_file(path, "ALTextToSpeech.sayToFile: path")
         settings = (self._language, self._parameters["speed"], self._volume)
         return self._writer.submit(self._voice.write, spoken.plain, *settings, file)
 

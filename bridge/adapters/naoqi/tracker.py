@@ -68,23 +68,32 @@ class Tracker:
 
         Args:
             position: m.
-            arguments: `(space, fraction of the largest speed, whole body)`; the camera's number may come first.
+            arguments: `(space, fraction of the largest speed, whole body)`, after the camera's number if given.
+                Without a space the torso's is meant (assumed). The head alone turns.
         """
+        if len(arguments) == 2:
+            arguments = (0, *arguments)
         camera, rest = (arguments[0], arguments[1:]) if len(arguments) == 4 else (0, arguments)
         if len(rest) != 3 or isinstance(camera, bool) or camera not in (0, 1):
             raise NaoqiRefused("ALTracker.lookAt takes ([x, y, z], space, fractionMaxSpeed, useWholeBody).")
-        if flag(rest[2], "ALTracker.lookAt: useWholeBody"):
-            raise NaoqiRefused(
-                "ALTracker.lookAt: the whole body is not controlled; useWholeBody must be False."
-            )
+        flag(rest[2], "ALTracker.lookAt: useWholeBody")
         share = fraction(rest[1], "ALTracker.lookAt: fractionMaxSpeed")
         point = self._point(position, rest[0], "lookAt")
         place = self._frames.effectors[_CAMERAS[camera]].fixed
         angles = look_angles(point, self._joints.body.lengths.NeckOffsetZ, place)
         return self._motion.interpolation_with_speed(["HeadYaw", "HeadPitch"], list(angles), share)
 
-    def point_at(self, effector: Any, position: Any, space: Any, speed: Any) -> Future[Any]:
-        """Stretch an arm towards a point; waits for the end."""
+    def point_at(self, effector: Any, position: Any, *arguments: Any) -> Future[Any]:
+        """Stretch an arm towards a point; waits for the end.
+
+        Args:
+            effector: `LArm` or `RArm`.
+            position: m.
+            arguments: `(space, fraction of the largest speed)`; the space as for `look_at`.
+        """
+        if len(arguments) not in (1, 2):
+            raise NaoqiRefused("ALTracker.pointAt takes (effector, [x, y, z], space, fractionMaxSpeed).")
+        space, speed = (0, *arguments)[-2:]
         arm = text(effector, "ALTracker.pointAt: effector")
         if arm not in ("LArm", "RArm"):
             raise NaoqiRefused(f"ALTracker.pointAt: {arm!r:.40} is no arm; LArm and RArm are.")

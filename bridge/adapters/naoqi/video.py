@@ -147,13 +147,13 @@ class VideoDevice:
 
     def _resolution(self, resolution: Any, camera: int, method: str) -> int:
         there = {k: v for k, v in RESOLUTIONS.items() if v <= self._cameras[camera].largest}
-        if isinstance(resolution, bool) or resolution not in there:
+        if not _is_number(resolution) or resolution not in there:
             sizes = ", ".join(f"{k} ({v} x {3 * v // 4})" for k, v in there.items())
             raise NaoqiRefused(f"{method}: resolution {resolution!r:.40} is not offered; {sizes} are.")
         return int(resolution)
 
     def _space(self, space: Any, method: str) -> int:
-        if isinstance(space, bool) or space not in LAYERS:
+        if not _is_number(space) or space not in LAYERS:
             raise NaoqiRefused(
                 f"{method}: colour space {space!r:.40} is not offered; 0 to 8 (one channel), 9 (YUV 4:2:2), 10 "
                 "(YUV), 11 (RGB), 12 (HSY) and 13 (BGR) are."
@@ -287,6 +287,10 @@ class VideoDevice:
                 self._of(handle, "setAllCameraParametersToDefault").camera
             ),
         }
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _rate(rate: Any, method: str) -> int:

@@ -11,7 +11,6 @@ from bridge.adapters.naoqi.extractor import Extractor
 from bridge.adapters.naoqi.frames import RobotFrames, position6
 from bridge.adapters.naoqi.methods import Table
 from bridge.adapters.naoqi.stage import Sighting, Stage
-from bridge.errors import NaoqiRefused
 from bridge.messages.world import ThingKind as Kind
 
 CAMERAS: Final = ("CameraTop", "CameraBottom")
@@ -100,7 +99,7 @@ class Faces(Detection):
         super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
         self._known: dict[str, str] = {}
         """Name of a thing -> what the robot calls it."""
-        self._recognizes, self._threshold = True, 0.4
+        self._recognizes, self._tracks, self._threshold = True, False, 0.4
         self._before: list[str] = []
 
     def _found(self, sightings: list[Sighting]) -> list[Any]:
@@ -140,10 +139,7 @@ class Faces(Detection):
         self._recognizes = flag(enabled, "ALFaceDetection.setRecognitionEnabled: enabled")
 
     def _track(self, enabled: Any, *_: Any) -> None:
-        if flag(enabled, "ALFaceDetection.setTrackingEnabled: enabled"):
-            raise NaoqiRefused(
-                "ALFaceDetection: faces are detected in each result, and not tracked between them."
-            )
+        self._tracks = flag(enabled, "ALFaceDetection.setTrackingEnabled: enabled")
 
     def _set_threshold(self, value: Any) -> None:
         self._threshold = number(value, "ALFaceDetection: threshold", 0.0, 1.0)
@@ -161,7 +157,7 @@ class Faces(Detection):
             "isRecognitionEnabled": lambda: self._recognizes,
             "setTrackingEnabled": self._track,
             "enableTracking": self._track,
-            "isTrackingEnabled": lambda: False,
+            "isTrackingEnabled": lambda: self._tracks,
             "setRecognitionConfidenceThreshold": self._set_threshold,
             "getRecognitionConfidenceThreshold": lambda: self._threshold,
         }

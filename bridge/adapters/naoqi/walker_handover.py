@@ -77,8 +77,10 @@ class WalkerHandover:
         self._status: WalkStatus | None = None
         self._origin: Vec3 = (0.0, 0.0, 0.0)
         """Where the present walker's plan begins."""
-        self._ends: list[Future[Any]] = []
-        """Calls that wait for the end of the walk."""
+        self._stopping = False
+        """Whether the walk was told to end."""
+        self._ends: dict[Future[Any], bool | None] = {}
+        """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="walker-handover", daemon=True)
         self._thread.start()
@@ -98,12 +100,12 @@ class WalkerHandover:
 
         Args:
             work: commands the joints.
-            stop: end a walk for it; otherwise the call is refused while the robot walks.
+            stop: end a walk for it; otherwise the call waits for one that was stopped; others refuse it.
         """
 
         def job() -> Any:
             """Take the joints and work, or refuse."""
-            if self.active and not stop:
+            if self.active and not (stop or self._stopping):
                 raise NaoqiRefused(
                     "The robot walks, and the walker has its joints; call ALMotion.stopMove first."
                 )
@@ -125,7 +127,7 @@ class WalkerHandover:
         return self._submit(lambda: self._walk({"velocity": velocity}))
 
     def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
-        """Walk a distance; the future is done at the end of the walk.
+        """Walk a distance; the future is done at the end of the walk: true, or false if another order ended it.
 
         Args:
             velocity: as for `walk`.
@@ -134,7 +136,7 @@ class WalkerHandover:
         return self._walk_to_end({"velocity": velocity, "distance": distance} if distance else None)
 
     def walk_to(self, target: Vec3, velocity: Vec3) -> Future[Any]:
-        """Walk to a place; the future is done at the end of the walk.
+        """Walk to a place; the future is done at the end of the walk: true, or false if another order ended it.
 
         Args:
             target: x, y (m) and yaw (rad) in the robot's frame.
@@ -142,32 +144,46 @@ class WalkerHandover:
         """
         return self._walk_to_end({"velocity": velocity, "target": target} if any(target) else None)
 
+    def go_to(self, target: Vec3, velocity: Vec3) -> Future[Any]:
+        """As `walk_to`, but the future is done when the walker has accepted it."""
+        return self._submit(
+            lambda: self._walk({"velocity": velocity, "target": target}) if any(target) else None
+        )
+
     def _walk_to_end(self, order: dict[str, Any] | None) -> Future[Any]:
         """Walk as ordered; the call ends with the walk, or with its refusal. None: nowhere."""
         ended: Future[Any] = Future()
 
         def job() -> None:
             if order is None:
-                ended.set_result(None)
+                ended.set_result(True)
                 return
             try:
                 self._walk(order)
             except NaoHilError as error:
                 ended.set_exception(error)
             else:
-                self._ends.append(ended)
+                self._ends[ended] = True
 
         self._submit(job)
         return ended
 
     def stop(self) -> Future[Any]:
-        """Close the feet and stand; the future is done when the walker has accepted it."""
-        return self._submit(self._stop_walk)
+        """Close the feet and stand; the future is done at the stand."""
+        self._submit(self._stop_walk)
+        return self.wait()
 
     def wait(self) -> Future[Any]:
         """Done when the robot does not walk."""
         ended: Future[Any] = Future()
-        self._submit(lambda: self._ends.append(ended) if self.active else ended.set_result(None))
+
+        def job() -> None:
+            if self.active:
+                self._ends[ended] = None
+            else:
+                ended.set_result(None)
+
+        self._submit(job)
         return ended
 
     def position(self) -> list[float]:
@@ -239,6 +255,8 @@ class WalkerHandover:
             self._stop_walk()
             return
         self._ensure_walker()
+        self._interrupt()
+        self._stopping = False
         assert self._client is not None
         status = self._client.walk(gait=self._gait, **order)
         began = status.seq
@@ -253,7 +271,13 @@ class WalkerHandover:
 
     def _stop_walk(self) -> None:
         if self._client is not None:
+            self._interrupt()
+            self._stopping = True
             self._status = self._client.stop()
+
+    def _interrupt(self) -> None:
+        """The walk that goes on does not come to its end."""
+        self._ends = {ended: told and False for ended, told in self._ends.items()}
 
     def _poll(self) -> None:
         """Query the walker's status; calls that wait for the end of a walk return with it."""
@@ -273,10 +297,10 @@ class WalkerHandover:
             self._finish(None)
 
     def _finish(self, error: Exception | None) -> None:
-        ends, self._ends = self._ends, []
-        for ended in ends:
+        ends, self._ends = self._ends, {}
+        for ended, told in ends.items():
             if error is None:
-                ended.set_result(None)
+                ended.set_result(told)
             else:
                 ended.set_exception(error)
 

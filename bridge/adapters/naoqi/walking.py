@@ -8,9 +8,11 @@ from concurrent.futures import Future
 from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import number
+from bridge.adapters.naoqi.motion_tasks import pass_on
+from bridge.adapters.naoqi.move_config import FullSpeed, full_speed, move_config
 from bridge.adapters.naoqi.walker_handover import WalkerHandover
 from bridge.errors import NaoqiRefused
-from bridge.rotations import planar_point
+from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
 
 _WIDTH: Final = 0.1
@@ -18,58 +20,100 @@ _WIDTH: Final = 0.1
 _LONGEST: Final = 1.0
 """m and rad in a footstep; NAOqi's own bound is a tenth."""
 
-_SHARE: Final = 0.7
-"""Of the gait's full speed, for walks to a place."""
-
 
 class WalkingMethods:
     """Walking methods of `ALMotion`; thread-safe.
 
     Args:
         handover: of the robot between this side and the walker.
-        full: what `moveToward` calls 1 forward and to the left, m/s, and as a turn, rad/s; the last two are 0
-            for a gait that walks straight ahead.
+        full: speed of the gait forward and to the left, m/s, and as a turn, rad/s; the last two are 0 for one
+            that walks straight ahead, at this speed. Others walk at the vendor's speeds.
     """
 
     def __init__(self, handover: WalkerHandover, full: Vec3) -> None:
         self.handover, self._full = handover, full
 
-    def move(self, x: Any, y: Any, theta: Any, *_: Any) -> Future[Any]:
+    def move(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
         """Walk at a velocity, m/s and rad/s; returns when the walker has accepted it."""
         velocity = _three("ALMotion.move", (x, y, theta), 1e4)
+        if self._full[1]:
+            velocity = full_speed("ALMotion.move", config).clipped(velocity)
         return self.handover.walk(velocity)
 
-    def move_toward(self, x: Any, y: Any, theta: Any, *_: Any) -> Future[Any]:
-        """Walk at fractions of the gait's full speed, -1 to 1."""
-        fraction, side, turn = self._possible(
-            "ALMotion.moveToward", _three("ALMotion.moveToward", (x, y, theta), 1.0)
-        )
-        ahead, aside, around = self._full
-        return self.handover.walk((fraction * ahead, side * aside, turn * around))
+    def move_toward(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
+        """Walk at fractions of the full speed, -1 to 1."""
+        return self._toward("ALMotion.moveToward", (x, y, theta), 1.0, config)
 
-    def move_to(self, x: Any, y: Any = 0.0, theta: Any = 0.0, *_: Any) -> Future[Any]:
-        """Walk to a place, m and rad from here; waits for the end. Also as one list `[x, y, theta]`."""
-        if isinstance(x, list):
-            x, y, theta = (*x, 0.0, 0.0, 0.0)[:3]
-        target = self._possible("ALMotion.moveTo", _three("ALMotion.moveTo", (x, y, theta), 1e4))
-        if self._full[1]:
-            return self._walk_to(target)
-        return self.handover.walk_distance((math.copysign(self._full[0], target[0]), 0.0, 0.0), abs(target[0]))
+    def set_target_velocity(self, x: Any, y: Any, theta: Any, frequency: Any, *config: Any) -> Future[Any]:
+        """`moveToward` with the frequency of the steps, 0 to 1."""
+        return self._toward("ALMotion.setWalkTargetVelocity", (x, y, theta), frequency, config)
+
+    def _toward(
+        self, method: str, fractions: Sequence[Any], frequency: Any, config: Sequence[Any]
+    ) -> Future[Any]:
+        wanted = self._possible(method, _three(method, fractions, 1.0))
+        full = full_speed(method, config, frequency)
+        return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
+
+    def move_to(self, *arguments: Any) -> Future[Any]:
+        """Walk to a place, m and rad from here, `x, y, theta`, or over several, `[[x, y, theta], ...]`.
+
+        A time and a configuration may follow; it waits for the end: true, or false if something else ended it.
+        """
+        method = "ALMotion.moveTo"
+        if arguments and isinstance(arguments[0], list):
+            given, *config = arguments
+            several = bool(given) and all(isinstance(one, list) for one in given)
+            places = given if several else [(*given, 0.0, 0.0, 0.0)[:3]]
+        else:
+            places, config = [(*arguments[:3], 0.0, 0.0, 0.0)[:3]], list(arguments[3:])
+        if any(len(place) != 3 for place in places):
+            raise NaoqiRefused(f"{method}: {places!r:.60} was given; [x, y, theta] of each place is expected.")
+        targets = [self._possible(method, _three(method, place, 1e4)) for place in places]
+        full = full_speed(method, config)
+        here = (0.0, 0.0, 0.0)
+        ways = []
+        for target in targets:
+            ways.append(_composed(_inverse(here), target))
+            here = target
+        return self._walk_over(ways, full)
+
+    def _walk_over(self, ways: Sequence[Vec3], full: FullSpeed) -> Future[Any]:
+        """Walk one way after the other, each from the end of the one before; at rest between them."""
+        ended: Future[Any] = Future()
+
+        def go_on(before: Future[Any] | None, i: int) -> None:
+            if before is not None and (before.exception() or not before.result() or i == len(ways)):
+                pass_on(before, ended)
+                return
+            self._walk_to(ways[i], full).add_done_callback(lambda done: go_on(done, i + 1))
+
+        go_on(None, 0)
+        return ended
 
     def set_foot_steps(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
-        """Walk to where footsteps end, by steps of the gait's own.
+        """Begin to walk to where footsteps end, by steps of the gait's own.
 
         Args:
             legs: `LLeg` or `RLeg` for each step.
             steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
         """
-        method = "ALMotion.setFootSteps"
+        target = self._end_of("ALMotion.setFootSteps", legs, steps)
+        return self.handover.go_to(target, full_speed("", ()).towards(target))
+
+    def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
+        """As `setFootSteps`, and wait for the end."""
+        target = self._end_of("ALMotion.setFootStepsWithSpeed", legs, steps)
+        return self._walk_to(target, full_speed("", ()))
+
+    def _end_of(self, method: str, legs: Any, steps: Any) -> Vec3:
+        """Where footsteps end, from here."""
         if not isinstance(legs, list) or not isinstance(steps, list) or len(legs) != len(steps) or not legs:
             raise NaoqiRefused(f"{method}: a list of legs and one of as many steps [x, y, theta] are expected.")
         half = 0.5 * _WIDTH
         feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
         for i, (leg, step) in enumerate(zip(legs, steps, strict=True)):
-            if leg not in feet:
+            if leg not in list(feet):
                 raise NaoqiRefused(f"{method}: leg {i} is {leg!r:.60}; LLeg or RLeg is expected.")
             if not isinstance(step, list) or len(step) != 3:
                 raise NaoqiRefused(f"{method}: step {i} is {step!r:.60}; [x, y, theta] is expected.")
@@ -77,10 +121,14 @@ class WalkingMethods:
             feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _LONGEST))
         left, right = feet["LLeg"], feet["RLeg"]
         x, y, turn = (0.5 * (a + b) for a, b in zip(left, right, strict=True))
-        return self._walk_to(self._possible(method, (x, y, turn)))
+        return self._possible(method, (x, y, turn))
 
-    def _walk_to(self, target: Vec3) -> Future[Any]:
-        return self.handover.walk_to(target, (_SHARE * self._full[0], 0.0, 0.0))
+    def _walk_to(self, target: Vec3, full: FullSpeed) -> Future[Any]:
+        """Walk to a place; the end of it."""
+        if not self._full[1]:
+            ahead = math.copysign(self._full[0], target[0])
+            return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
+        return self.handover.walk_to(target, full.towards(target) if any(target) else target)
 
     def _possible(self, method: str, wanted: Vec3) -> Vec3:
         """What is wanted, unless the gait walks straight only and it is not straight."""
@@ -100,10 +148,12 @@ class WalkingMethods:
             "walkInit": handover.prepare,
             "move": self.move,
             "moveToward": self.move_toward,
-            "setWalkTargetVelocity": lambda x, y, theta, *_: self.move_toward(x, y, theta),
+            "setWalkTargetVelocity": self.set_target_velocity,
             "moveTo": self.move_to,
             "walkTo": self.move_to,
             "setFootSteps": self.set_foot_steps,
+            "setFootStepsWithSpeed": self.set_foot_steps_with_speed,
+            "getMoveConfig": move_config,
             "stopMove": handover.stop,
             "stopWalk": handover.stop,
             "killMove": handover.stop,
@@ -130,3 +180,8 @@ def _three(method: str, values: Sequence[Any], bound: float) -> Vec3:
 def _composed(frame: Vec3, pose: Vec3) -> Vec3:
     """A pose of a frame in the frame's own frame, m and rad."""
     return *planar_point(frame, pose), frame[2] + pose[2]
+
+
+def _inverse(pose: Vec3) -> Vec3:
+    """The frame of reference in a pose's frame, m and rad."""
+    return *planar_local(pose, (0.0, 0.0)), -pose[2]

@@ -122,18 +122,22 @@ def test_a_place_out_of_reach_is_gone_to_as_near_as_the_arm_allows(robot: Robot)
     assert math.dist((x, y, z), shoulder) > 0.2
 
 
-@pytest.mark.parametrize("point", [[0.6, 0.2, 0.3], [0.5, -0.3, 0.1]])
-def test_the_camera_looks_at_a_place(robot: Robot, point: list[float]) -> None:
-    robot.wait(robot.call("ALTracker", "lookAt", point, 0, 0.5, False))
+@pytest.mark.parametrize(
+    ("point", "arguments"),
+    [([0.6, 0.2, 0.3], (0, 0.5, False)), ([0.5, -0.3, 0.1], (0.5, False)), ([0.5, -0.3, 0.1], (0, 0.5, True))],
+)
+def test_the_camera_looks_at_a_place(robot: Robot, point: list[float], arguments: tuple[Any, ...]) -> None:
+    robot.wait(robot.call("ALTracker", "lookAt", point, *arguments))
     camera = np.array(robot.motion("getTransform", "CameraTop", 0, True)).reshape(4, 4)
     x, y, z, _ = np.linalg.inv(camera) @ (*point, 1.0)
     assert x > 0.0
     assert math.degrees(math.atan2(math.hypot(y, z), x)) < 0.5
 
 
-def test_an_arm_points_at_a_place(robot: Robot) -> None:
+@pytest.mark.parametrize("arguments", [(0, 0.5), (0.5,)])
+def test_an_arm_points_at_a_place(robot: Robot, arguments: tuple[Any, ...]) -> None:
     point = np.array([1.0, 0.4, 0.3])
-    robot.wait(robot.call("ALTracker", "pointAt", "LArm", point.tolist(), 0, 0.5))
+    robot.wait(robot.call("ALTracker", "pointAt", "LArm", point.tolist(), *arguments))
     hand = np.array(robot.motion("getPosition", "LArm", 0, True)[:3])
     shoulder = np.array([0.0, LENGTH.ShoulderOffsetY, LENGTH.ShoulderOffsetZ])
     along, arm = point - shoulder, hand - shoulder

@@ -46,6 +46,7 @@ FITTING: dict[str, list[Any]] = {
     "speed": [0.1, 0.5, 1.0],
     "times": [0.5, [0.5], [0.5, 1.0], [[0.5], [1.0]]],
     "duration": [0.0, 0.1, 2.0],
+    "handle": ["me_0"],
     "angles": [0.1, -3.0, [0.1], [0.1, 0.2], [[0.1, 0.2], [0.3]]],
 }
 """By the parameter's name: arguments that get further than the first check."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import wave
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -44,6 +46,11 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
             "ALMotion.getSupportPolygon",
             [2, True],
             lambda v: all(NUMBERS(c) and len(c) == 2 for c in v) and len(v) > 3,
+        ),
+        (
+            "ALMotion.getFootSteps",
+            [],
+            lambda v: v[1:] == [[], []] and v[0][0] == pytest.approx([0.0, 0.05, 0.0], abs=0.002),
         ),
         ("ALMotion.setMotionConfig", [[["ENABLE_FOOT_CONTACT_PROTECTION", True]]], is_a(type(None))),
         ("ALMotion.getMotionCycleTime", [], lambda v: v == 20),
@@ -100,6 +107,10 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALBehaviorManager.isBehaviorInstalled", ["dance"], lambda v: v is False),
         ("ALAutonomousLife.getState", [], lambda v: v == "disabled"),
         ("ALAutonomousLife.setState", ["disabled"], is_a(type(None))),
+        ("ALMemory.getData", ["AutonomousLife/State"], lambda v: v == "disabled"),
+        ("ALFaceDetection.enableTracking", [True], is_a(type(None))),
+        ("ALLeds.listGroup", ["FaceLedsRightTop"], lambda v: len(v) == 6),
+        ("ALLeds.listGroup", ["LeftEarLedsBack"], lambda v: len(v) == 5),
         ("ALBasicAwareness.isEnabled", [], lambda v: v is False),
         ("ALBasicAwareness.getTrackingMode", [], lambda v: v == "Head"),
         ("ALSpeechRecognition.getLanguage", [], lambda v: v == "English"),
@@ -169,6 +180,14 @@ def test_a_method_returns_what_its_page_says(
             ["me", 0, 5, 11, 10],
             r"resolution 5 is not offered; 0 \(160 x 120\)",
         ),
+        ("ALVideoDevice.subscribeCamera", ["me", 0, 1, {}, 10], r"colour space \{\} is not offered"),
+        ("ALVideoDevice.subscribeCamera", ["me", 0, [1], 11, 10], r"resolution \[1\] is not offered"),
+        (
+            "ALAudioRecorder.startMicrophonesRecording",
+            ["/tmp/heard.wav", "wav", [16000], [0, 0, 1, 0]],
+            "one of .left, right, front, rear. at 16000 Hz",
+        ),
+        ("ALAudioDevice.startMicrophonesRecording", ["heard.wav"], "an absolute path in a folder"),
         ("ALMemory.getData", ["nothing"], "there is no data under 'nothing'"),
         ("ALMemory.subscribeToEvent", ["event", "module"], r"takes \(event, module, method\)"),
         ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of words"),
@@ -196,6 +215,25 @@ def test_a_said_text_takes_the_time_of_speech_and_raises_its_events_in_order(rob
     words = [value for name, value in robot.events if name.endswith("CurrentWord") and "Position" not in name]
     assert words == ["aaaaaa", "bbbbbb", "cccccc", "dddddd"]
     assert robot.call("ALMemory", "getData", "ALTextToSpeech/Status")[1] == "done"
+
+
+def test_a_recording_is_as_long_as_it_took(robot: Robot, tmp_path: Path) -> None:
+    robot.call("ALAudioRecorder", "stopMicrophonesRecording")
+    file = tmp_path / "heard.wav"
+    robot.call("ALAudioRecorder", "startMicrophonesRecording", str(file), "wav", 16000, [0, 0, 1, 0])
+    with pytest.raises(NaoqiRefused, match="is being recorded"):
+        robot.call("ALAudioDevice", "startMicrophonesRecording", str(file))
+    robot.run(1.5)
+    robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
+    with wave.open(str(file)) as heard:
+        assert (heard.getnchannels(), heard.getframerate(), heard.getnframes()) == (1, 16000, 24000)
+
+
+def test_a_part_rests_alone(robot: Robot) -> None:
+    robot.motion("rest", "Head")
+    robot.run(1.0)
+    assert robot.motion("getStiffnesses", ["HeadYaw", "LKneePitch", "LElbowRoll"]) == [0.0, 1.0, 1.0]
+    assert robot.motion("robotIsWakeUp") is True
 
 
 def test_texts_are_said_one_after_the_other_and_stopped_together(robot: Robot) -> None:

@@ -126,13 +126,28 @@ def test_while_it_walks_joints_are_refused_and_postures_stop_it(walking: Walking
     assert stage.did[-5:] == ["stop", "close", "end", "take back", "crouch"]
 
 
+def test_joints_wait_for_the_end_of_a_walk_that_was_stopped(
+    walking: WalkingMethods, stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Programs stop the walk and turn the head at once."""
+    call(walking, "moveToward", 0.5, 0.0, 0.0)
+    monkeypatch.setattr(stage, "stop", stage.status)  # it still closes its feet
+    stopped = walking.methods()["stopMove"]()
+    done = walking.handover.with_joints(lambda: "done", stop=False)
+    time.sleep(0.3)
+    assert not done.done() and not stopped.done()
+    stage.state = "stand"
+    assert done.result(PATIENT) == "done"
+    assert stopped.result(PATIENT) is None
+
+
 def test_move_to_waits_for_the_end_of_the_walk(walking: WalkingMethods, stage: Stage) -> None:
     ended = walking.methods()["moveTo"](0.3, 0.0, 0.0)
     until(lambda: stage.state == "walk")
     time.sleep(0.3)
     assert not ended.done()
     stage.place, stage.state = 0.3, "stand"
-    assert ended.result(PATIENT) is None
+    assert ended.result(PATIENT) is True
     assert call(walking, "getRobotPosition", True) == [0.3, 0.0, 0.0]
     assert stage.did[-1] == "walk 0.15 0.3"
 
@@ -172,9 +187,52 @@ def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage)
         ended.result(PATIENT)
 
 
-def test_moves_in_any_direction_are_fractions_of_the_full_speed(all_ways: WalkingMethods, stage: Stage) -> None:
-    call(all_ways, "moveToward", 0.5, -1.0, 0.2)
-    assert stage.velocity == pytest.approx((0.1, -0.1, 0.2))
+@pytest.mark.parametrize(
+    ("fractions", "config", "velocity"),
+    [
+        # steps of 40 mm and 0.349 rad in 0.42 s; sideways 0.14 m out and 0.088 m near in turn
+        ((1.0, 0.0, 0.0), [], (0.04 / 0.42, 0.0, 0.0)),
+        ((-0.5, -1.0, 0.2), [], (-0.02 / 0.42, -0.026 / 0.42, 0.2 * 0.349066 / 0.42)),
+        ((1.0, 0.0, 0.0), [["MaxStepX", 0.08]], (0.08 / 0.42, 0.0, 0.0)),
+        ((1.0, 0.0, 0.0), [["Frequency", 0.0], ["Wrong", 1]], (0.04 / 0.6, 0.0, 0.0)),
+        ((1.0, 0.0, 0.0), [["LeftMaxStepX", 0.02], ["MaxStepFrequency", 0.5]], (0.02 / 0.51, 0.0, 0.0)),
+    ],
+)
+def test_moves_are_fractions_of_the_vendor_s_full_speed(
+    all_ways: WalkingMethods, stage: Stage, fractions: Any, config: Any, velocity: Any
+) -> None:
+    """By the vendor's page on locomotion control; 0.095 m/s, 0.062 m/s and 0.83 rad/s at most by default."""
+    call(all_ways, "moveToward", *fractions, config)
+    assert stage.velocity == pytest.approx(velocity)
+
+
+def test_a_move_faster_than_the_steps_allow_is_as_fast_as_they_do(
+    all_ways: WalkingMethods, stage: Stage
+) -> None:
+    call(all_ways, "move", 0.15, 0.0, -2.0)
+    assert stage.velocity == pytest.approx((0.04 / 0.42, 0.0, -0.349066 / 0.42))
+    with pytest.raises(NaoqiRefused, match=r"MaxStepX is 0\.2; a number from 0\.001 to 0\.08"):
+        call(all_ways, "move", 0.1, 0.0, 0.0, [["MaxStepX", 0.2]])
+
+
+def test_a_walk_to_a_place_that_something_else_ends_is_false(all_ways: WalkingMethods, stage: Stage) -> None:
+    ended = all_ways.methods()["moveTo"](0.1, 0.0, 0.0)
+    until(lambda: stage.state == "walk")
+    call(all_ways, "stopMove")
+    assert ended.result(PATIENT) is False
+
+
+def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: WalkingMethods, stage: Stage) -> None:
+    """The second place, from the first, which is turned by a right angle to the left."""
+    ended = all_ways.methods()["moveTo"]([[0.1, 0.0, math.pi / 2], [0.1, 0.2, math.pi / 2]], 5.0)
+    until(lambda: stage.state == "walk")
+    assert stage.target == pytest.approx((0.1, 0.0, math.pi / 2))
+    stage.target, stage.state = None, "stand"
+    until(lambda: stage.target is not None)
+    assert stage.target == pytest.approx((0.2, 0.0, 0.0))
+    assert not ended.done()
+    stage.state = "stand"
+    assert ended.result(PATIENT) is True
 
 
 @pytest.mark.parametrize("arguments", [(0.1, 0.2, 0.3), ([0.1, 0.2, 0.3],)])
@@ -183,17 +241,17 @@ def test_move_to_is_a_walk_to_a_place(all_ways: WalkingMethods, stage: Stage, ar
     until(lambda: stage.state == "walk")
     assert stage.target == (0.1, 0.2, 0.3)
     stage.state = "stand"
-    assert ended.result(PATIENT) is None
+    assert ended.result(PATIENT) is True
 
 
 def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage) -> None:
     """A step of 8 cm, closed by the other foot; then a turn of 1 rad on the left foot."""
     steps = all_ways.methods()["setFootSteps"]
-    ended = steps(["LLeg", "RLeg"], [[0.08, 0.1, 0.0], [0.0, -0.1, 0.0]], [1, 2], True)
-    until(lambda: stage.state == "walk")
+    assert steps(["LLeg", "RLeg"], [[0.08, 0.1, 0.0], [0.0, -0.1, 0.0]], [1, 2], True).result(PATIENT) is None
+    assert stage.state == "walk"
     assert stage.target == pytest.approx((0.08, 0.0, 0.0))
     stage.state = "stand"
-    assert ended.result(PATIENT) is None
+    steps = all_ways.methods()["setFootStepsWithSpeed"]
     steps(["LLeg", "RLeg"], [[0.0, 0.1, 1.0], [0.0, -0.1, 0.0]], [1, 2], True)
     until(lambda: stage.state == "walk")
     # the left foot stays at (0, 0.05) and turns; the right one comes beside it
@@ -204,5 +262,16 @@ def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage
 def test_wrong_footsteps_are_refused(all_ways: WalkingMethods) -> None:
     with pytest.raises(NaoqiRefused, match="LLeg or RLeg is expected"):
         call(all_ways, "setFootSteps", ["LArm"], [[0.0, 0.1, 0.0]])
+    with pytest.raises(NaoqiRefused, match="LLeg or RLeg is expected"):
+        call(all_ways, "setFootSteps", [["LLeg"]], [[0.0, 0.1, 0.0]])
     with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] is expected"):
         call(all_ways, "setFootSteps", ["LLeg"], [[0.0, 0.1]])
+
+
+def test_the_default_configuration_is_what_robots_print(all_ways: WalkingMethods) -> None:
+    names = ["MaxStepX", "MaxStepY", "MaxStepTheta", "MaxStepFrequency", "StepHeight", "TorsoWx", "TorsoWy"]
+    config = call(all_ways, "getMoveConfig", "Default")
+    assert [name for name, _ in config] == names
+    assert [value for _, value in config] == pytest.approx([0.04, 0.14, 0.349066, 1.0, 0.02, 0.0, 0.0])
+    with pytest.raises(NaoqiRefused, match="unknown config 'Best'"):
+        call(all_ways, "getMoveConfig", "Best")

@@ -6,15 +6,30 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+import msgspec
+
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
-from bridge.guard.config import StanceSettings
 from bridge.messages import SensorFrame
 from bridge.rotations import R_pitch, R_roll, about_axis, rotation
+from bridge.types import Positive
 
 _HALF: Final = math.sqrt(0.5)
 _STIFF: Final = 0.2
 """A robot stands by a leg only if each of its joints has at least this stiffness."""
+
+
+class StanceSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When a robot counts as standing, and crouches; otherwise it goes limp where it is. One foot is enough."""
+
+    max_sole_tilt: Positive = 0.35
+    """rad between the sole and the horizontal."""
+    max_ankle_offset: Positive = 0.08
+    """m that the ankle is ahead of or behind the hip; the postures Sit and SitRelax have more."""
+
+
+STANCE: Final = StanceSettings()
+"""Where nobody says otherwise."""
 
 
 def legs_stiff(stiffness: Sequence[float]) -> bool:
@@ -22,7 +37,7 @@ def legs_stiff(stiffness: Sequence[float]) -> bool:
     return min(stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) >= _STIFF
 
 
-def stands(body: Body, frame: SensorFrame, settings: StanceSettings) -> bool:
+def stands(body: Body, frame: SensorFrame, settings: StanceSettings = STANCE) -> bool:
     """Whether at least one sole is about horizontal and about below its hip.
 
     Args:
