@@ -14,7 +14,8 @@ from typing import Any, Final
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
-from bridge.motion import GetUp, get_up_motions
+from bridge.motion import GetUp, Lying, MotionPlayer, get_up_motions, lying
+from bridge.stance import stands
 from bridge.types import Pose, Vec3
 from walker.estimation import Contacts, Corrections, Estimate, Estimator
 from walker.estimation.heading import GyroscopeHeading
@@ -25,7 +26,7 @@ from walker.planning.order import WalkOrder
 from walker.planning.planner import WalkPlanner
 from walker.planning.steering import Steering
 from walker.stabilization.parameters import ControllerParameters, controller_parameters
-from walker.states import Approaching, Fallen, Moving, Standing, State, StateName, Walking
+from walker.states import Approaching, Fallen, Moving, Resting, Standing, State, StateName, Walking
 from walker.states.ready import ReadyWalk, ready_walk
 
 __all__ = ["Controller", "WalkOrder"]
@@ -43,7 +44,8 @@ class Controller:
         order: how far to walk; None: stand, and wait for `begin`.
         cycle: of the robot, s.
         parameters: of the controllers; None: the gait's shipped ones.
-        recover: get up after a fall and go on with the order, where the body has motions for that.
+        recover: get up after a fall and go on with the order, where the body has motions for that. A robot that
+            sits, or rests where an ordered motion ended, gets up in any case.
 
     Raises:
         ConfigurationError: no torso controller can be designed to the parameters.
@@ -70,13 +72,19 @@ class Controller:
         self._next: ReadyWalk | None = None
         self._hold = math.inf
         self._fell = self._limp = False
-        self._motions = get_up_motions(body) if recover else {}
+        self._motions = get_up_motions(body)
+        self._getting_up = recover and bool(self._motions)
+        """After a fall."""
         self._gave_up = False
+        self._player: MotionPlayer | GetUp | None = None
+        """Of an ordered motion that has not begun."""
+        self._recovering = False
+        """The robot gets up from lying."""
         self._resume = False
         """The robot walked when it fell: the order goes on once it stands."""
         self._began = self.plan
         self.recoveries = 0
-        """How often the robot got up after a fall."""
+        """How often the robot got up from lying."""
         self.interruptions = 0
         """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
         self._kinematics = FloatingBase(body)
@@ -88,6 +96,8 @@ class Controller:
         self._estimator = self._make_estimator(p)
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
+        self.below: Lying = "upright"
+        """What of the robot is below."""
 
     @property
     def state(self) -> StateName:
@@ -143,7 +153,7 @@ class Controller:
             walk: new.
             hold: time after which the walk ends unless `begin` came again, s.
         """
-        self._hold = hold
+        self._hold, self._player = hold, None
         if isinstance(self._state, Walking) and self._in_stride(walk):
             self.adjust(walk)
             self._planner.order, self._steering = walk.order, None
@@ -191,9 +201,20 @@ class Controller:
             self.steer(self._steering.velocity(self.here))
 
     def stop(self) -> None:
-        """Close the feet and stand; drops a walk that has not begun."""
-        self._next = None
+        """Close the feet and stand; drops a walk or a motion that has not begun."""
+        self._next = self._player = None
         self._walking.stop()  # also one that is yet to begin, behind an approach
+
+    def play(self, player: MotionPlayer | GetUp) -> None:
+        """Play a motion: from where the robot rests or lies at once, from a walk after closing the feet.
+
+        The robot stands afterwards if the motion ended so, stiff; otherwise it rests where it ended.
+
+        Args:
+            player: at the beginning of its motion.
+        """
+        self.stop()
+        self._player, self._resume = player, False
 
     def tick(self, frame: SensorFrame) -> ActuatorFrame:
         """One cycle.
@@ -203,6 +224,9 @@ class Controller:
                 Where the robot had no new answer for longer than `ControllerParameters.max_gap`, the walk
                 goes on from a stand.
         """
+        self.below = lying(frame.angle)
+        if self._seq is None and self._begins_down(frame):
+            self._get_up(frame)
         dt = self._elapsed(frame.seq)
         self.here = middle_of_soles(self._kinematics, self._odometry.update(frame))
         walking = isinstance(self._state, Walking)
@@ -211,18 +235,22 @@ class Controller:
             self._hold -= dt
             if self._hold <= 0.0:
                 self.stop()
-        if self._estimate.falling and self._state.name not in ("fallen", "motion"):
-            self._next = None
+        if self._estimate.falling and self._state.name not in ("fallen", "motion", "rest"):
+            self._next = self._player = None
             self._limp = self._gave_up = False
             self._resume = self._state.name in ("walk", "approach") and not self._stands_by(self._state)
-            self._state = Fallen(frame, self._walk.parameters.fall, braces=bool(self._motions))
+            self._state = Fallen(frame, self._walk.parameters.fall, braces=self._getting_up)
         else:
             self._recover(frame)
             if self._put_up(frame):
                 self._stand_again()
             if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.max_gap:
                 self._interrupt(self._state)
-            if self._next is not None and self._may_begin():
+            if self._state.name == "stand" and self._estimate.feedback.capture_step is not None:
+                self._begin_capture_step(self._state)
+            if self._player is not None and self._state.name in ("stand", "rest", "fallen"):
+                self._state, self._player = Moving(self._player, frame.position), None
+            elif self._next is not None and self._may_begin():
                 self._start(self._next)
             if self._state.name == "walk":
                 self._steer_to_target()
@@ -235,34 +263,54 @@ class Controller:
 
     def _make_estimator(self, parameters: ControllerParameters) -> Estimator:
         """One that remembers nothing; a robot that can get up foresees its falls."""
-        on, foresees = parameters.switches, bool(self._motions)
-        return Estimator(self._body, parameters, self._cycle, on, foresees=foresees)
+        on = parameters.switches
+        return Estimator(self._body, parameters, self._cycle, on, foresees=self._getting_up)
 
     @property
     def _recovers(self) -> bool:
         """The robot lies, and is about to try to get up."""
-        return bool(self._motions) and self._state.name == "fallen" and not self._gave_up
+        return self._getting_up and self._state.name == "fallen" and not self._gave_up
 
     def _stands_by(self, state: State) -> bool:
         """It approaches a stand and no walk."""
         return isinstance(state, Approaching) and isinstance(state.successor, Standing)
 
+    def _begins_down(self, frame: SensorFrame) -> bool:
+        """Whether the robot is to get up before anything else."""
+        may = self._getting_up or self.below == "upright"
+        return may and self.below in self._motions and not stands(self._body, frame)
+
+    def _get_up(self, frame: SensorFrame) -> None:
+        self._recovering = self._state.name == "fallen" or self.below != "upright"
+        self._state = Moving(GetUp(self._motions, self._body), frame.position)
+
     def _recover(self, frame: SensorFrame) -> None:
-        """Begin to get up, or see what came of it."""
+        """Begin to get up, or see what came of a motion."""
         state = self._state
         if isinstance(state, Moving) and state.player.done:
-            self._gave_up = state.player.failed
-            if self._gave_up:
-                self._state = Fallen(frame, self._walk.parameters.fall)
-            else:
-                self.recoveries += 1
-                self._go_on()
-        elif isinstance(state, Fallen) and self._recovers and state.settled >= REST:
-            self._state = Moving(GetUp(self._motions, self._body), frame.position)
+            self._end_motion(state, frame)
+        elif (isinstance(state, Resting) and self._next is not None) or (
+            self._recovers and state.settled >= REST
+        ):
+            self._get_up(frame)
+
+    def _end_motion(self, state: Moving, frame: SensorFrame) -> None:
+        """Stand, rest where the motion ended, or lie where getting up was given up."""
+        gets_up, self._limp = isinstance(state.player, GetUp), False
+        self._gave_up = gets_up and state.player.failed
+        if self._gave_up:
+            self._state = Fallen(frame, self._walk.parameters.fall)
+        elif gets_up:
+            self.recoveries += self._recovering
+            self._go_on()
+        elif state.stiffness == 1.0 and stands(self._body, frame):
+            self._stand_again()
+        else:
+            self._state = Resting(state.position)
 
     def _go_on(self) -> None:
         """On its feet again: to the end of the order, or stand and wait."""
-        if self._resume or not self._serves:
+        if self._next is None and (self._resume or not self._serves):
             self._begin_anew(self._walking)
         else:
             self._stand_again()
@@ -288,7 +336,7 @@ class Controller:
 
     def _put_up(self, frame: SensorFrame) -> bool:
         """Whether somebody put the robot that fell on its feet: it was limp, now it is stiff."""
-        if self._state.name != "fallen" or not self._serves:
+        if self._state.name not in ("fallen", "rest") or not self._serves:
             return False
         legs = min(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots)
         stiff = legs > 2.0 * self._state.stiffness
@@ -341,6 +389,14 @@ class Controller:
             self._state = Approaching(walk.goal, self._walking, begin)
         if fell:
             self._estimator = self._make_estimator(walk.parameters)
+
+    def _begin_capture_step(self, state: State) -> None:
+        """Make a capture step, and stand again."""
+        walk = self._walk
+        self._planner = WalkPlanner(walk.gait, self._planner.order, self.place, self.plan.step)
+        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, state)
+        self._walking.stop()
+        self._state = self._walking
 
     @property
     def telemetry(self) -> WalkTelemetry:

@@ -246,7 +246,7 @@ class WalkerProcess:
         taken = False
         for notice in self._link.notices():
             logger.log(logging.DEBUG if notice.routine else logging.WARNING, "the robot says: %s", notice.text)
-            taken = taken or notice.code in ("guard-crouch", "guard-rest")
+            taken = taken or notice.code in ("guard-crouch", "guard-sit", "guard-rest")
             if notice.code == "no-lease" and not taken:
                 self._acquire()  # ours may have been given to another while this process stood still
         return taken

@@ -18,6 +18,7 @@ from bridge.body import Body
 from bridge.errors import ConfigurationError, WalkRefused
 from bridge.messages import decode_command, encode
 from bridge.messages.walk import WalkCommand, WalkStatus
+from bridge.motion import GET_UP, GetUp, Lying, MotionPlayer, get_up_motions, named_motion
 from bridge.types import Vec3
 from walker.controller import Controller
 from walker.planning import Gait, gait_parameters, make_gait
@@ -55,6 +56,8 @@ class _Seen(NamedTuple):
     status: WalkStatus
     lies: bool
     """Fell, and is not upright again."""
+    below: Lying
+    """What of the robot is below."""
 
 
 class WalkService:
@@ -90,6 +93,8 @@ class WalkService:
         self._seen: _Seen | None = None
         self._goes_to: str | None = None
         """What bounds the way of the walk under way."""
+        self._played = ""
+        """Name of the last motion."""
         self._walkable: dict[tuple[str, GaitParameters], Gait[Any]] = {}
         self._gait_parameters(self._request)
         self._controllers(self._request)
@@ -131,7 +136,7 @@ class WalkService:
             distance=controller.walked,
             position=controller.here,
         )
-        self._seen = _Seen(status, controller.lies)
+        self._seen = _Seen(status, controller.lies, controller.below)
         for order in self._due:
             order.taken.set()
 
@@ -161,6 +166,8 @@ class WalkService:
             still = self._seen.status.state in ("stand", "fallen")
             self._hand_over(command.at, Controller.stop)
             return self._reply("Nothing is under way." if still else "Closes the feet and stands.")
+        if command.op == "motion":
+            return self._play(command)
         request = self._requested(command)
         if command.op == "set":
             return self._set(request, command)
@@ -173,6 +180,26 @@ class WalkService:
         self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
         first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
         return self._reply(f"{first} {_in_words(walk)}{_clipped(command.velocity, walk)}.")
+
+    def _play(self, command: WalkCommand) -> WalkStatus:
+        assert self._robot is not None and self._seen is not None
+        body, name, below = self._robot[0], command.motion, self._seen.below
+        player: GetUp | MotionPlayer
+        if name is None:
+            raise WalkRefused("`motion` takes the name of a motion, for example `sit-down`.")
+        if name == GET_UP:
+            motions = get_up_motions(body)
+            begins, player = tuple(motions), GetUp(motions, body)
+        else:
+            motion = named_motion(name, body, (GET_UP,))
+            begins, player = motion.begins, MotionPlayer(motion, body)
+        if below not in begins:
+            raise WalkRefused(f"No motion `{name}` of a {body.name} begins with the torso as it is: {below}.")
+        if self._seen.status.state == "rest" and name == self._played:
+            return self._reply(f"The robot rests where the motion {name} ended.")
+        self._played = name
+        self._hand_over(command.at, lambda controller: controller.play(player))
+        return self._reply(f"Plays the motion {name}; from a walk it closes the feet first.")
 
     def _set(self, request: WalkRequest, command: WalkCommand) -> WalkStatus:
         assert self._seen is not None

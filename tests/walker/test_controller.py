@@ -50,7 +50,7 @@ class Run:
         self.telemetry: list[WalkTelemetry] = []
         self.tilt: list[float] = []
         guard = Guard(BODY)
-        with EmulatedRobot(BODY, seed=1, wear=load_wear(wear)) as robot:
+        with EmulatedRobot(BODY, seed=1, engine="mujoco", wear=load_wear(wear)) as robot:
             for _ in range(most):
                 self.frames.append(robot.frame)
                 command = controller.tick(robot.frame)

@@ -11,6 +11,8 @@ from typing import Any, Final
 import pytest
 
 from bridge.body import load_body
+from bridge.body.joints import LEG_SLOTS
+from bridge.body.postures import POSTURES
 from bridge.errors import FrameError, NaoHilError, WalkRefused
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry, decode, encode
 from bridge.messages.walk import WalkCommand, WalkStatus
@@ -269,6 +271,39 @@ def test_a_robot_that_fell_walks_again_once_it_is_upright(served: Served) -> Non
     served.until("walk")
 
 
+def test_a_motion_is_played_after_closing_the_feet_and_a_walk_gets_up_from_its_end(served: Served) -> None:
+    served.ask(op="walk")
+    served.run(100)
+    served.ask(op="motion", motion="crouch")
+    served.until("motion")
+    assert "stopping" in {t.state for t in served.telemetry}
+    served.until("rest")
+    # the vendor's published posture, nearly limp
+    slots = [slot for leg in LEG_SLOTS.values() for slot in leg]
+    crouch = [POSTURES["Crouch"][slot] for slot in slots]
+    assert [served.commands[-1].position[slot] for slot in slots] == pytest.approx(crouch, abs=0.02)
+    assert set(served.commands[-1].stiffness) == {0.1}
+    assert "rests" in served.ask(op="motion", motion="crouch").text
+    served.run(200)
+    assert served.controller.state == "rest"
+    served.ask(op="walk", steps=2)
+    served.until("walk")
+    assert served.controller.recoveries == 0
+
+
+@pytest.mark.parametrize(
+    ("motion", "words"),
+    [
+        ("sit-dwn", "did you mean 'sit-down'"),
+        ("get-up-back", "begins with the torso as it is: upright"),
+        (None, "name of a motion"),
+    ],
+)
+def test_a_motion_that_cannot_be_played_is_refused(served: Served, motion: str | None, words: str) -> None:
+    with pytest.raises(WalkRefused, match=words):
+        served.ask(op="motion", motion=motion)
+
+
 def test_the_same_command_at_the_same_frame_gives_the_same_run() -> None:
     def walk() -> list[ActuatorFrame]:
         served = Served()
@@ -290,7 +325,7 @@ def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word(
     served.run(300)
     step = served.telemetry[-1].step
     reply = served.ask(op="walk", velocity=(-1.0, 0.0, 0.0))
-    assert re.search(r"at -0\.200 m/s.*-1 m/s, 0 m/s and 0 rad/s were clipped", reply.text)
+    assert re.search(r"at -0\.200 m/s.*-1 m/s, 0 m/s and 0 rad/s are beyond", reply.text)
     served.run(300)
     assert {t.state for t in served.telemetry[-600:]} == {"walk"}
     assert served.telemetry[-1].step > step

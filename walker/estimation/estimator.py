@@ -11,6 +11,7 @@ from bridge.messages import SensorFrame
 from bridge.rotations import R_yaw
 from bridge.types import Side, Vec2
 from walker.estimation.attitude import Attitude, AttitudeParameters
+from walker.estimation.capture import CaptureEstimator, CaptureParameters
 from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
 from walker.estimation.corrections import Corrections
 from walker.estimation.delay import DelayEstimator
@@ -32,6 +33,7 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     ground: GroundParameters = GroundParameters()
     lean: LeanParameters = LeanParameters()
     deviation: DeviationParameters = DeviationParameters()
+    capture: CaptureParameters = CaptureParameters()
     fall: FallParameters = FallParameters()
 
 
@@ -56,6 +58,11 @@ class EstimatorSwitches(Protocol):
     @property
     def foot_placement(self) -> bool:
         """It is learnt where the feet come down."""
+        ...
+
+    @property
+    def capture_step(self) -> bool:
+        """It is watched whether a stand holds."""
         ...
 
 
@@ -115,6 +122,7 @@ class Estimator:
             deviation=on.foothold_feedback,
             placement=on.foot_placement,
         )
+        self._capture = CaptureEstimator(parameters.capture, body) if on.capture_step else None
         self._lean = Lean(parameters.lean)
         self._heading: float | None = None
         self._predicts = on.gyroscope_lean
@@ -148,6 +156,10 @@ class Estimator:
         turn = (heading - self._heading) / dt if self._heading is not None and dt > 0.0 else 0.0
         self._heading = heading
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
+        feedback = self._deviation.update(frame.position, lean, plan, dt)
+        if self._capture is not None:
+            measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
+            feedback = feedback._replace(capture_step=measured)
         return Estimate(
             contacts,
             zmp,
@@ -157,7 +169,7 @@ class Estimator:
             self._delay.mean,
             self._delay.gap,
             self._lean.swing if self._predicts else None,
-            self._deviation.update(frame.position, lean, plan, dt),
+            feedback,
         )
 
     def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:

@@ -8,6 +8,15 @@ from bridge.types import Vec2
 from walker.planning.plan import Foothold
 
 
+class CaptureStep(NamedTuple):
+    """Measured pendulum of a robot that falls unless it makes a capture step."""
+
+    com: Vec2
+    """Centre of mass, m."""
+    xi: Vec2
+    """Capture point, m."""
+
+
 class Feedback(NamedTuple):
     """Measured, in the frame of the plan."""
 
@@ -16,9 +25,14 @@ class Feedback(NamedTuple):
     placement: float = 0.0
     """Way by which the feet come down behind their footholds, along the heading of the stance foot, m."""
 
-    def turned(self, yaw: float) -> Feedback:
-        """The same in a frame in which this one's x axis has the direction `yaw`, rad."""
-        return Feedback(Foothold(yaw=yaw).point(*self.deviation), self.placement)
+    capture_step: CaptureStep | None = None
+    """While the robot makes a capture step; when this cycle's command is carried out."""
+
+    def seen_from(self, origin: Foothold) -> Feedback:
+        """The same in the frame of a pose on the ground."""
+        deviation = Foothold(yaw=-origin.yaw).point(*self.deviation)
+        measured = self.capture_step and CaptureStep(*(origin.local(*each) for each in self.capture_step))
+        return Feedback(deviation, self.placement, measured)
 
 
 NONE = Feedback()

@@ -82,4 +82,4 @@ def clipped_in_words(wanted: Vec3, walked: Vec3) -> str:
     if math.dist(wanted, walked) < 1e-9:
         return ""
     x, y, turn = wanted
-    return f"{x:g} m/s, {y:g} m/s and {turn:g} rad/s were clipped to the gait's limits"
+    return f"{x:g} m/s, {y:g} m/s and {turn:g} rad/s are beyond the gait's limits and were scaled down together"

@@ -133,6 +133,8 @@ class Plan:
     """Height of the hip joints (frame 0 of the legs) above the nominal ground, m."""
     pendulum: Pendulum | None = None
     """Of gaits that take `Feedback`; None: the others."""
+    level: Side | None = None
+    """In a capture step, the foot whose sole is to be level however the torso leans."""
 
     @property
     def middle(self) -> Foothold:

@@ -44,7 +44,7 @@ class WalkPlanner:
             walk: as in `GaitCommand`.
             feedback: as in `GaitCommand`, in the walk frame.
         """
-        local = feedback.turned(-self._origin.yaw)
+        local = feedback.seen_from(self._origin)
         last = max(self.order.steps - self._steps, 0)
         plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last, local))
         self.plan = plan.moved(self._origin, self._steps)

@@ -65,6 +65,7 @@ class Stabilizer:
         self._ground_rate = parameters.ground.max_rate if on.ground_tilt else 0.0
         self._ground: Vec2 = (0.0, 0.0)
         self._height_recovery_rate = parameters.height_recovery_rate if on.height_recovery else 0.0
+        self._solved: tuple[float, ...] = ()
         self._torso = _torso_control(parameters, cycle)
         self._damping = GyroDamping(parameters.damping, cycle) if on.gyroscope_damping else None
 
@@ -195,11 +196,17 @@ class Stabilizer:
         return roll, pitch
 
     def _solve(self, plan: Plan, lift: Vec2) -> list[float]:
-        try:
-            return list(self._pose.unlimited_angles(_lifted(plan, lift), self._ground))
-        except UnreachableError:
-            # The plan alone, on level ground, was found to be in reach before the walk began.
-            return list(self._pose.unlimited_angles(plan))
+        """Angles as corrected; where out of reach, as planned on level ground; then those of the last cycle.
+
+        Before a walk began its plan was found to be in reach; a capture step was not.
+        """
+        for planned, ground in ((_lifted(plan, lift), self._ground), (plan, None)):
+            try:
+                self._solved = self._pose.unlimited_angles(planned, ground)
+                break
+            except UnreachableError:
+                continue
+        return list(self._solved)
 
     def _turn_ankle(
         self,

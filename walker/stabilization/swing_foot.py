@@ -32,6 +32,8 @@ class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, 
     """Fraction of the measured angle that is compensated."""
     max_angle: Positive = math.radians(12.0)
     """Largest turn about an axis, rad: 12 degrees of roll lift the foot by 20 mm."""
+    level_angle: Positive = 0.45
+    """The same of a foot that is to be level in a capture step, all of the angle."""
     max_rate: Positive = 1.5
     """Fastest change in the air, rad/s."""
     return_rate: Positive = 0.2
@@ -75,7 +77,11 @@ class SwingFootOrientation:
         feet = {"L": plan.left, "R": plan.right}
         corrections: dict[Side, SwingFootCorrection] = {}
         for side in _SIDES:
-            roll, pitch = self._turn[side] = self._next(side, angle, support_state, contacts.of(side), dt)
+            if plan.level == side:
+                turn = self._towards(side, angle, 1.0, self._p.level_angle, dt)
+            else:
+                turn = self._next(side, angle, support_state, contacts.of(side), dt)
+            roll, pitch = self._turn[side] = turn
             foot, other = feet[side], feet[OTHER[side]]
             # The torso's angles are about axes that head along the mean of both soles.
             ahead, across = Foothold(other.x, other.y, plan.middle.yaw).local(foot.x, foot.y)
@@ -89,8 +95,11 @@ class SwingFootOrientation:
             return roll - clip(roll, -step, step), pitch - clip(pitch, -step, step)
         if contact and support_state.progress > APEX:
             return roll, pitch  # it stands: from here on the torso's turn is no longer the foot's
-        gain, step = p.gain * (1.0 - kept(support_state.progress)), p.max_rate * dt
-        wanted = (-gain * clip(a, -p.max_angle, p.max_angle) for a in angle)
+        return self._towards(side, angle, p.gain * (1.0 - kept(support_state.progress)), p.max_angle, dt)
+
+    def _towards(self, side: Side, angle: Vec2, gain: float, bound: float, dt: float) -> Vec2:
+        step = self._p.max_rate * dt
+        wanted = (-gain * clip(a, -bound, bound) for a in angle)
         return tuple(  # type: ignore[return-value]
-            now + clip(goal - now, -step, step) for now, goal in zip((roll, pitch), wanted, strict=True)
+            now + clip(goal - now, -step, step) for now, goal in zip(self._turn[side], wanted, strict=True)
         )

@@ -42,6 +42,8 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Footholds follow the measured capture point, in gaits that can move them."""
     foot_placement: bool = False
     """The swing foot is aimed beside its foothold by the way by which the feet missed theirs before."""
+    capture_step: bool = False
+    """A robot that stands answers a push by a capture step, with gaits that can."""
 
 
 StabilizerName = Literal["own", "thesis", "none"]

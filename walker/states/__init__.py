@@ -1,10 +1,11 @@
-"""The states of a walk, one per file: approach, walk, stand, fallen, motion."""
+"""The states of a walk, one per file: approach, walk, stand, fallen, motion, rest."""
 
 from walker.states.approach import Approaching
 from walker.states.fallen import Fallen
 from walker.states.motion import Moving
+from walker.states.rest import Resting
 from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
 
-__all__ = ["Approaching", "Fallen", "Moving", "Standing", "State", "StateName", "Walking"]
+__all__ = ["Approaching", "Fallen", "Moving", "Resting", "Standing", "State", "StateName", "Walking"]

@@ -1,4 +1,4 @@
-"""A key-frame motion under way: getting up, sitting down."""
+"""A key-frame motion under way: getting up, or one that was ordered."""
 
 from __future__ import annotations
 

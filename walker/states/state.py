@@ -7,7 +7,7 @@ from typing import Literal, Protocol
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
 
-StateName = Literal["approach", "walk", "stopping", "stand", "fallen", "motion"]
+StateName = Literal["approach", "walk", "stopping", "stand", "fallen", "motion", "rest"]
 
 
 class State(Protocol):

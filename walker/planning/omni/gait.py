@@ -5,6 +5,9 @@ capture point to where the first step needs it. At every instant of a step the f
 lets the walk go on for ever at the velocity in force, from the capture point that the pendulum will have
 (`capture_point`). In `stop` a resting ZMP leads the capture point to the middle between the feet.
 
+A push that ends a stand begins a step at once, which follows the measured capture point; then come stop, start,
+a closing step, and stop.
+
 The velocity of a step counts for all the steps planned after it: a new command needs no new plan, only another
 foothold.
 """
@@ -17,7 +20,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from bridge.body import Body
+from bridge.body.sole import sole_hull
 from bridge.types import Side, Vec2, Vec3
+from walker.planning.feedback import CaptureStep
 from walker.planning.gait import GaitCommand
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
 from walker.planning.omni.footholds import allowed, approached, following, steps_to_rest, zmp_under
@@ -34,6 +39,8 @@ _SETTLING: Final = 3.0
 """Duration of `stop` over that of the capture point's way to the middle."""
 _LANDING: Final = 0.03
 """s before touch-down in which feedback moves the foothold no more."""
+_APART: Final = 0.005
+"""m; feet farther off their places side by side are closed."""
 _REST: Final[Vec3] = (0.0, 0.0, 0.0)
 
 
@@ -62,6 +69,8 @@ class OmniState:
     step: int = 0
     closing: bool = False
     """The step under way brings the feet side by side."""
+    capture_step: bool = False
+    """The step under way is a capture step: it follows the measured capture point."""
     adjustment: Vec2 = (0.0, 0.0)
     """By which feedback moved the target, m."""
     behind: Vec2 = (0.0, 0.0)
@@ -91,6 +100,8 @@ class OmniGait:
         self._p = self.limits = parameters
         self._omega = LinearPendulum(parameters.z).nu
         self._rho = transfer_weight(self._omega, parameters.T_DSP)
+        x, y = sole_hull(body, "L").T
+        self._heel, self._toe, self._outer = float(x.min()), float(x.max()), float(y.max())
         self._hip_height = parameters.l_GH + body.lengths.FootHeight
 
     def initial(self) -> OmniState:
@@ -102,14 +113,20 @@ class OmniGait:
 
     def step(self, state: OmniState, dt: float, command: GaitCommand) -> tuple[Plan, OmniState]:
         """The plan and the state `dt` seconds later; see `Gait.step`."""
-        if state.phase == "stand":
+        measured = command.feedback.capture_step
+        if measured is not None and state.phase in ("stand", "stop"):
+            state = self._begin_capture_step(state, measured)
+        elif state.phase == "stand":
             if not command.walk:
                 return self._plan(state, command), state
             state = self._start(state)
         left = dt
         while state.phase != "stand" and left > _EPSILON:
             part = min(left, max(self._duration(state) - state.t, 0.0))
-            state = self._advance(state, part, command.feedback.deviation)
+            if state.single and state.capture_step and measured is not None:
+                state = self._follow(state, part, measured)
+            else:
+                state = self._advance(state, part, command.feedback.deviation)
             left -= part
             if state.t >= self._duration(state) - _EPSILON:
                 state = self._next_phase(state, command)
@@ -117,7 +134,7 @@ class OmniGait:
 
     def _duration(self, state: OmniState) -> float:
         if state.single:
-            return self._p.T
+            return self._p.T_capture if state.capture_step else self._p.T
         return self._p.T_start * (_SETTLING if state.phase == "stop" else 1.0)
 
     def _advance(self, state: OmniState, dt: float, deviation: Vec2) -> OmniState:
@@ -129,7 +146,7 @@ class OmniGait:
             (p + (c - p) * shrink + 0.5 * (x - p) * (grow - shrink), p + (x - p) * grow)
             for c, x, p in zip(state.com, state.xi, zmp, strict=True)
         )
-        keep = math.exp(-dt / self._p.catch_up_time)
+        keep = math.exp(-dt / (self._p.capture_settling_time if state.capture_step else self._p.catch_up_time))
         behind = (state.behind[0] * keep, state.behind[1] * keep)
         state = replace(state, com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt, behind=behind)
         if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
@@ -141,9 +158,38 @@ class OmniGait:
             state = replace(state, target=adjusted, adjustment=by)
         return state
 
+    def _begin_capture_step(self, state: OmniState, measured: CaptureStep) -> OmniState:
+        """Begin a step at once with the foot that the capture point is farther from: it bears less."""
+        feet = {state.swing: state.lifted, OTHER_SIDE[state.swing]: state.stance}
+        a, b = (math.dist(measured.xi, feet[side][:2]) for side in ("L", "R"))
+        side: Side = "R" if a < b else "L"
+        state = replace(state, swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
+        phase: Phase = "SSL" if state.swing == "R" else "SSR"
+        return replace(state, phase=phase, t=0.0, velocity=_REST, closing=False, capture_step=True)
+
+    def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
+        """A step `dt` seconds later that goes where the measured capture point needs it."""
+        p = self._p
+        (x, y), (c_x, c_y) = measured.com, state.com
+        behind = c_x + state.behind[0] - x, c_y + state.behind[1] - y
+        zmp = self._edge(state, measured.xi)
+        state = replace(state, com=measured.com, xi=measured.xi, zmp=zmp, behind=behind, t=state.t + dt)
+        if state.t < p.T_capture - _LANDING:
+            state = replace(state, target=self._target(state))
+        return state
+
+    def _edge(self, state: OmniState, xi: Vec2) -> Vec2:
+        """The point of the stance sole, its inner half left aside, nearest to the capture point, m."""
+        x, y = state.stance.local(*xi)
+        sign = SIGN[state.swing]
+        outward = min(max(-sign * y, 0.0), self._outer)
+        return state.stance.point(min(max(x, self._heel), self._toe), -sign * outward)
+
     def _zmp(self, state: OmniState, t: float) -> Vec2:
         """Planned ZMP at a time of the phase, m."""
         p = self._p
+        if state.capture_step:
+            return state.zmp
         if not state.single:
             settling = state.phase == "stop" and t > p.T_start
             return state.xi if settling else state.zmp
@@ -167,8 +213,8 @@ class OmniGait:
         xi_end = (1 - rho) p_1 + rho p_0 + b, with b from a walk whose p_0 and p_1 both are at the origin.
         """
         p, side = self._p, state.swing
-        zmp = zmp_under(p, OTHER_SIDE[side], state.stance)
-        grow = math.exp(self._omega * max(p.T - state.t, 0.0))
+        zmp = state.zmp if state.capture_step else zmp_under(p, OTHER_SIDE[side], state.stance)
+        grow = math.exp(self._omega * max(self._duration(state) - state.t, 0.0))
         first = Foothold(yaw=following(p, state.stance, side, state.velocity).yaw)
         zmps = list(self._walk_on(first, side, state.velocity))
         ahead = zmps[0]
@@ -189,7 +235,8 @@ class OmniGait:
             for d, gain, band in zip((dx, dy), p.foothold_gain, p.foothold_deadband, strict=True)
         ]
         x, y = Foothold(yaw=state.stance.yaw).point(wished[0], wished[1])
-        moved = allowed(p, state.stance, state.swing, Foothold(target.x + x, target.y + y, target.yaw))
+        wish = Foothold(target.x + x, target.y + y, target.yaw)
+        moved = allowed(p, state.stance, state.swing, wish)
         return moved.x - target.x, moved.y - target.y
 
     def _start(self, state: OmniState) -> OmniState:
@@ -205,13 +252,16 @@ class OmniGait:
             (xi * grow - a + rho * c) / (grow - 1.0 + rho)
             for xi, a, c in zip(state.xi, needed, state.com, strict=True)
         )
-        return replace(state, phase="start", t=0.0, zmp=(x, y))
+        return replace(state, phase="start", t=0.0, zmp=(x, y), capture_step=False)
 
     def _next_phase(self, state: OmniState, command: GaitCommand) -> OmniState:
         if state.phase == "start":
             return self._begin_step(state, command)
         if state.phase == "stop":
-            return replace(state, phase="stand", t=0.0, closing=False, velocity=_REST)
+            apart = state.stance.local(*state.lifted[:2])
+            if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
+                return self._start(state)
+            return replace(state, phase="stand", t=0.0, closing=False, capture_step=False, velocity=_REST)
         stance_side = OTHER_SIDE[state.swing]
         dx, dy = state.adjustment
         state = replace(
@@ -232,6 +282,8 @@ class OmniGait:
             zmp=(old[0] + dx, old[1] + dy),
             step=state.step + 1,
         )
+        if state.capture_step:
+            return self._rest(landed)
         return self._stop(landed) if state.closing else self._begin_step(landed, command)
 
     def _begin_step(self, state: OmniState, command: GaitCommand) -> OmniState:
@@ -248,6 +300,14 @@ class OmniGait:
         target = following(p, state.stance, state.swing, velocity)
         return replace(state, phase=phase, t=0.0, velocity=velocity, target=target, closing=closing)
 
+    def _rest(self, state: OmniState) -> OmniState:
+        """Stay on both feet after a capture step; the centre of mass comes to the middle between them."""
+        a = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
+        b = zmp_under(self._p, state.swing, state.lifted)
+        x, y = middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
+        behind = state.com[0] + state.behind[0] - x, state.com[1] + state.behind[1] - y
+        return replace(state, phase="stop", t=0.0, com=middle, xi=middle, zmp=middle, behind=behind)
+
     def _stop(self, state: OmniState) -> OmniState:
         """Lead the capture point by a resting ZMP to the middle between the feet."""
         a = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
@@ -258,7 +318,8 @@ class OmniGait:
 
     def _swung(self, state: OmniState) -> float:
         """Fraction of the swing that has passed."""
-        return min(max((state.t - self._p.T_DSP) / (self._p.T - self._p.T_DSP), 0.0), 1.0)
+        rests = 0.0 if state.capture_step else self._p.T_DSP
+        return min(max((state.t - rests) / (self._duration(state) - rests), 0.0), 1.0)
 
     def _way(self, state: OmniState) -> float:
         """Fraction of its way that the swing foot has made."""
@@ -295,6 +356,7 @@ class OmniGait:
             zmp=self._zmp(state, state.t),
             hip_height=self._hip_height,
             pendulum=Pendulum(state.com, self._omega, state.target, state.moved),
+            level=state.swing if state.capture_step and state.single else None,
         )
 
 

@@ -60,6 +60,10 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     """Deviation now that is left alone, m."""
     catch_up_time: Positive = 0.15
     """Time constant with which the planned centre of mass follows the pendulum after a moved foothold, s."""
+    T_capture: Positive
+    """Duration of a capture step, s."""
+    capture_settling_time: Positive
+    """Time constant with which the planned centre of mass comes between the feet after a capture step, s."""
     turn_share: Share
     """Share of a turn made by the steps of the foot on the inner side, which turn the toes outward."""
     first_swing: Literal["L", "R"] = "R"

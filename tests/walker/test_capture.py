@@ -1,0 +1,79 @@
+"""Steps out of a push from a stand: the closed form of the inverted pendulum, and where the feet go."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from bridge.body import load_body
+from bridge.body.sole import foot_centre
+from walker.estimation.capture import CaptureEstimator, CaptureParameters
+from walker.model.com import CentreOfMass
+from walker.model.gravity import GRAVITY
+from walker.planning import GaitCommand, gait_parameters, make_gait, standing_plan
+from walker.planning.feedback import CaptureStep, Feedback
+from walker.planning.pose import PoseMaker
+
+BODY = load_body("nao-v6")
+P = gait_parameters("omni")
+OMEGA = math.sqrt(GRAVITY / P.z)
+TOE, HEEL = (max(x for x, _ in BODY.foot.sole), min(x for x, _ in BODY.foot.sole))
+STAND = standing_plan(make_gait("omni", P, BODY))
+ANGLES = PoseMaker(BODY, STAND).unlimited_angles(STAND)
+WEIGHT = 50.0
+
+
+def tips(pitch, rate, load=WEIGHT):
+    """What a robot that is turned as a whole by `pitch` (rad) and turns at `rate` (rad/s) is taken for."""
+    estimator = CaptureEstimator(CaptureParameters(), BODY)
+    return estimator.update(ANGLES, (0.0, pitch), (0.0, rate, 0.0), load, STAND, 0.01)
+
+
+@pytest.mark.parametrize(("pitch", "edge"), [(0.1, TOE), (-0.1, HEEL)])
+def test_a_stand_is_lost_when_the_capture_point_of_the_rigid_body_leaves_the_soles(pitch, edge):
+    """Turned about the middle of the soles: x = r_x cos + r_z sin, x' = rate (r_z cos - r_x sin)."""
+    _x, _y, z = CentreOfMass(BODY)(ANGLES)
+    middle = foot_centre(BODY, "L")[0]
+    ankle = P.zmp_x  # the stand has its mass so far ahead of the ankles
+    r_x, r_z = ankle - middle, P.l_GH + BODY.lengths.FootHeight + BODY.lengths.HipOffsetZ + z
+    at = r_x * math.cos(pitch) + r_z * math.sin(pitch) + middle
+    lever = r_z * math.cos(pitch) - r_x * math.sin(pitch)
+    rate = OMEGA * (edge - at) / lever
+    step = math.copysign(0.03, edge)
+    assert tips(pitch, rate - step) is None
+    assert tips(pitch, rate + step, load=5.0) is None  # in the hand
+    found = tips(pitch, rate + step)
+    assert found is not None
+    latency = CaptureParameters().latency
+    beyond = step * lever / OMEGA * math.exp(OMEGA * latency)
+    assert found.xi == pytest.approx((edge + beyond, 0.0), abs=1e-3)
+    assert found.com == pytest.approx((at + latency * (rate + step) * lever, 0.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(("edge", "side"), [(TOE, 0.02), (HEEL, 0.02), (TOE, -0.02), (HEEL, -0.02)])
+def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_close_again(edge, side):
+    """xi = p + (xi_0 - p) e^(w t) with the ZMP p on the edge over which the robot tips."""
+    gait = make_gait("omni", P, BODY)
+    state, plans = gait.initial(), []
+    beyond = math.copysign(0.02, edge)
+    for k in range(600):
+        xi = edge + beyond * math.exp(OMEGA * 0.01 * k)
+        steps = not plans or plans[-1].phase in ("SSL", "SSR")
+        seen = CaptureStep((0.8 * edge, side), (xi, side)) if steps else None
+        if plans and plans[-1].step:
+            seen = None
+        plan, state = gait.step(state, 0.01, GaitCommand(walk=False, feedback=Feedback(capture_step=seen)))
+        plans.append(plan)
+        if plan.phase == "stand":
+            break
+    assert plans[0].support == ("L" if side > 0.0 else "R")
+    landed = next(plan for plan in plans if plan.step == 1)
+    foot = landed.right if side > 0.0 else landed.left
+    xi = edge + beyond * math.exp(OMEGA * P.T_capture)
+    assert foot.x + HEEL < xi < foot.x + TOE
+    last = plans[-1]
+    assert last.phase == "stand"
+    assert math.dist((last.left.x, last.left.y), (last.right.x, last.right.y)) == pytest.approx(
+        P.l_FA, abs=1e-6
+    )
