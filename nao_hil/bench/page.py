@@ -26,7 +26,8 @@ LOOK = {
     "fov": 1.0,
     "near": 0.01,
     "far": 100.0,
-    "aspect": 1.5,
+    "image_height": 800,
+    "image_width": 1280,
     "look_at": (0.0, 0.0, 0.0),
     "up_direction": (0.0, 0.0, 1.0),
 }
@@ -73,10 +74,20 @@ class _Eye:
 
     def look(self) -> None:
         """Until `close`."""
+        import viser
         from websockets.exceptions import ConnectionClosed
         from websockets.sync.client import connect
+        from websockets.typing import Origin, Subprotocol
 
-        with connect(f"ws://127.0.0.1:{self.port}", max_size=None, compression=None) as page:
+        own = f"127.0.0.1:{self.port}"
+        protocol = Subprotocol(f"viser-v{viser.__version__}")
+        with connect(
+            f"ws://{own}",
+            origin=Origin(f"http://{own}"),
+            subprotocols=[protocol],
+            max_size=None,
+            compression=None,
+        ) as page:
             page.send(msgspec.msgpack.encode(LOOK))
             while not self._stop.is_set():
                 try:
@@ -110,6 +121,8 @@ def _walk(seconds: float, eye: _Eye | None) -> dict[str, float]:
         if eye is not None and page is not None:
             eye.close()
             page.end(5.0)
+            if eye.messages == 0:
+                raise LinkError("the page sent nothing to somebody who looks at it.")
     if outcome.result is None:
         raise LinkError(f"the robot's process failed: {outcome.error}")
     lateness: dict[str, float] = outcome.result["timing"]["lateness"]

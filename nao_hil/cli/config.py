@@ -42,13 +42,12 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
 def _check_run(settings: RunConfig) -> None:
     """Everything that a run would find wrong before the first cycle."""
     # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from nao_hil.runs.build import check_robot
     from walker.planning import gait_parameters, make_gait
     from walker.planning.walkable import check_walkable
     from walker.stabilization.parameters import controller_parameters
 
-    body = load_body(settings.robot)
-    load_wear(settings.wear, body)
-    load_scenario(settings.scenario)
+    body = check_robot(settings)
     controller_parameters(settings.gait, settings.controller)
     parameters = gait_parameters(settings.gait, settings.parameters)
     check_walkable(body, make_gait(settings.gait, parameters, body))

@@ -10,7 +10,7 @@ import msgspec
 import typer
 from rich.console import Console
 
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.host import robot_info
@@ -48,13 +48,16 @@ def emulate(
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
     """
+    # Imported late: the walker's machine has no PyBullet, and the command line must start there too.
+    from nao_hil.runs.build import check_robot
+
     if settings.mode == "in-process":
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()
     settings = chosen_engine(settings, console)
     stop = threading.Event()
     on_signals(stop.set)
-    body = load_body(settings.robot)
+    body = check_robot(settings)
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
     directory = RunDirectory(out)
     if directory.clear():

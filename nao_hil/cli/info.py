@@ -47,7 +47,10 @@ def _rows(c: Any) -> list[tuple[str, str]]:
         ("cycles", f"{c.cycles}, {c.gaps} not recorded, {c.cycles_missed} missed by the controller"),
         ("messages", ", ".join(f"{topic} {n}" for topic, n in c.messages.items() if n) or "none"),
         ("notices", ", ".join(f"{code} {n}" for code, n in c.notices.items()) or "none"),
-        ("steps", str(c.steps)),
+        (
+            "steps",
+            str(c.steps) if c.messages["walk/telemetry"] else "not told: the controller sends no telemetry",
+        ),
         ("largest torso tilt", f"{math.degrees(c.torso_max):.2f} deg"),
     ]
     if c.fell is not None:

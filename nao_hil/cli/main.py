@@ -174,10 +174,10 @@ def run(arguments: list[str] | None = None) -> int:
     try:
         result: Any = app(args=arguments, standalone_mode=False)
     except _ClickException as error:
-        if sentence := _in_words(
-            error.format_message()
-        ):  # a command without arguments has shown its help instead
-            _tell(sentence)
+        # A command without arguments has shown its help instead.
+        if sentence := _in_words(error.format_message()):
+            many = getattr(getattr(error, "param", None), "nargs", 1)
+            _tell(f"{sentence}; it takes {many} of them" if many > 1 else sentence)
         return 2
     except NaoHilError as error:
         _tell(str(error))

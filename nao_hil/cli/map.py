@@ -11,6 +11,7 @@ import typer
 from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
@@ -27,6 +28,7 @@ def map_(
     gait: options.Gait = None,
     robot: options.Body = None,
     wear: options.Wear = None,
+    engine: options.Engine = None,
     scenario: options.Scenario = None,
     config: options.Config = None,
     seeds: Annotated[int, typer.Option("--seeds", help="Most walks of a cell.", min=4, metavar="N")] = 20,
@@ -47,14 +49,15 @@ def map_(
     from nao_hil.runs.walk import Walk
 
     axes = parse_axis(x), parse_axis(y)
-    settings = run_config(config, gait=gait, robot=robot, wear=wear, scenario=scenario)
+    console = open_console()
+    settings = run_config(config, gait=gait, robot=robot, wear=wear, engine=engine, scenario=scenario)
+    settings = chosen_engine(settings, console)
     world = load_scenario(settings.scenario)
     task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
     directory = RunDirectory(out)
     directory.write_config(settings)
     stop = threading.Event()
     on_signals(stop.set)
-    console = open_console()
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Final
+import time
+from typing import Annotated, Any, Final
 
 import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
+from bridge.link import DEFAULT_ROBOT
+from bridge.link.walk_client import WalkClient
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
 from nao_hil.runs.config import run_config
 
-GET_UP: Final = "get-up"
-"""In place of a motion's name: the one for how the robot lies, again until it stands."""
+_LONGEST: Final = 120.0
+"""s of the clock after which nobody waits any longer for a motion on the link."""
+_LOOK: Final = 0.05
+"""s between two looks."""
+_BEGINS: Final = 300
+"""Cycles after which a motion that was not seen has been: the robot stood already."""
 
 
 def motion(
@@ -30,17 +37,37 @@ def motion(
     tries: Annotated[
         int | None, typer.Option("--tries", min=1, max=20, help="At most so many tries of get-up; default: 5.")
     ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            "--connect",
+            help="Let the walker of the robot there play it; started with --serve.",
+            metavar="ENDPOINT",
+        ),
+    ] = None,
+    name_on_link: options.Name = DEFAULT_ROBOT,
     as_json: options.Json = False,
 ) -> int:
     """Play a key-frame motion on an emulated robot in this process, and tell whether it stands.
 
     Without --start the robot lies as the motion begins. `get-up` plays the motion for how the robot lies, again
-    until it stands.
+    until it stands. With --connect the walker that serves a robot plays it, after closing the feet; the robot
+    then stands, or rests where the motion ended.
 
     Example: nao-hil motion get-up --robot nao-v6 --start lie-side --seed 1
+
+    Example: nao-hil motion sit-down --connect tcp/127.0.0.1:7447
     """
+    if connect is not None:
+        own = {"--robot": robot, "--wear": wear, "--engine": engine, "--start": start, "--seed": seed}
+        for option, value in (own | {"--tries": tries}).items():
+            if value is not None:
+                raise ConfigurationError(
+                    f"{option} is for a robot in this process; the one at {connect} has its own."
+                )
+        return _on_link(name, name_on_link, connect, as_json=as_json)
     # imported late: help and completion need neither physics nor SciPy
-    from bridge.motion import GetUp, MotionPlayer, get_up_motions, load_motion
+    from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion
     from bridge.motion.get_up import TRIES
     from nao_hil.runs.build import build_robot
     from nao_hil.runs.motion import BEGINS, play
@@ -68,3 +95,23 @@ def motion(
     else:
         print(json.dumps(msgspec.to_builtins(result)))
     return 0 if result.stands else 1
+
+
+def _on_link(motion: str, robot: str, connect: str, *, as_json: bool) -> int:
+    """Order a motion, and wait until the robot stands, rests or lies."""
+    with WalkClient(robot, connect) as walker:
+        first = walker.motion(motion)
+        open_console().print(first.text)
+        state, seen, end = first.state, False, time.monotonic() + _LONGEST
+        while time.monotonic() < end:
+            status = walker.status()
+            state, seen = status.state, seen or status.state == "motion"
+            if state in ("stand", "rest", "fallen") and (seen or status.seq > first.seq + _BEGINS):
+                break
+            time.sleep(_LOOK)
+    result: dict[str, Any] = {"motion": motion, "state": state, "stands": state == "stand"}
+    if as_json:
+        print(json.dumps(result))
+    else:
+        open_console().print(f"{motion}: the robot is in state `{state}`")
+    return 0 if state in ("stand", "rest") else 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,13 @@ from nao_hil.runs.folder import RunDirectory
 
 
 def conclude(
-    summary: dict[str, Any], directory: RunDirectory, console: Console, *, interrupted: bool, as_json: bool
+    summary: dict[str, Any],
+    directory: RunDirectory,
+    console: Console,
+    *,
+    interrupted: bool,
+    as_json: bool,
+    target: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Add the diagnosis, write the summary and show it.
 
@@ -24,6 +31,7 @@ def conclude(
         console: Terminal.
         interrupted: The run was ended by a signal.
         as_json: Print the JSON as well.
+        target: Place to which it was to walk, m, m, rad, in the frame of its first pose; empty: none.
 
     Returns:
         The summary with the diagnosis.
@@ -31,7 +39,7 @@ def conclude(
     recording = directory.last_recording(summary["resets"])
     summary = summary | {"diagnosis": _diagnosis(directory, summary["resets"]) if summary["fell"] else None}
     directory.write_summary(summary)
-    _show(summary, recording, console, interrupted)
+    _show(summary, recording, console, interrupted, target)
     if as_json:
         print(json.dumps(summary), flush=True)
     return summary
@@ -54,15 +62,24 @@ def _fell(summary: dict[str, Any]) -> str:
     return f"The robot fell{times}{resets}"
 
 
-def _show(summary: dict[str, Any], recording: Path, console: Console, interrupted: bool) -> None:
+def _show(
+    summary: dict[str, Any], recording: Path, console: Console, interrupted: bool, target: Sequence[float]
+) -> None:
     ending = _fell(summary) if summary["fell"] else "Interrupted" if interrupted else "The robot stands"
     table = Table(title=ending, show_header=False)
     table.add_column()
     table.add_column(overflow="fold")
     table.add_row("steps", str(summary["steps"]))
-    table.add_row("distance", f"{summary['distance']:.3f} m")
-    table.add_row("speed over ground", f"{summary['speed']:.4f} m/s")
-    table.add_row("largest torso tilt", f"{math.degrees(summary['torso_max']):.2f} deg")
+    x, y, turn = summary["displacement"]
+    table.add_row("went", f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {math.degrees(turn):.1f} deg")
+    if target:
+        table.add_row("from its place", f"{math.hypot(target[0] - x, target[1] - y):.3f} m")
+    table.add_row("mean speed", f"{summary['speed']:.4f} m/s, start and stop included")
+    if any(summary["velocity"]):
+        x, y, turn = summary["velocity"]
+        table.add_row("velocity after 2 s", f"{x:.3f}, {y:.3f} m/s, {turn:.3f} rad/s")
+    if summary["torso_max"]:
+        table.add_row("largest torso tilt", f"{math.degrees(summary['torso_max']):.2f} deg")
     table.add_row("real-time factor", f"{summary['real_time_factor']:.2f}")
     table.add_row("cycles", f"{summary['cycles']}, {summary['cycles_missed']} missed")
     table.add_row("recording", str(recording))

@@ -22,6 +22,7 @@ import typer
 from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
 from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT
+from bridge.link.certificates import split_endpoint
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import on_signals
@@ -112,10 +113,10 @@ def run_program(
 
 def _missing(robot: str | None, url: str, connect: str, folder: Path) -> list[tuple[str, list[str]]]:
     """Name and command of each process that does not run yet."""
-    kind, _, place = connect.partition("/")
+    kind, _, place = split_endpoint(connect)[0].partition("/")
     host, _, port = place.rpartition(":")
     server = ("server", ["serve", "naoqi", "--listen", url, "--connect", connect])
-    if kind == "tcp" and port.isdecimal() and _answers(host, int(port)):
+    if kind in ("tcp", "tls", "ws") and port.isdecimal() and _answers(host, int(port)):
         return [server]
     body = robot or "nao-v5"
     return [("robot", ["emulate", "--robot", body, "--listen", connect, "--out", str(folder / "run")]), server]

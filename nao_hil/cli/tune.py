@@ -14,6 +14,7 @@ from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
+from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
@@ -31,6 +32,7 @@ def tune(
         Path | None, typer.Option("--space", help="TOML with the same: NAME = [LOW, HIGH].", metavar="FILE")
     ] = None,
     gait: options.Gait = None,
+    engine: options.Engine = None,
     config: options.Config = None,
     robot: Annotated[list[str] | None, typer.Option("--robot", help="Body; may be repeated.")] = None,
     wear: Annotated[list[str] | None, typer.Option("--wear", help="Wear; may be repeated.")] = None,
@@ -64,7 +66,8 @@ def tune(
     from nao_hil.runs.campaign import Campaign
 
     dimensions: dict[str, Range] = read_space(ranges or [], space)
-    base = run_config(config, gait=gait)
+    console = open_console()
+    base = chosen_engine(run_config(config, gait=gait, engine=engine), console)
     ensemble = Ensemble(
         base=base,
         robots=tuple(robot or [base.robot]),
@@ -83,7 +86,6 @@ def tune(
         studies.enqueue(kept, before)
     stop = threading.Event()
     on_signals(stop.set)
-    console = open_console()
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,

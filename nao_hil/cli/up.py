@@ -9,6 +9,7 @@ import msgspec
 
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.link.session import check_free
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
@@ -59,6 +60,8 @@ def up(
         open_console().print(clipped, highlight=False)
     if settings.mode == "in-process" and (serve or view):
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
+    if settings.mode != "in-process":
+        check_free(listen)
     directory = new_folder(settings, out)
     if settings.mode == "in-process":
         return _in_process(settings, directory, as_json)
@@ -67,7 +70,14 @@ def up(
 
 
 def new_folder(settings: RunConfig, out: Path | None) -> RunDirectory:
-    """The folder of a run, with its configuration. Raises ConfigurationError where it cannot be made."""
+    """The folder of a run, with its configuration.
+
+    Raises:
+        ConfigurationError: it cannot be made, or the run could not begin; what was in the folder stays then.
+    """
+    from nao_hil.runs.build import check_robot  # imported late: as in `up`
+
+    check_robot(settings)
     directory = RunDirectory(out)
     if directory.clear():
         open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)
@@ -154,7 +164,14 @@ def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> 
     with Recorder(directory.recording, settings) as recorder, console.status("walking in this process"):
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()
-    conclude(msgspec.to_builtins(summary), directory, console, interrupted=interrupted, as_json=as_json)
+    conclude(
+        msgspec.to_builtins(summary),
+        directory,
+        console,
+        interrupted=interrupted,
+        as_json=as_json,
+        target=settings.target,
+    )
     return 1 if summary.falls > summary.recoveries else 130 if interrupted else 0
 
 
@@ -180,7 +197,9 @@ def _conclude(
         raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
     assert robot.result is not None
     summary = robot.result | {"walker": walker.result}
-    summary = conclude(summary, directory, console, interrupted=interrupted, as_json=as_json)
+    summary = conclude(
+        summary, directory, console, interrupted=interrupted, as_json=as_json, target=settings.target
+    )
     if summary["falls"] > summary["recoveries"] or walker.code == 1:
         return 1
     return 130 if interrupted else 0

@@ -64,6 +64,7 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
         "huang_margin", "Huang's gait: searched against badly chosen hip motion, a known step", 20, False
     ),
     "get-up": Entry("get_up", "dropped limp, any side first: does the robot get up", 100, False),
+    "sit": Entry("sit", "sits down by order and stands up again", 100, False),
     "velocity": Entry(
         "velocity", "commanded and measured velocity, odometry, random commands", 20, False, True
     ),
@@ -73,7 +74,9 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "terrain": Entry(
         "terrain", "slopes, tiles, plates, low friction, a load and wear, gait against gait", 20, False, True
     ),
-    "falls": Entry("falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False),
+    "falls": Entry(
+        "falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False, True
+    ),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
     "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),
     "engines": Entry("engines", "torso step, drives and four gaits on PyBullet and on MuJoCo", 20, False),

@@ -13,6 +13,7 @@ import msgspec
 from bridge.body import load_body
 from bridge.messages.world import PlateUnderFoot
 from emulator.wear import wear_of_seed
+from nao_hil.analysis.statistics import wilson
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -21,6 +22,8 @@ from walker.stabilization.switches import differing
 
 ENOUGH: Final = 20
 """Seeds for a comparison, unless told otherwise."""
+BLOCK: Final = 5
+"""Seeds that `Context.run_until_certain` walks between two looks."""
 
 Plates: TypeAlias = tuple[tuple[float, PlateUnderFoot], ...]
 """Plates by time of the walk, s."""
@@ -159,6 +162,31 @@ class Context:
         if not all(results):
             raise Interrupted
         return results
+
+    def run_until_certain(self, share: float, *arms: Sequence[Walk]) -> list[list[WalkOutcome]]:
+        """As `run`, a block of seeds at a time; an arm ends when further seeds cannot change its verdict.
+
+        The verdict is whether the lower bound of Wilson's interval of the share that stands, with all seeds
+        walked, is `share` or more. Ending early changes no verdict (curtailed sampling).
+
+        Args:
+            share: 0..1.
+            arms: As in `run`, all with the same seeds.
+        """
+        results: list[list[WalkOutcome]] = [[] for _ in arms]
+        for begin in range(0, len(self.seeds), BLOCK):
+            open_ = [k for k, found in enumerate(results) if not _certain(found, len(self.seeds), share)]
+            if not open_:
+                break
+            for k, found in zip(open_, self.run(*(arms[k][begin : begin + BLOCK] for k in open_)), strict=True):
+                results[k] += found
+        return results
+
+
+def _certain(found: Sequence[WalkOutcome], seeds: int, share: float) -> bool:
+    """Whether the verdict is the same if all other seeds stand and if all others fall."""
+    stood = sum(result.end.survived for result in found)
+    return wilson(stood + seeds - len(found), seeds)[0] < share or wilson(stood, seeds)[0] >= share
 
 
 def _check_one_difference(one: Walk, other: Walk) -> None:

@@ -26,6 +26,8 @@ MEDIAN: Final = {"back": 8.0, "front": 6.0}
 """s in which half of those that stand are to do so."""
 OVERLAP: Final = 0.003
 """m"""
+_ROUNDING: Final = 1e-9
+"""Of a current that the drive limits to the stall current."""
 WARM: Final = Heating().warm
 """Degrees Celsius."""
 
@@ -118,7 +120,9 @@ def claims(wear: str, result: GetUpResult) -> tuple[Claim, ...]:
             result.temperature < WARM,
         ),
         Claim(
-            "No motor draws more than its stall current", f"{result.current:.0%} of it", result.current <= 1.0
+            "No motor draws more than its stall current",
+            f"{result.current:.0%} of it",
+            result.current <= 1.0 + _ROUNDING,
         ),
         Claim(
             f"No two limbs overlap by more than {1e3 * OVERLAP:g} mm",

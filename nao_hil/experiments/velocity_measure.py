@@ -143,7 +143,7 @@ def true_path(track: Track) -> Array:
 def _moved(path: Array) -> Vec3:
     """From the first pose to the last, in the frame of the first."""
     (x, y, yaw), (u, v, end) = path[0], path[-1]
-    ahead, aside = rotations.planar_point((0.0, 0.0, -yaw), (u - x, v - y))
+    ahead, aside = rotations.planar_local((x, y, yaw), (u, v))
     return float(ahead), float(aside), float(end - yaw)
 
 

@@ -22,6 +22,16 @@ from walker.model.tree import BodyTree
 PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi.md"
 BEGIN: Final = "<!-- begin of the table by nao_hil.naoqi_programs.method_table -->\n"
 END: Final = "<!-- end of the table -->\n"
+EXTRACTORS: Final = (
+    "ALSonar",
+    "ALTouch",
+    "ALSensors",
+    "ALSpeechRecognition",
+    "ALFaceDetection",
+    "ALLandMarkDetection",
+    "ALRedBallDetection",
+)
+"""Services whose common methods the table has once."""
 _STANDING: Final = SensorFrame(
     seq=0,
     time=0.0,
@@ -88,19 +98,30 @@ def method_table() -> str:
     }
     modules = [of for name, of in found.items() if name != "ALModule"]
     offering = sum(any(answer != "no" for answer in of.values()) for of in modules)
+    common = set.intersection(*({m for m, a in found[name].items() if a == "yes"} for name in EXTRACTORS))
     lines = [
         f"{offering} services offer methods. Of the vendor's {sum(count.values())} methods {count['yes']} are "
         f"offered, {count['partly']} partly (second table), and {count['no']} refuse with one sentence. "
-        "`ALModule` are those of every service.",
+        f"`ALModule` are those of every service; *extractor* stands for {_names(sorted(common))}.",
         "",
         "| service | yes | no |",
         "|---|---|---|",
     ]
+    refused = [service for service, of in found.items() if set(of.values()) == {"no"}]
     for service, of in found.items():
+        if service in refused:
+            continue
         yes, no = (_names(sorted(m for m in of if of[m] == kind)) for kind in ("yes", "no"))
-        refused = f"all {len(of)}" if set(of.values()) == {"no"} else no
-        lines.append(f"| `{service}` | {yes} | {refused} |")
-    lines += ["", "| left out or assumed | methods that are offered partly |", "|---|---|"]
+        if service in EXTRACTORS:
+            yes = f"*extractor* {_names(sorted(m for m in of if of[m] == 'yes' and m not in common))}".strip()
+        lines.append(f"| `{service}` | {yes} | {no} |")
+    lines += [
+        "",
+        f"All methods are refused of {_names(refused)}.",
+        "",
+        "| left out or assumed | methods that are offered partly |",
+        "|---|---|",
+    ]
     by_reason: dict[str, list[str]] = {}
     for service in found:
         reasons: dict[str, list[str]] = {}

@@ -63,6 +63,22 @@ def build_robot(
     )
 
 
+def check_robot(settings: RunConfig) -> Body:
+    """The body of a run whose wear profile and scenario are there.
+
+    Raises:
+        ConfigurationError: no such body, wear profile or scenario, or a wrong one.
+    """
+    # imported here: as in `build_robot`
+    from emulator.scenarios import load_scenario
+    from emulator.wear import load_wear
+
+    body = load_body(settings.robot)
+    load_wear(settings.wear, body)
+    load_scenario(settings.scenario)
+    return body
+
+
 def controller_maker(settings: RunConfig, *, waits: bool = False) -> MakeController:
     """A function that makes the controller of a run, given the robot's body and cycle time (s).
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import msgspec
 
-from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import FrameHash
 from bridge.recording.observer import Observer
-from bridge.rotations import tilt
+from bridge.rotations import planar_local, tilt
+from bridge.rotations import yaw as yaw_of
 from bridge.types import Vec3
 from nao_hil.runs.heading_motion import HeadingMotion
 from nao_hil.runs.seen_walk import SeenWalk
+
+_LIES: Final = math.radians(45.0)
+"""rad; a torso that leans farther lies."""
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
@@ -29,7 +33,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """How often it fell; it has fallen again when it was upright in between. A robot that began lying did not
     fall, and what touches the ground while it gets up is no fall."""
     recoveries: int
-    """How often it got up by itself, by the walker's word."""
+    """How often it got up from lying by itself, by the walker's word."""
     steps: int
     """Steps completed in all walks, by the walker's word."""
     distance: float
@@ -39,6 +43,9 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     velocity: Vec3 = (0.0, 0.0, 0.0)
     """Mean of the torso's in its own heading, forward and to the left, m/s, and turn, rad/s, from 2 s after the
     walk began until it closes its feet, or falls; of the last walk, zeros where it was shorter."""
+    displacement: Vec3 = (0.0, 0.0, 0.0)
+    """From the torso's first pose to its last, or to the fall, in the heading of the first: forward and to the
+    left, m, and turn, rad; since the last reset."""
     heading_change: float = 0.0
     """Turn of the torso from the first frame to the last, or to the fall, rad; a full turn counts."""
     torso_max: float
@@ -80,6 +87,9 @@ class RunStatistics(Observer):
         self._seed, self._engine = seed, engine
         self._resets = self._falls = self._recoveries = 0
         self._state = ""
+        self._lay = self._seated = False
+        """It lay and has not got up; its guard has it sit down, or sitting."""
+        self._tilt = 0.0
         self._before = _Sums()
         self._torso_max = 0.0
         self._hash = FrameHash()
@@ -110,7 +120,7 @@ class RunStatistics(Observer):
         self._hash.add(frame)
         self._first = self._first or truth
         if self._last is not None and not self._last.fell:
-            self._falls += truth.fell and self._state != "motion"
+            self._falls += truth.fell and self._state not in ("motion", "rest") and not self._seated
         self._last, self._last_frame = truth, frame
         if not self._fell:
             self._way_end = truth
@@ -118,8 +128,9 @@ class RunStatistics(Observer):
         self._fell = self._fell or truth.fell
         if not self._has_telemetry:
             self._look(truth)
+        self._tilt = float(tilt(truth.torso_orientation))
         if self._has_walked:
-            self._torso_max = max(self._torso_max, float(tilt(truth.torso_orientation)))
+            self._torso_max = max(self._torso_max, self._tilt)
 
     def _look(self, truth: TruthFrame) -> None:
         """Take in what the ground truth shows of a walk that nobody tells of."""
@@ -150,6 +161,13 @@ class RunStatistics(Observer):
             missed=before.missed + self._last_frame.missed,
         )
 
+    def _displacement(self) -> Vec3:
+        if self._first is None or self._way_end is None:
+            return 0.0, 0.0, 0.0
+        yaw, end = (float(yaw_of(truth.torso_orientation)) for truth in (self._first, self._way_end))
+        x, y, _ = self._first.torso_position
+        return *planar_local((x, y, yaw), self._way_end.torso_position), math.remainder(end - yaw, math.tau)
+
     def command(self, frame: ActuatorFrame) -> None:
         """Take in the actuator frame that was put in force."""
         self._hash.add(frame)
@@ -159,7 +177,10 @@ class RunStatistics(Observer):
         if self._last_frame is None or message.seq > self._last_frame.seq:
             return  # said of the robot before it began anew
         self._has_telemetry = True
-        self._recoveries += self._state == "motion" and message.state not in ("motion", "fallen")
+        gets_up = self._state == "motion" and message.state not in ("motion", "fallen", "rest")
+        self._recoveries += gets_up and self._lay
+        lies = message.state in ("fallen", "motion") and self._tilt > _LIES
+        self._lay = lies or (self._lay and not gets_up)
         self._state = message.state
         if message.step < self._step:  # another walk
             self._steps_before += self._step
@@ -176,6 +197,11 @@ class RunStatistics(Observer):
             self._walked += self._walk[1] - self._walk[0]
             self._walk = None
 
+    def notice(self, message: Notice) -> None:
+        """Take in what the robot says: whether its guard sits it down."""
+        if message.code in ("guard-sit", "guard-active", "guard-approach", "guard-idle"):
+            self._seated = message.code == "guard-sit"
+
     def summary(self, wall_seconds: float) -> Summary:
         """The summary so far; `wall_seconds` is the wall-clock length of the run."""
         sums = self._sums()
@@ -187,6 +213,7 @@ class RunStatistics(Observer):
             distance=sums.distance,
             speed=sums.distance / sums.walked if sums.walked > 0.0 else 0.0,
             velocity=self._motion.velocity,
+            displacement=self._displacement(),
             heading_change=self._motion.turned,
             torso_max=self._torso_max,
             real_time_factor=sums.time / wall_seconds if wall_seconds > 0.0 else 0.0,

@@ -1,13 +1,14 @@
-"""Strip charts as one SVG: they need no library in the browser, and nothing from beyond this machine."""
+"""Charts of the page: plots of viser, with values under the pointer, and zoom by dragging over a stretch."""
 
 from __future__ import annotations
 
 import html
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nao_hil.analysis.diagnosis import Symptom
 from nao_hil.view.history import COLUMNS, History
@@ -15,20 +16,9 @@ from nao_hil.view.looks import Floats
 
 WINDOW: Final = 10.0
 """s shown."""
-WIDTH: Final = 352.0
-LEFT: Final = 28.0
-"""Room for the scale."""
-GAP: Final = 17.0
-"""Room for a chart's title."""
-HEAD: Final = 16.0
-"""Room over all charts for what went wrong first."""
-BINS: Final = 250
-"""Points drawn of each line."""
-
-BACKGROUND: Final = "#1f2023"
-BLUE, ORANGE, GREEN, RED, GREY = "#339af0", "#ff922b", "#40c057", "#fa5252", "#868e96"
-MARKS: Final = {"world": "#fcc419", "fall": RED}
-"""Colours of symptoms; the others are orange, the first of a fall is red."""
+BLUE, ORANGE, GREEN, RED, GREY, YELLOW = "#339af0", "#ff922b", "#40c057", "#fa5252", "#868e96", "#fcc419"
+MARKS: Final = {"now": GREY, "world": YELLOW, "sign": ORANGE, "first": RED}
+"""Colours of the vertical lines through all charts."""
 PHASES: Final = {
     "DSL": "#495057",
     "DSR": "#495057",
@@ -38,6 +28,8 @@ PHASES: Final = {
     "stop": "#2b8a3e",
     "stand": "#343a40",
 }
+SHOWN_PHASES: Final = {"DSL, DSR": GREY, "SSL": BLUE, "SSR": ORANGE, "start, stop": GREEN}
+"""In the chart of the phase; at a stand it is empty."""
 
 
 class Line(NamedTuple):
@@ -107,206 +99,148 @@ CHARTS: Final = (
 """All that can be chosen."""
 FIRST_CHARTS: Final = 4
 """So many of them are shown at first."""
-PHASE_HEIGHT: Final = 14.0
+AXES_HEIGHT: Final = 20
+"""Of a chart beyond its curves, pixels."""
+PHASE_HEIGHT: Final = 64
+"""Of the chart of the phase with the seconds below it, pixels."""
 TOLD: Final = 3
-"""Signs that are listed under the charts; their room is always kept, so that nothing below moves."""
-TOLD_HEIGHT: Final = 12.5
-LETTERS: Final = 54
-"""Of a line."""
-LETTER_HEIGHT: Final = 10.0
-"""Two numbers of a scale that are nearer than this would overlap."""
+"""Signs that are listed under the charts."""
 
 
-def strip_charts(
-    history: History,
-    now: float,
-    symptoms: Sequence[Symptom] = (),
-    first: Symptom | None = None,
-    ahead: float = 0.0,
-    charts: Sequence[Chart] = CHARTS[:FIRST_CHARTS],
-) -> str:
-    """All charts of the last seconds, as SVG.
+class Charts:
+    """All charts, and below them the last signs in words.
 
     Args:
-        history: The numbers.
-        now: The moment whose numbers are written out, robot time, s.
-        symptoms: Marked by a line through all charts; the last ones up to `now` are listed.
-        first: The one that is to stand out.
-        ahead: How much of what comes after `now` is shown, s.
-        charts: Which ones.
+        gui: `viser.ViserServer.gui`, in the tab that they are for.
     """
-    end = now + ahead
-    rows, phases = history.window(end, WINDOW)
-    begin = end - WINDOW
-    body, titles, y = [], [], HEAD if first is not None else 0.0
-    for chart in charts:
-        if chart.lines[0].column == "late" and not np.isfinite(rows[:, COLUMNS.index("late")]).any():
-            continue  # a recording has no wall clock
-        if chart.lines[0].column == "late":
-            missed = int(rows[-1, COLUMNS.index("missed")])
-            chart = chart._replace(title=f"{chart.title} · {missed} missed" if missed else chart.title)
-        body.append(_chart(chart, rows, begin, y))
-        titles.append(_title(chart, rows[: int(np.searchsorted(rows[:, 0], now, side="right"))], y))
-        y += GAP + chart.height + 5.0
-    body.append(_phases(rows[:, 0], phases, begin, y))
-    y += GAP + PHASE_HEIGHT
-    if ahead > 0.0:
-        x = _x(now, begin)
-        body.append(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{y:g}" stroke="#f8f9fa" stroke-width="0.8"/>'
-        )
-    body.append(_marks(symptoms, first, begin, end, y))
-    body.append(f'<g paint-order="stroke" stroke="{BACKGROUND}" stroke-width="3">{"".join(titles)}</g>')
-    body.append(_seconds(begin, end, y))
-    y += 15.0
-    known = sorted((s for s in symptoms if s.time <= now), key=lambda s: s.time)
-    body.append(_told(known[-TOLD:], y))
-    return _svg("".join(body), y + TOLD * TOLD_HEIGHT + 3.0)
+
+    def __init__(self, gui: Any) -> None:
+        self.chosen: Sequence[Chart] = CHARTS[:FIRST_CHARTS]
+        self._plots = [
+            (chart, [COLUMNS.index(line.column) for line in chart.lines], _add(gui, chart)) for chart in CHARTS
+        ]
+        self._phase = _add_phase(gui)
+        self._told = gui.add_html("")
+        self._drawn: tuple[Any, ...] | None = None
+
+    def choose(self, charts: Sequence[Chart]) -> None:
+        """Show these."""
+        self.chosen = charts
+        if self._drawn is not None:  # a film that stands still draws nothing itself
+            self.draw(*self._drawn)
+
+    def draw(
+        self,
+        history: History,
+        now: float,
+        symptoms: Sequence[Symptom] = (),
+        first: Symptom | None = None,
+        ahead: float = 0.0,
+    ) -> None:
+        """Show the last seconds.
+
+        Args:
+            history: The numbers.
+            now: The moment shown, robot time, s.
+            symptoms: Marked by a line through all charts; the last ones up to `now` are listed.
+            first: The one that is to stand out.
+            ahead: How much of what comes after `now` is shown, s.
+        """
+        rows, phases = history.window(now + ahead, WINDOW)
+        if not len(rows):
+            return
+        self._drawn = history, now, symptoms, first, ahead
+        times = {
+            "now": [now] if ahead > 0.0 else [],
+            "world": [s.time for s in symptoms if s.kind == "world" and s != first],
+            "sign": [s.time for s in symptoms if s.kind != "world" and s != first],
+            "first": [first.time] if first is not None else [],
+        }
+        order, marks = mark(rows[:, 0], [times[name] for name in MARKS])
+        rows = rows[order]
+        for chart, columns, plot in self._plots:
+            visible = chart in self.chosen and bool(np.isfinite(rows[:, columns]).any())
+            if plot.visible != visible:
+                plot.visible = visible
+            if visible:
+                plot.data = (rows[:, 0].copy(), *(rows[:, column].copy() for column in columns), *marks)
+        phase = np.array(phases)[order]
+        shown = [np.isin(phase, name.split(", ")).astype(float) for name in SHOWN_PHASES]
+        self._phase.data = (rows[:, 0].copy(), *shown, *marks)
+        known = sorted((s for s in symptoms if s.time <= now), key=lambda s: s.time)
+        self._told.content = _told(known[-TOLD:])
 
 
-def _svg(body: str, height: float) -> str:
-    return (
-        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="100%" class="charts" style="display: block; '
-        f"box-sizing: border-box; padding: 4px 10px 0 0; background: {BACKGROUND}; "
-        f'font-family: Inter, sans-serif">{body}</svg>'
+def mark(times: Floats, groups: Sequence[Sequence[float]]) -> tuple[NDArray[np.int_], list[Floats]]:
+    """Curves that are vertical lines at some times, in a plot whose scale is 0 to 1.
+
+    Args:
+        times: Of the plot's points, increasing.
+        groups: Times of the lines of each curve.
+
+    Returns:
+        The points to draw, by their number, those of lines repeated; and of each curve its values there.
+    """
+    inside = [[t for t in group if times[0] <= t <= times[-1]] for group in groups]
+    at = [np.searchsorted(times, group) for group in inside]
+    order: NDArray[np.int_] = np.sort(np.concatenate([np.arange(len(times)), *at, *at]))
+    curves: list[Floats] = []
+    for numbers in at:
+        curve = np.full(len(order), -1.0)
+        curve[np.searchsorted(order, numbers) + 1] = 2.0
+        curves.append(curve)
+    return order, curves
+
+
+def _add(gui: Any, chart: Chart) -> Any:
+    low, high = ({"pad": 0.1, "soft": soft, "mode": 1} for soft in chart.least)
+    for limit, hard in zip((low, high), chart.most, strict=True):
+        if math.isfinite(hard):
+            limit["hard"] = hard
+    lines = [{"label": line.name, "stroke": line.colour, "width": 1.3} for line in chart.lines]
+    scale, numbers = {"range": {"min": low, "max": high}}, {"size": 36, "space": 18}
+    return _plot(gui, chart.title, lines, scale, numbers, {"show": False}, chart.height + AXES_HEIGHT)
+
+
+def _add_phase(gui: Any) -> Any:
+    areas = [
+        {"label": name, "stroke": colour, "fill": colour, "width": 0, "points": {"show": False}}
+        for name, colour in SHOWN_PHASES.items()
+    ]
+    hidden = {"size": 36, "stroke": "transparent", "grid": {"show": False}, "ticks": {"show": False}}
+    return _plot(gui, "phase", areas, {"range": (0.0, 1.0)}, hidden, {"size": 26}, PHASE_HEIGHT)
+
+
+def _plot(gui: Any, title: str, lines: list[dict[str, Any]], scale: Any, y: Any, x: Any, height: float) -> Any:
+    marks = [
+        {
+            "label": name,
+            "class": "nao-mark",
+            "scale": "mark",
+            "stroke": colour,
+            "width": 2 if name == "first" else 1,
+            "points": {"show": False},
+        }
+        for name, colour in MARKS.items()
+    ]
+    series = ({"label": "s"}, *lines, *marks)
+    return gui.add_uplot(
+        (np.zeros(2),) * len(series),
+        series,
+        title=title,
+        scales={"x": {"time": False}, "y": scale, "mark": {"range": (0.0, 1.0)}},
+        axes=(x, y),
+        cursor={"sync": {"key": "charts"}, "y": False},
+        height=round(height),
+        padding=(4, 8, 12, 0),
     )
 
 
-def _x(time: float, begin: float) -> float:
-    return LEFT + (WIDTH - LEFT) * (time - begin) / WINDOW
-
-
-def _chart(chart: Chart, rows: Floats, begin: float, top: float) -> str:
-    columns = [rows[:, COLUMNS.index(line.column)] for line in chart.lines]
-    low, high = _range(chart, columns)
-    y_0 = top + GAP
-    scale = chart.height / (high - low)
-    parts = [_box(y_0, chart.height)]
-    for value in (low, high):
-        parts.append(_scale(y_0 + (high - value) * scale, value))
-    if low < 0.0 < high:
-        parts.append(_rule(y_0 + high * scale))
-        if min(high, -low) * scale > LETTER_HEIGHT:
-            parts.append(_scale(y_0 + high * scale, 0.0))
-    for line, values in zip(chart.lines, columns, strict=True):
-        for points in _pieces(rows[:, 0], np.clip(values, low, high), line.column == "late"):
-            path = " ".join(f"{_x(t, begin):.1f},{y_0 + (high - v) * scale:.1f}" for t, v in points)
-            parts.append(f'<polyline points="{path}" fill="none" stroke="{line.colour}" stroke-width="1.3"/>')
-    return "".join(parts)
-
-
-def _range(chart: Chart, columns: Sequence[Floats]) -> tuple[float, float]:
-    """The range always shown, widened in steps to what there is, within the bounds."""
-    values = np.concatenate(columns)
-    values = values[np.isfinite(values)]
-    low, high = chart.least
-    if len(values):
-        step = 0.5 * (high - low)
-        low += step * min(math.floor((float(values.min()) - low) / step + 1e-9), 0)
-        high += step * max(math.ceil((float(values.max()) - high) / step - 1e-9), 0)
-    return max(low, chart.most[0]), min(high, chart.most[1])
-
-
-def _pieces(times: Floats, values: Floats, peaks: bool) -> list[list[tuple[float, float]]]:
-    """The curve in as many points as can be seen, in one piece per run of numbers."""
-    stride = max(1, len(times) // BINS)
-    pieces: list[list[tuple[float, float]]] = [[]]
-    for i in range(0, len(times), stride):
-        part = values[i : i + stride]
-        value = float(np.nanmax(part)) if peaks and np.isfinite(part).any() else float(part[0])
-        if math.isfinite(value):
-            pieces[-1].append((float(times[i]), value))
-        elif pieces[-1]:
-            pieces.append([])
-    return [piece for piece in pieces if len(piece) > 1]
-
-
-def _title(chart: Chart, rows: Floats, top: float) -> str:
-    """Name, and the last numbers of some rows."""
-    parts = [_text(LEFT, top + 12, chart.title, "#ced4da", weight="600")]
-    x = WIDTH - 2.0
-    for line in reversed(chart.lines):
-        values = rows[:, COLUMNS.index(line.column)]
-        known = values[np.isfinite(values)]
-        word = f"{line.name} {round(float(known[-1]))}" if len(known) else line.name
-        parts.append(_text(x, top + 12, word, line.colour, "end"))
-        x -= 5.6 * len(word) + 9.0
-    return "".join(parts)
-
-
-def _phases(times: Floats, phases: Sequence[str], begin: float, top: float) -> str:
-    parts = [_text(LEFT, top + 12, "phase", "#ced4da", weight="600")]
-    y, start = top + GAP, 0
-    for i in range(1, len(phases) + 1):
-        if i < len(phases) and phases[i] == phases[start]:
-            continue
-        x_0, x_1 = _x(float(times[start]), begin), _x(float(times[i - 1]), begin)
-        colour = PHASES.get(phases[start], "#212529")
-        parts.append(
-            f'<rect x="{x_0:.1f}" y="{y:g}" width="{max(x_1 - x_0, 0.5):.1f}" height="{PHASE_HEIGHT:g}" '
-            f'fill="{colour}"/>'
-        )
-        if x_1 - x_0 > 7.0 * len(phases[start]):
-            parts.append(_text(0.5 * (x_0 + x_1), y + 10.5, phases[start], "#f8f9fa", "middle"))
-        start = i
-    return "".join(parts)
-
-
-def _marks(symptoms: Sequence[Symptom], first: Symptom | None, begin: float, end: float, bottom: float) -> str:
-    parts = []
-    for symptom in symptoms:
-        if not begin <= symptom.time <= end:
-            continue
-        x = _x(symptom.time, begin)
-        is_first = symptom == first
-        colour = RED if is_first else MARKS.get(symptom.kind, ORANGE)
-        width, dash = (2.2, "") if is_first else (1.0, ' stroke-dasharray="3 3"')
-        parts.append(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEAD:g}" y2="{bottom:g}" stroke="{colour}" '
-            f'stroke-width="{width}"{dash}/>'
-        )
-        if is_first:
-            middle = min(max(x, 0.5 * WIDTH - 30.0), 0.5 * WIDTH + 30.0)
-            words = f"first: {symptom.text}, {symptom.time:.2f} s"
-            parts.append(_text(middle, HEAD - 5.0, words, "#ff8787", "middle", "700"))
-    return "".join(parts)
-
-
-def _told(symptoms: Sequence[Symptom], top: float) -> str:
+def _told(symptoms: Sequence[Symptom]) -> str:
     """The last signs as words, the newest at the bottom."""
-    parts = []
-    for i, symptom in enumerate(symptoms):
-        y = top + TOLD_HEIGHT * (i + 1) - 3.0
-        text = symptom.text if len(symptom.text) <= LETTERS else symptom.text[: LETTERS - 1] + "…"
-        parts.append(_text(LEFT + 38.0, y, f"{symptom.time:.2f} s", MARKS.get(symptom.kind, ORANGE), "end"))
-        parts.append(_text(LEFT + 44.0, y, text, "#ced4da"))
-    return "".join(parts)
-
-
-def _seconds(begin: float, end: float, y: float) -> str:
-    return "".join(
-        _text(_x(t, begin), y + 11, f"{t} s", GREY, "middle")
-        for t in range(max(0, math.ceil(begin)), math.floor(end) + 1, 2)
-        if _x(t, begin) < WIDTH - 8
-    )
-
-
-def _box(y: float, height: float) -> str:
-    return f'<rect x="{LEFT:g}" y="{y:g}" width="{WIDTH - LEFT:g}" height="{height:g}" fill="#141517"/>'
-
-
-def _scale(y: float, value: float) -> str:
-    return _text(LEFT - 3, y + 3.5, f"{value:.0f}", GREY, "end", size=9.5)
-
-
-def _rule(y: float) -> str:
-    return f'<line x1="{LEFT:g}" x2="{WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}" stroke="#495057" stroke-width="0.8"/>'
-
-
-def _text(
-    x: float, y: float, text: str, colour: str, anchor: str = "start", weight: str = "400", size: float = 10.5
-) -> str:
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:g}" font-weight="{weight}" fill="{colour}" '
-        f'text-anchor="{anchor}">{html.escape(text)}</text>'
-    )
+    lines = []
+    for symptom in symptoms:
+        colour = RED if symptom.kind == "fall" else MARKS.get(symptom.kind, ORANGE)
+        time = f'<b style="color: {colour}">{symptom.time:.2f} s</b>'
+        lines.append(f"<div>{time} {html.escape(symptom.text)}</div>")
+    return f'<div class="signs" style="font-size: 12px; padding: 4px 14px">{"".join(lines)}</div>'

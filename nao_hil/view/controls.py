@@ -58,7 +58,7 @@ BY_KEYS: Final = (
     "a gamepad's left stick walks"
 )
 
-PAD_VELOCITY: Final = (0.3, 0.12, 1.2)
+PAD_VELOCITY: Final = (0.35, 0.2, 1.5)
 """At the edges of the pad, m/s, m/s, rad/s: the limits of `omni`."""
 PAD_PUSH: Final = 3.0
 """Likewise, N s."""
@@ -113,12 +113,23 @@ class Controls:
                 self._plates()
             with tabs.add_tab("Faults"):
                 self._faults()
-        acts: dict[str, Act] = {"Walk": walk, "Stop": self._stop}
-        self._go = self._buttons("walk", acts, "Walk: as set in the tab below.", order=TOP + 0.1)
+        sit = self._other(lambda: self._commands.walk(WalkCommand(op="motion", motion="sit-down")).text)
+        acts: dict[str, Act] = {"Walk": walk, "Stop": self._stop, "Sit": sit}
+        hint = (
+            "Walk: as set in the tab below, from a seat after getting up. Sit: closes the feet, then sits down."
+        )
+        self._go = self._buttons("walk", acts, hint, order=TOP + 0.1)
         arm = self._other(lambda: self._of_guard(self._commands.arm()))
         self._arm = self._button(
             "Arm", arm, "Take commands again after a stop.", color="green", order=TOP + 0.1, visible=False
         )
+
+    def drag(self, impulse: tuple[float, float], done: bool) -> None:
+        """A person drags the robot: aim a push of this impulse, N s, ahead and to the left, or give it."""
+        x, y = (max(-PAD_PUSH, min(PAD_PUSH, part)) for part in impulse)
+        self._aim((x, y))
+        if done:
+            self._tell(lambda: self._do(Push(impulse=(x, y, 0.0))))
 
     def show_armed(self, armed: bool) -> None:
         """Show Walk and Stop where the robot takes commands, and Arm in their place where it takes none."""
@@ -274,7 +285,7 @@ class Controls:
                 self._aim((x, y))
                 return self._do(Push(impulse=(x, y, 0.0)))
 
-            self._button("Push", push)
+            self._button("Push", push, "or hold Shift and drag the robot")
 
     def _floor(self) -> None:
         gui = self._gui

@@ -112,18 +112,19 @@ class Film:
             self._show()
 
     def _show(self) -> None:
-        if self._at == self._drawn:
+        at = self._at  # a person may change it meanwhile
+        if at == self._drawn:
             return
-        i = max(bisect.bisect_right(self._times, self._at) - 1, 0)
-        diagnosis = self._run.diagnosis if not self._playing or self._fallen() else None
-        if self._drawn is not None and self._at < self._drawn:
+        i = max(bisect.bisect_right(self._times, at) - 1, 0)
+        diagnosis = self._run.diagnosis if not self._playing or self._fallen(at) else None
+        if self._drawn is not None and at < self._drawn:
             self._page.forget()
         still = not self._playing
         run = self._run
         self._page.draw(run.balances[i], run.history, run.symptoms, diagnosis, now=still, ahead=AHEAD)
         before = run.balances[max(0, i - JOINT_ROWS) : i + 1]
         self._page.show_joints([b.moment for b in before], now=still)
-        self._drawn = self._at
+        self._drawn = at
 
-    def _fallen(self) -> bool:
-        return self._run.diagnosis is not None and self._at >= self._run.diagnosis.fell
+    def _fallen(self, at: float) -> bool:
+        return self._run.diagnosis is not None and at >= self._run.diagnosis.fell

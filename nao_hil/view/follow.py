@@ -110,6 +110,7 @@ class Follower:
         controls.build(page.tabs, world=emulated)
         tab = page.add_joint_tab()
         if emulated:
+            page.on_drag(controls.drag)
             body = load_body(info.body)
             self._hand = Hand(page.gui, tab, body, self._robot, self._endpoint, page.say)
         page.add_view_tab()

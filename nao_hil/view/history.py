@@ -22,7 +22,6 @@ COLUMNS: Final = (
     "margin_fsr",
     "margin_true",
     "late",
-    "missed",
     "rate_roll",
     "rate_pitch",
     "rate_yaw",
@@ -31,7 +30,7 @@ COLUMNS: Final = (
     "current",
     "heat",
 )
-"""s, deg, deg, N, N, mm, mm, mm, ms, cycles since the start, deg/s, deg/s, deg/s, mm, mm, A, °C."""
+"""s, deg, deg, N, N, mm, mm, mm, ms, deg/s, deg/s, deg/s, mm, mm, A, °C."""
 
 PAUSE: Final = 500.0
 """A longer time from one frame to the next was a pause of the world, ms."""
@@ -65,7 +64,6 @@ class History:
             _mm(balance.sensed.margin),
             _mm(balance.true.margin if balance.true else None),
             1e-6 * frame.wall - 1e3 * frame.time if frame.wall else math.nan,  # recordings have no wall clock
-            frame.missed,
             *(math.degrees(rate) for rate in frame.gyroscope),
             _mm(walk.left[2] if walk is not None else None),
             _mm(walk.right[2] if walk is not None else None),

@@ -111,38 +111,45 @@ const writeField = (input, text) => {
 })();
 
 // The first rows of the panel and its tabs stay in sight while it is scrolled; on a phone held upright the picture is
-// above the panel, not behind it.
+// above the panel, not behind it. Charts: lines that mark a time are not in their legend.
 (() => {
   const LOOK = 300; // ms
   const HIGH = "52dvh"; // of the picture on a phone
-  const STYLE = `@media (max-width: 720px) {
+  const STYLE = `.uplot .nao-mark { display: none !important; }
+  .uplot-container { contain: inline-size; }
+  .uplot .u-title { padding: 0 !important; font-size: 12px !important; }
+  @media (max-width: 720px) {
     .nao-picture { height: ${HIGH} !important; width: 100% !important; align-self: flex-start !important; }
     .nao-panel { inset: ${HIGH} 0 0 0 !important; width: 100% !important; height: auto !important; max-height: none !important; margin: 0 !important; border-radius: 0 !important; }
     .nao-panel .nao-wide { width: 100% !important; max-width: none !important; }
     .nao-panel .nao-high { height: 100% !important; max-height: none !important; }
     .nao-panel .nao-title { display: none !important; }
   }`;
+  document.head.insertAdjacentHTML("beforeend", `<style>${STYLE}</style>`);
 
   const pin = (row, top) => {
     Object.assign(row.style, { position: "sticky", top: `${top}px`, zIndex: 50, background: "var(--mantine-color-body)" });
   };
   setInterval(() => {
     const tabs = document.querySelector("[role=tablist]"), canvas = document.querySelector("canvas");
-    const panel = tabs?.closest(".mantine-Paper-root"), column = tabs?.closest(".mantine-Tabs-root")?.parentElement;
-    if (!panel || !canvas || !column) return;
-    if (!document.getElementById("nao-style")) document.head.insertAdjacentHTML("beforeend", `<style id="nao-style">${STYLE}</style>`);
+    const panel = tabs?.closest(".mantine-Paper-root"), headline = document.querySelector(".nao-headline");
+    if (!panel?.contains(headline) || !canvas) return;
     let picture = canvas;
     while (!picture.parentElement.contains(panel)) picture = picture.parentElement;
     picture.classList.add("nao-picture");
     panel.classList.add("nao-panel");
+    let column = tabs.parentElement;
     for (let at = column; at !== panel; at = at.parentElement) {
       if (getComputedStyle(at).overflowY === "hidden") at.style.overflow = "clip"; // hidden would hold the rows
+      if (!column.contains(headline)) column = at;
+      if (!column.contains(headline)) continue;
       const inside = at.closest(".mantine-ScrollArea-content");
       at.classList.add(inside ? "nao-wide" : "nao-high");
       if (inside && at !== inside && at.parentElement !== inside && at.parentElement.parentElement === inside)
         for (let before = at.previousElementSibling; before; before = before.previousElementSibling) before.classList.add("nao-title");
     }
-    const [first, second] = column.children;
+    const [first, second, ...others] = column.children;
+    for (const row of others) row.style.position = ""; // one that was above before the buttons came
     pin(first, 0);
     pin(second, first.offsetHeight);
     pin(tabs, first.offsetHeight + second.offsetHeight);

@@ -12,10 +12,10 @@ from bridge.body import Body
 from bridge.messages.world_state import WorldReply
 from nao_hil.analysis.diagnosis import Balance, BalanceEstimator, Diagnosis, Moment, Symptom, Symptoms, explain
 from nao_hil.analysis.diagnosis.symptoms import MEANING
-from nao_hil.view.charts import CHARTS, FIRST_CHARTS, strip_charts
+from nao_hil.view.charts import CHARTS, Charts
 from nao_hil.view.history import History
 from nao_hil.view.joints import JointView
-from nao_hil.view.scene import POINTS, RobotScene
+from nao_hil.view.scene import POINTS, Dragged, RobotScene
 from walker.estimation.odometry import GroundPlane
 
 CAMERA: Final = ((0.50, -0.66, 0.42), (0.0, 0.0, 0.2))
@@ -34,6 +34,8 @@ MOST: Final = 200
 """Symptoms that are kept."""
 CHAIN: Final = 6
 """Of the signs that led to a fall, so many are told: the first, and the last."""
+HEADLINE: Final = '<span class="nao-headline"></span>{}'
+"""First line of the panel's text, which `page.js` finds."""
 LEGEND: Final = (
     "**robot**: where it truly is; a real one as its sensors say. **Orange ghost**: as its sensors say.",
     "**bars on the feet**: force cells, 6 mm per N. **Area on the ground**: what it stands on; red: it tips.",
@@ -55,22 +57,22 @@ class Page:
         self._title = title
         self._lock = threading.Lock()
         self._scene: RobotScene | None = None
+        self._dragged: Dragged | None = None
         self._dress(dark=True)
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(PANEL)
         server.on_client_connect(_aim)
         # Shadows of translucent parts are hardly seen; drawn in software they took 16 of 17 parts of the time.
         server.scene.configure_default_lights(cast_shadow=False)
-        self._headline = self.gui.add_markdown(f"**{title}**: waiting for the robot")
+        self._headline = self.gui.add_markdown(HEADLINE.format(f"**{_plain(title)}**: waiting for the robot"))
         self._said = self.gui.add_markdown("")
         self._caption = self.gui.add_markdown("", visible=False)
         self.tabs = self.gui.add_tab_group()
         with self.tabs.add_tab("Charts"):
             self._verdict = self.gui.add_markdown("", visible=False)
-            self._charts = self.gui.add_html("")
+            self._charts = Charts(self.gui)
         self._joints: JointView | None = None
         self._count = 0
-        self._shown = list(CHARTS[:FIRST_CHARTS])
         self._begin()
 
     def meet(self, body: Body) -> None:
@@ -78,6 +80,8 @@ class Page:
         self.server.scene.reset()
         with self.server.atomic():
             self._scene = RobotScene(self.server, body, self._dark)
+            if self._dragged is not None:
+                self._scene.on_drag(self._dragged)
         self._observer = BalanceEstimator(body)
         self._watch = Symptoms(self._observer)
         self._history = History(KEPT)
@@ -97,11 +101,11 @@ class Page:
             through = self.gui.add_checkbox("see through", initial_value=True)
             dark = self.gui.add_checkbox("dark", initial_value=True)
             with self.gui.add_folder("Charts"):
-                shown = [self.gui.add_checkbox(c.title, initial_value=c in self._shown) for c in CHARTS]
+                shown = [self.gui.add_checkbox(c.title, initial_value=c in self._charts.chosen) for c in CHARTS]
             self.gui.add_markdown(legend())
 
         def choose_charts(_: object) -> None:
-            self._shown = [chart for chart, box in zip(CHARTS, shown, strict=True) if box.value]
+            self._charts.choose([chart for chart, box in zip(CHARTS, shown, strict=True) if box.value])
 
         for box in shown:
             box.on_update(choose_charts)
@@ -144,6 +148,12 @@ class Page:
         """Show for a while, by an arrow, the impulse of a push, N s, ahead and to the left of the robot."""
         if self._scene is not None:
             self._scene.aim(impulse)
+
+    def on_drag(self, act: Dragged) -> None:
+        """What is done when a person drags the robot; as of `RobotScene.on_drag`."""
+        self._dragged = act
+        if self._scene is not None:
+            self._scene.on_drag(act)
 
     def say(self, text: str) -> None:
         """Tell the person what came of a button."""
@@ -200,9 +210,9 @@ class Page:
         if self._count % CHART_EVERY == 0 or now:
             time = balance.moment.sensors.time
             first = diagnosis.first if diagnosis else None
-            self._charts.content = strip_charts(history, time, symptoms, first, ahead, self._shown)
+            self._charts.draw(history, time, symptoms, first, ahead)
             title, *rest = verdict(diagnosis).split("\n\n") if diagnosis is not None else ("",)
-            self._headline.content = f"{headline(self._title, balance)}\n\n{title}"
+            self._headline.content = f"{HEADLINE.format(headline(self._title, balance))}\n\n{title}"
             self._verdict.content = "\n\n".join(rest)
             self._verdict.visible = bool(rest)
 
@@ -231,6 +241,7 @@ def headline(title: str, balance: Balance) -> str:
         of = f" of {walk.steps}" if walk.steps else ""
         words += [walk.state] if walk.phase == walk.state else [walk.state, walk.phase]
         words += [f"step {walk.step}{of}"] if walk.step else []
+    words += [f"cycles missed: {frame.missed}"] if frame.missed else []
     return " · ".join(words)
 
 

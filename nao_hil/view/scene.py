@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -54,6 +54,8 @@ PUSH_OVER: Final = 0.06
 """Height of its head over the torso's origin, m."""
 ARROW_TIME: Final = 8.0
 """How long the arrow is shown, s."""
+STEEP: Final = 0.15
+"""Sine of the angle below which somebody who looks along the floor sees no place on it."""
 OVER: Final = 0.002
 """Height of what is drawn on the floor over it, m."""
 ROOT: Final = "/world"
@@ -66,6 +68,9 @@ PRINTS: Final[dict[str, Colour]] = {"planned": PLANNED, "made": (173, 181, 189)}
 """Colours of the footprints."""
 FOOTPRINTS: Final = 40
 """Last ones that are kept."""
+
+
+Dragged = Callable[[tuple[float, float], bool], None]
 
 
 class Point(NamedTuple):
@@ -144,6 +149,7 @@ class RobotScene:
         self._objects: dict[str, tuple[WorldObject, Any]] = {}
         self.ghost, self.follow = True, True
         self._push, self._pushed_until = (0.0, 0.0), 0.0
+        self._heading = 0.0
         self._arrow = self._scene.add_arrows(
             f"{ROOT}/push",
             np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]], dtype=np.float32),
@@ -213,8 +219,27 @@ class RobotScene:
         """Show the impulse of a push, N s, ahead and to the left of the robot, for a while."""
         self._push, self._pushed_until = impulse, time.monotonic() + ARROW_TIME
 
+    def on_drag(self, act: Dragged) -> None:
+        """A person drags the robot with Shift held.
+
+        Args:
+            act: Told the impulse that the way stands for, N s, ahead and to the left of the robot, and whether
+                the person has let go.
+        """
+
+        def dragged(event: Any) -> None:
+            way = level_way(
+                *(np.array(p) for p in (event.start_position, event.end_position, event.client.camera.position))
+            )
+            x, y, _ = R_yaw(-self._heading) @ way / NEWTON_SECOND
+            act((float(x), float(y)), event.phase == "end")
+
+        for mesh in self._shells:
+            mesh.on_drag("left", modifier="shift")(dragged)
+
     def draw(self, balance: Balance) -> None:
         """Show one moment."""
+        self._heading = heading(balance.best.robot.frames[0])
         if self.follow:
             aim = np.array([*balance.best.robot.frames[0, :2, 3], 0.0])
             share = FOLLOW if np.linalg.norm(aim - self._middle) < LEAP else 1.0
@@ -243,7 +268,7 @@ class RobotScene:
             self._arrow.visible = shown
         if shown:
             head = robot.frames[0, :3, 3] + np.array([0.0, 0.0, PUSH_OVER])
-            way = NEWTON_SECOND * (R_yaw(heading(robot.frames[0])) @ (*self._push, 0.0))
+            way = NEWTON_SECOND * (R_yaw(self._heading) @ (*self._push, 0.0))
             self._arrow.points = np.array([[head - way, head]], dtype=np.float32)
 
     def forget(self) -> None:
@@ -262,7 +287,7 @@ class RobotScene:
         ground = self._floor.at(float(com[0]), float(com[1])) + OVER
         places: dict[str, Sequence[float] | Array | None] = {
             "zmp_plan": self._on_floor(plan.zmp) if plan else None,
-            "zmp_fsr": self._on_floor(balance.sensed.zmp),
+            "zmp_fsr": self._on_floor(balance.felt),
             "zmp_true": self._on_floor(balance.true.zmp) if balance.true else None,
             "com": com,
             "com_ground": (com[0], com[1], ground),
@@ -366,6 +391,15 @@ class RobotScene:
                     wxyz=_reorder(thing.orientation),
                 )
             self._objects[thing.name] = (thing, handle)
+
+
+def level_way(start: Array, end: Array, eye: Array) -> Array:
+    """The level way from a point to where somebody at `eye` sees another, m, shape (3,)."""
+    sight = end - eye
+    if sight[2] < -STEEP * float(np.linalg.norm(sight)):
+        end = eye + (start[2] - eye[2]) / sight[2] * sight
+    way: Array = (end - start) * (1.0, 1.0, 0.0)
+    return way
 
 
 def _apart(true: Stand, sensed: Stand) -> bool:

@@ -188,7 +188,7 @@ def _open(page: Page, address: str) -> None:
             break
         except Error:
             page.wait_for_timeout(500)
-    page.wait_for_selector("svg.charts polyline")
+    page.wait_for_selector(".uplot canvas")
     for notice in page.locator(".mantine-Notification-closeButton").all():
         notice.click()  # of the browser's missing graphics card
 

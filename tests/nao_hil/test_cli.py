@@ -270,11 +270,27 @@ def test_a_misspelt_gait_starts_no_robot(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("command", ["up", "emulate"])
+@pytest.mark.parametrize("wrong", ["--wear", "--scenario"])
+def test_a_run_that_cannot_begin_leaves_its_folder_as_it_was(
+    command: str, wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "frames.mcap").write_text("old")
+    said = refused(capsys, command, wrong, "bogus", "--out", str(tmp_path))
+    assert "'bogus'" in said and "is replaced" not in said
+    assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
 def test_an_unknown_motion_names_all_that_can_be_played(capsys: pytest.CaptureFixture[str]) -> None:
     said = refused(capsys, "motion", "getup")
     assert "did you mean 'get-up'?" in said
     known = said.split("known: ")[1].removesuffix(", or a file").split(", ")
     assert {"get-up", "get-up-back", "sit-down"} <= set(known)
+
+
+def test_a_motion_over_the_link_takes_no_robot_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    said = refused(capsys, "motion", "sit-down", "--seed", "1", "--connect", "tcp/127.0.0.1:1")
+    assert "--seed is for a robot in this process" in said
 
 
 @pytest.mark.parametrize(

@@ -120,8 +120,8 @@ def test_the_measured_and_the_true_zmp_of_a_standing_robot_agree(quiet: list[Mom
     observer = BalanceEstimator(BODY)
     for moment in quiet[:100]:
         balance = observer.update(moment)
-    assert balance.true is not None and balance.true.zmp is not None and balance.sensed.zmp is not None
-    assert math.dist(balance.true.zmp, balance.sensed.zmp) < 0.005
+    assert balance.true is not None and balance.true.zmp is not None and balance.felt is not None
+    assert math.dist(balance.true.zmp, balance.felt) < 0.005
     # At rest the capture point is the projected centre of mass, and so is the ZMP.
     assert math.dist(balance.true.capture, balance.true.robot.com[:2]) < 0.01
     assert sum(moment.sensors.fsr) == pytest.approx(9.81 * total_mass(BODY), rel=0.1)
@@ -141,6 +141,29 @@ def test_a_robot_on_a_slope_stands_on_it(quiet: list[Moment], roll: float, pitch
     )
     for x, y, z in kinematics.sole_in_world("L", placed.feet["L"]):
         assert z == pytest.approx(floor.at(x, y), abs=2e-3)
+
+
+def test_the_plan_is_drawn_where_the_robot_stands_however_far_its_own_odometry_is_off(
+    quiet: list[Moment],
+) -> None:
+    observer, off = BalanceEstimator(BODY), Foothold(1.0, -2.0, 0.5)
+
+    def moved(walk: WalkTelemetry) -> WalkTelemetry:
+        feet = {s: getattr(walk, s) for s in ("left", "right")}
+        there = {s: (*off.point(*p[:2]), *p[2:5], p[5] + off.yaw) for s, p in feet.items()}
+        return msgspec.structs.replace(walk, zmp=off.point(*walk.zmp), **there)
+
+    checked = 0
+    for i, moment in enumerate(quiet):
+        if i > len(quiet) // 2 and moment.walk is not None:
+            moment = moment._replace(walk=moved(moment.walk))
+        balance = observer.update(moment)
+        standing = [s for s, lift in balance.plan.lift.items() if lift < 1e-4] if balance.plan else []
+        if i > 0.8 * len(quiet) and len(standing) == 1 and balance.plan and balance.true:
+            sole, foot = balance.plan.soles[standing[0]], balance.true.robot.feet[standing[0]]
+            assert math.hypot(sole.x - foot[0, 3], sole.y - foot[1, 3]) < 0.01
+            checked += 1
+    assert checked > 20
 
 
 def test_an_untroubled_walk_has_no_symptom(quiet: list[Moment]) -> None:

@@ -46,7 +46,7 @@ from nao_hil import view
 from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, SPEED_STEPS, TURN
-from nao_hil.view.charts import strip_charts
+from nao_hil.view.charts import CHARTS, MARKS, Charts, mark
 from nao_hil.view.controls import FAULTS, Controls
 from nao_hil.view.driving import KEYS, Driving
 from nao_hil.view.hand import SPEED, Hand
@@ -55,6 +55,7 @@ from nao_hil.view.joints import joint_table
 from nao_hil.view.looks import link_parts, terrain_meshes
 from nao_hil.view.page import verdict
 from nao_hil.view.recorded_run import first_run
+from nao_hil.view.scene import level_way
 from nao_hil.view.slow_motion import SlowMotion
 from nao_hil.view.surroundings import initial_world
 from tests.loops import TIMEOUT, until
@@ -356,13 +357,30 @@ def test_keys_do_nothing_until_the_box_is_ticked(gui: FakeGui, said: list[str]) 
 
 
 def test_after_an_emergency_stop_arm_is_where_walk_and_stop_were(gui: FakeGui, said: list[str]) -> None:
-    go, arm = gui.widgets["walk (Walk, Stop)"], gui.widgets["Arm"]
+    go, arm = gui.widgets["walk (Walk, Stop, Sit)"], gui.widgets["Arm"]
     assert (go.visible, arm.visible) == (True, False)
     gui.press("Emergency stop")
     assert (go.visible, arm.visible) == (False, True)
     gui.press("Arm")
     assert (go.visible, arm.visible) == (True, False)
     assert said == ["It goes down.", "Armed."]
+
+
+def test_dragging_the_robot_pushes_it_once_it_is_let_go(
+    gui: FakeGui, commands: FakeCommands, driving: Driving, aimed: list[tuple[float, float]]
+) -> None:
+    controls = Controls(gui, commands, driving, print, aimed.append, 0.01)  # type: ignore[arg-type]
+    controls.drag((1.0, -9.0), False)
+    assert commands.sent == [] and aimed == [(1.0, -3.0)]  # no farther than the pad goes
+    controls.drag((1.0, -2.0), True)
+    assert commands.sent == [Push(impulse=(1.0, -2.0, 0.0))]
+
+
+def test_a_drag_goes_to_the_place_that_is_seen_under_the_pointer() -> None:
+    start, place, eye = np.array([0.1, 0.0, 0.4]), np.array([0.3, 0.5, 0.4]), np.array([1.0, -2.0, 1.0])
+    np.testing.assert_allclose(level_way(start, eye + 0.7 * (place - eye), eye), place - start, atol=1e-12)
+    eye[2] = 0.4  # who looks along the floor sees no place on it
+    np.testing.assert_allclose(level_way(start, place + np.array([0.0, 0.0, 0.2]), eye), place - start)
 
 
 @pytest.mark.parametrize(("gait", "everywhere"), [("omni", True), ("static", False)])
@@ -437,29 +455,59 @@ def standing() -> list[Moment]:
     return kept
 
 
-def chart_of(history: History, end: float, symptoms: list[Symptom]) -> ElementTree.Element:
-    """The charts as XML."""
-    return ElementTree.fromstring(strip_charts(history, end, symptoms, symptoms[0] if symptoms else None))
+class FakePlots:
+    """Keeps the plots that are added, by their title."""
+
+    def __init__(self) -> None:
+        self.plots: dict[str, Any] = {}
+        self.html = SimpleNamespace(content="")
+
+    def add_uplot(self, data: Any, series: Any, *, title: str, **_: Any) -> Any:
+        self.plots[title] = SimpleNamespace(data=data, series=series, visible=True)
+        return self.plots[title]
+
+    def add_html(self, _: str) -> Any:
+        return self.html
+
+
+def history_of(moments: list[Moment]) -> History:
+    observer, history = BalanceEstimator(BODY), History(1000)
+    for moment in moments:
+        history.add(observer.update(moment))
+    return history
 
 
 def test_charts_draw_each_number_where_it_belongs_and_mark_what_went_wrong(standing: list[Moment]) -> None:
-    observer, history = BalanceEstimator(BODY), History(1000)
-    for moment in standing:
-        history.add(observer.update(moment))
-    end = standing[-1].sensors.time
-    symptom = Symptom(end - 1.0, "slip", "the left foot slipped & <fell>")
-    root = chart_of(history, end, [symptom])
-    texts = [t.text or "" for t in root.iter("text")]
-    weight = sum(standing[-1].sensors.fsr[:4])
-    assert f"left {weight:.0f}" in texts
-    assert any("first: the left foot slipped & <fell>" in t for t in texts)
-    (mark,) = [line for line in root.iter("line") if line.get("stroke") == "#fa5252"]
-    assert root.get("viewBox") is not None
-    width = float(str(root.get("viewBox")).split()[2])
-    assert float(str(mark.get("x1"))) == pytest.approx(width - 0.1 * (width - 28.0), abs=0.1)
-    for line in root.iter("polyline"):
-        points = np.array([[float(c) for c in p.split(",")] for p in str(line.get("points")).split()])
-        assert (np.diff(points[:, 0]) > 0.0).all() and points[-1, 0] <= width
+    gui, now = FakePlots(), standing[99].sensors.time
+    signs = [Symptom(now - 0.5, "slip", "the left foot slipped & <fell>"), Symptom(now + 0.5, "zmp", "later")]
+    charts = Charts(gui)
+    charts.draw(history_of(standing), now, signs, signs[1], ahead=1.0)
+    forces = gui.plots["foot sensors, N"]
+    times, left, right, *marks = forces.data
+    assert [line["label"] for line in forces.series] == ["s", "left", "right", *MARKS]
+    row = int(np.searchsorted(times, standing[50].sensors.time))
+    assert left[row] == pytest.approx(sum(standing[50].sensors.fsr[:4]))
+    assert right[row] == pytest.approx(sum(standing[50].sensors.fsr[4:]))
+    lines = {name: times[curve > 1.0] for name, curve in zip(MARKS, marks, strict=True)}
+    assert lines["now"] == pytest.approx([now]) and lines["sign"] == pytest.approx([now - 0.5], abs=0.01)
+    assert lines["first"] == pytest.approx([now + 0.5], abs=0.01) and len(lines["world"]) == 0
+    assert "slipped &amp; &lt;fell&gt;" in gui.html.content and "later" not in gui.html.content
+    assert {c.title for c in CHARTS if gui.plots[c.title].visible} <= {c.title for c in charts.chosen}
+    assert not gui.plots["cycle late, ms"].visible  # these moments have no wall clock
+    assert not gui.plots["gyroscope, deg/s"].visible
+    charts.choose(CHARTS[4:5])
+    assert gui.plots["gyroscope, deg/s"].visible and not gui.plots["torso, deg"].visible
+
+
+def test_marks_are_vertical_lines_between_points_that_stay_in_order() -> None:
+    times = np.array([0.0, 1.0, 2.0, 3.0])
+    order, (one, two) = mark(times, [[1.0, 5.0], [1.0, 3.0]])
+    assert (np.diff(times[order]) >= 0.0).all() and set(order) == {0, 1, 2, 3}
+    for curve, at in ((one, [1.0]), (two, [1.0, 3.0])):
+        (peaks,) = np.nonzero(curve > 1.0)
+        assert list(times[order[peaks]]) == at
+        assert (times[order[peaks - 1]] == times[order[peaks]]).all()  # upright
+        assert (times[order[peaks + 1]] == times[order[peaks]]).all()
 
 
 def test_a_history_begins_anew_with_its_robot(standing: list[Moment]) -> None:
@@ -553,21 +601,6 @@ def test_a_long_chain_keeps_its_beginning_and_its_end_and_says_that_something_is
     assert [words[2:6] for words in told[:2]] == ["0.90", "1.00"]
     assert told[2] == "…" and chain.count("…") == 1
     assert told[-2].startswith("**10.50") and told[-1].startswith("**11.00")
-
-
-def test_charts_of_a_recording_show_what_comes_and_write_out_what_is(standing: list[Moment]) -> None:
-    observer, history = BalanceEstimator(BODY), History(1000)
-    for moment in standing:
-        history.add(observer.update(moment))
-    now = standing[99].sensors.time
-    later = Symptom(now + 0.5, "zmp", "later")
-    root = ElementTree.fromstring(
-        strip_charts(history, now, [Symptom(now - 0.5, "slip", "before"), later], later, ahead=1.0)
-    )
-    texts = [t.text or "" for t in root.iter("text")]
-    assert f"left {round(sum(standing[99].sensors.fsr[:4]))}" in texts
-    assert "before" in texts and "later" not in texts  # told; the mark's own words begin with `first`
-    assert any("first: later" in t for t in texts)
 
 
 SHARE = """

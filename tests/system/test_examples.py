@@ -89,7 +89,8 @@ def test_own_controller_with_msgpack_alone(robot: str) -> None:
 
 def test_walk_command(served: str) -> None:
     lines = output("walk_command.py", served).splitlines()
-    assert numbers(lines[1]) == pytest.approx([0.05], abs=0.01)  # by the odometry
+    # by the odometry; the closing step and the stop are not steered
+    assert numbers(lines[1]) == pytest.approx([0.05], abs=0.02)
     assert numbers(lines[3])[0] > 0.1
     assert lines[4].startswith("refused: This gait walks straight ahead")
 

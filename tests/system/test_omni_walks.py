@@ -9,6 +9,7 @@ import pytest
 
 from bridge import rotations
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.events import StridePush
 from nao_hil.runs.track import PHASES
 from nao_hil.runs.walk import Walk, walk
 
@@ -48,3 +49,17 @@ def test_walks_to_a_place():
     x, y = place[-1] - place[0]
     assert math.dist((x, y), (0.3, 0.1)) < 0.08
     assert yaw[-1] - yaw[0] == pytest.approx(0.5, abs=0.2)
+
+
+@pytest.mark.parametrize("steps", [True, False])
+def test_a_push_that_fells_a_standing_robot_is_answered_by_a_step(steps):
+    """2.6 N s backward to the left: the capture point leaves the heels, then a step behind them takes it up."""
+    config = RunConfig(
+        robot="nao-v6", engine="mujoco", seed=2002, controller={"switches": {"capture_step": steps}}
+    )
+    push = StridePush(time=0.3, phase=None, impulse=2.6, direction=math.radians(135.0))
+    outcome = walk(Walk(name="push", config=config, duration=3.5, pushes=(push,), stand=True))
+    assert outcome.end.survived == steps
+    if steps:
+        assert outcome.end.steps == 2
+        assert abs(outcome.end.roll) + abs(outcome.end.pitch) < math.radians(5.0)

@@ -56,9 +56,15 @@ def rows(text: str) -> list[list[str]]:
 
 
 def documented(kind: str) -> dict[str, tuple[str, str]]:
-    """Type and default of each field in the page's table."""
+    """Type and default of each field in the page's table, and of the field that every message has."""
     table = rows(section(f"### {kind}"))
-    return {name: (row[1], row[2]) for row in table for name in re.findall(r"`(\w+)`", row[0])}
+    fields = {
+        name: (kind, default)
+        for row in table
+        for kind, _, default in [row[1].partition(" = ")]
+        for name in re.findall(r"`(\w+)`", row[0])
+    }
+    return fields | {"version": ("int", "2")}
 
 
 def in_words(hint: Any) -> str:
@@ -68,7 +74,7 @@ def in_words(hint: Any) -> str:
         if hint == schema.Name:
             return "name"
         if inner is int and meta.ge == -1:
-            return "int >= -1"
+            return "int from -1"
         if meta.min_length is not None:
             assert meta.min_length == meta.max_length
             return f"{in_words(get_args(inner)[0])}[{meta.min_length}]"

@@ -34,7 +34,9 @@ def client(start: Callable[..., Any], endpoint: str) -> Iterator[WalkClient]:
         yield client
 
 
-def test_a_walker_that_serves_walks_on_command(client: WalkClient) -> None:
+def test_a_walker_that_serves_walks_on_command(
+    client: WalkClient, start: Callable[..., Any], endpoint: str
+) -> None:
     assert client.walk((0.015, 0.0, 0.0), distance=0.05).gait == "static"
 
     def stands_beyond(x: float) -> bool:
@@ -47,6 +49,9 @@ def test_a_walker_that_serves_walks_on_command(client: WalkClient) -> None:
         client.walk((0.1, 0.0, 0.0))
     client.walk(gait="dynamic", hold=2.0)
     until(lambda: stands_beyond(0.051), "the end of a walk that nobody holds")
+    crouch = start("motion", "crouch", "--name", "served", "--connect", endpoint, "--json")
+    assert crouch.wait() == 0
+    assert crouch.result == {"motion": "crouch", "state": "rest", "stands": False}
     walker = client.walker  # type: ignore[attr-defined]
     walker.interrupt()
     assert walker.process.returncode == 0

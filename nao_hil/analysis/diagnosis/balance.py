@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
-from bridge.rotations import matrix
+from bridge.rotations import heading, matrix
 from bridge.types import Array, Pose, Side
 from nao_hil.analysis.diagnosis.moment import Moment
 from walker.estimation.com_state import ComEstimator, ComState
@@ -69,6 +69,8 @@ class Balance(NamedTuple):
     """By encoders, fused angle and force sensors."""
     true: Stand | None
     plan: PlannedStand | None
+    felt: Point | None
+    """Zero moment point by the force sensors, under the best known feet, world frame, m."""
 
     @property
     def best(self) -> Stand:
@@ -98,6 +100,7 @@ class BalanceEstimator:
         self._odometry: Odometry | None = None
         self._contact = ContactEstimator(ContactParameters())
         self._walk_frame: Foothold | None = None
+        self._stood_on: list[Side] = []
         self._com = {True: ComEstimator(), False: ComEstimator()}
         self._seq = -1
 
@@ -112,16 +115,21 @@ class BalanceEstimator:
             start = middle_of_soles(self.kinematics, true) if true else Foothold()
             self._odometry = Odometry(self.kinematics, start, GyroscopeHeading.of(self.body))
         sensed = self._sensed(frame, self._odometry.update(frame, self.ground))
-        plan = self._plan(moment.walk, sensed.robot) if moment.walk is not None else None
-        return Balance(moment, sensed, self._true(moment.truth, true) if moment.truth and true else None, plan)
+        plan = self._plan(moment.walk, true or sensed.robot) if moment.walk is not None else None
+        felt = self._felt(frame, true or sensed.robot, sensed.contacts)
+        stands = self._true(moment.truth, true) if moment.truth and true else None
+        return Balance(moment, sensed, stands, plan, felt)
 
     def _sensed(self, frame: SensorFrame, robot: RobotPose) -> Stand:
         contacts = self._contact.update(frame.fsr)
-        feet = {side: robot.feet[side] for side in SIDES if contacts.of(side)}
-        point = self._forces.zmp(frame.fsr, feet)
-        zmp = None if point is None else (float(point[0]), float(point[1]))
+        zmp = self._felt(frame, robot, contacts)
         com = self._com[False].update(frame.time, robot.com)
         return self._stand(robot, contacts, zmp, com, self._cells)
+
+    def _felt(self, frame: SensorFrame, robot: RobotPose, contacts: Contacts) -> Point | None:
+        feet = {side: robot.feet[side] for side in SIDES if contacts.of(side)}
+        point = self._forces.zmp(frame.fsr, feet)
+        return None if point is None else (float(point[0]), float(point[1]))
 
     def _true(self, truth: TruthFrame, robot: RobotPose) -> Stand:
         contacts = Contacts(truth.left.force[2] > LEAST_FORCE, truth.right.force[2] > LEAST_FORCE)
@@ -144,24 +152,31 @@ class BalanceEstimator:
         return Stand(robot, contacts, support, zmp, margin, com.capture_point(height))
 
     def _plan(self, walk: WalkTelemetry, robot: RobotPose) -> PlannedStand:
-        if self._walk_frame is None or walk.state in AT_REST:
-            self._walk_frame = self._align(walk, robot)
-        at = self._walk_frame
         poses: dict[Side, Pose] = {"L": walk.left, "R": walk.right}
-        soles = {side: Foothold(*at.point(*pose[:2]), at.yaw + pose[5]) for side, pose in poses.items()}
         lift = {side: pose[2] for side, pose in poses.items()}
-        down = [self.sole_on_ground(s, soles[s]) for s in SIDES if lift[s] < 1e-4]
+        standing = [side for side in SIDES if lift[side] < 1e-4]
+        stepped = len(standing) == 1 and standing != self._stood_on
+        if self._walk_frame is None or walk.state in AT_REST:
+            self._walk_frame = self._align(poses, list(SIDES), robot)
+        elif stepped:  # the plan does not know of a foot that slipped or turned
+            self._walk_frame = self._align(poses, standing, robot)
+        if stepped:
+            self._stood_on = standing
+        at = self._walk_frame
+        soles = {side: Foothold(*at.point(*pose[:2]), at.yaw + pose[5]) for side, pose in poses.items()}
+        down = [self.sole_on_ground(side, soles[side]) for side in standing]
         zmp = at.point(*walk.zmp)
         margin = SupportPolygon(convex_hull(np.vstack(down))).margin(zmp) if down else None
         return PlannedStand(zmp, at.point(*walk.com), soles, lift, margin)
 
-    def _align(self, walk: WalkTelemetry, robot: RobotPose) -> Foothold:
-        """The walk frame in the world, in which the planned ankles are where the robot's are."""
-        *planned, turn = (0.5 * (walk.left[i] + walk.right[i]) for i in (0, 1, 5))
-        x, y = 0.5 * (robot.feet["L"][:2, 3] + robot.feet["R"][:2, 3])
-        yaw = middle_of_soles(self.kinematics, robot).yaw - turn
-        back = Foothold(yaw=yaw).point(*planned)
-        return Foothold(float(x) - back[0], float(y) - back[1], yaw)
+    def _align(self, poses: dict[Side, Pose], sides: list[Side], robot: RobotPose) -> Foothold:
+        """The walk frame in the world, in which some planned feet are in the middle where the robot's are."""
+        *planned, turn = np.mean([[poses[side][i] for i in (0, 1, 5)] for side in sides], axis=0)
+        x, y = np.mean([robot.feet[side][:2, 3] for side in sides], axis=0)
+        one = heading(robot.feet[sides[0]])
+        now = one if len(sides) == 1 else middle_of_soles(self.kinematics, robot).yaw
+        back = Foothold(yaw=now - turn).point(*planned)
+        return Foothold(float(x) - back[0], float(y) - back[1], float(now - turn))
 
     def sole_on_ground(self, side: Side, at: Foothold) -> Array:
         """Corners of a sole that lies at a pose on the ground, shape (n, 2), m."""

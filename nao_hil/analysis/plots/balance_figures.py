@@ -18,6 +18,8 @@ from nao_hil.analysis.plots.time_axes import plot_line, time_axes
 from walker.model.support_polygon import SupportPolygon, convex_hull
 
 MM: Final = 1e3
+DOWN: Final = 1e-4
+"""Planned height below which a sole is on the ground, m."""
 
 
 def torso(t: Tables, figure: Figure) -> None:
@@ -64,7 +66,7 @@ def plane(t: Tables, figure: Figure) -> None:
     for corners in _footprints(t):
         x, y = MM * corners.T
         ax.fill(x, y, facecolor="0.9", edgecolor="0.6", lw=0.8)
-    true = MM * t.to_walk_frame(column(t.truth, "com", 3)[:, :2])
+    true = MM * t.to_walk_frame(column(t.before_fall, "com", 3)[:, :2])
     ax.plot(*true.T, lw=0.8, color="black", label="centre of mass, ground truth")
     measured = MM * column(t.telemetry, "zmp_measured", 2)
     ax.plot(*measured.T, ".", ms=1.0, color="tab:green", label="ZMP from the foot sensors")
@@ -91,8 +93,7 @@ def _sole(t: Tables, side: Side, foot: Pose) -> Array:
 
 def _standing(message: WalkTelemetry) -> list[tuple[Side, Pose]]:
     feet: list[tuple[Side, Pose]] = [("L", message.left), ("R", message.right)]
-    bearing = {"SSL": "L", "SSR": "R"}.get(message.phase, "LR")
-    return [(side, foot) for side, foot in feet if side in bearing]
+    return [(side, foot) for side, foot in feet if foot[2] < DOWN] or feet
 
 
 def margin(t: Tables, figure: Figure) -> None:
@@ -119,7 +120,7 @@ def path(t: Tables, figure: Figure) -> None:
     ax = figure.subplots()
     feet = 0.5 * (column(t.telemetry, "left", 6) + column(t.telemetry, "right", 6))[:, :2]
     ax.plot(*feet.T, lw=1.0, label="odometry by the plan")
-    true = t.to_walk_frame(column(t.truth, "torso_position", 3)[:, :2])
+    true = t.to_walk_frame(column(t.before_fall, "torso_position", 3)[:, :2])
     ax.plot(*true.T, lw=0.8, color="black", label="torso, ground truth")
     ax.set(xlabel="x, m", ylabel="y, m", aspect="equal")
     ax.legend(fontsize=8)

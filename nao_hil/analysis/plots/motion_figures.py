@@ -15,7 +15,7 @@ from nao_hil.analysis.plots.tables import Tables, column
 from nao_hil.analysis.plots.time_axes import legend_above, mark_phases, plot_line, time_axes
 
 _LEGS: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-
+_COLOURS: Final = (*_LEGS, "HipYawPitch")
 
 _CELLS: Final = ("front left", "front right", "rear left", "rear right")
 
@@ -115,7 +115,9 @@ def current(t: Tables, figure: Figure) -> None:
     for ax, field in zip(axes, ("current", "temperature"), strict=True):
         values = column(t.sensors, field, len(JOINTS))
         for slot in slots:
-            plot_line(ax, t.time, values[:, slot], JOINTS[slot], lw=0.6)
+            name = JOINTS[slot]
+            style = {"color": f"C{_COLOURS.index(name[1:])}", "ls": "-" if name[0] == "L" else "--"}
+            plot_line(ax, t.time, values[:, slot], name, lw=0.6, **style)
     legend_above(axes[0])
 
 
@@ -131,7 +133,7 @@ def imu(t: Tables, figure: Figure) -> None:
 
 def cycle(t: Tables, figure: Figure) -> None:
     """How old commands are, and how many came too late."""
-    axes = time_axes(t, figure, ("age of the command, cycles", "cycles missed so far"))
+    axes = time_axes(t, figure, ("age of command, cycles", "missed so far, cycles"))
     command = column(t.sensors, "command")
     age = np.where(command >= 0, column(t.sensors, "seq") - command, np.nan)
     plot_line(axes[0], t.time, age, "", lw=0.7)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -55,6 +56,16 @@ class Tables:
     def fell(self) -> float | None:
         """When the robot had fallen by the ground truth, s."""
         return next((frame.time for frame in self.truth if frame.fell), None)
+
+    @property
+    def before_fall(self) -> Sequence[TruthFrame]:
+        """The ground truth of a robot that has not fallen yet."""
+        return list(itertools.takewhile(lambda frame: not frame.fell, self.truth))
+
+    @property
+    def events(self) -> list[float]:
+        """When something was done to the robot or its world, s."""
+        return [when for when, notice in self.notices if notice.level == "info" and not notice.routine]
 
     def phases(self) -> list[tuple[str, float, float]]:
         """Phase of the plan, its begin and its end, s."""

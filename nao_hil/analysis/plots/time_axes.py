@@ -36,9 +36,8 @@ def mark_phases(t: Tables, ax: Axes) -> None:
     for phase, begin, end in t.phases():
         if phase in SINGLE:
             ax.axvspan(begin, end, color=_SHADE[phase], alpha=0.07, lw=0.0)
-    for when, notice in t.notices:
-        if notice.level == "info":
-            ax.axvline(when, color="0.5", lw=0.7, ls=":")
+    for when in t.events:
+        ax.axvline(when, color="0.2", lw=1.1, ls=":")
     if t.fell is not None:
         ax.axvline(t.fell, color="tab:red", lw=1.5)
 
@@ -59,8 +58,8 @@ def explain_marks(t: Tables, figure: Figure) -> None:
         for phase, side in (("SSL", "left"), ("SSR", "right"))
         if phase in phases
     ]
-    if any(notice.level == "info" for _, notice in t.notices):
-        handles.append(Line2D([], [], color="0.5", lw=0.9, ls=":", label="event: push, plate, fault, reset"))
+    if t.events:
+        handles.append(Line2D([], [], color="0.2", lw=1.1, ls=":", label="event: push, plate, fault, reset"))
     if t.fell is not None:
         handles.append(Line2D([], [], color="tab:red", lw=1.5, label="fall"))
     if handles:

@@ -13,6 +13,9 @@ import numpy as np
 
 PI, PI_2, PI_4, _2_PI_ = math.pi, 0.5 * math.pi, 0.25 * math.pi, 2.0 * math.pi
 TO_RAD, TO_DEG = math.pi / 180.0, 180.0 / math.pi
+AXIS_MASK_X, AXIS_MASK_Y, AXIS_MASK_Z = 1, 2, 4
+AXIS_MASK_WX, AXIS_MASK_WY, AXIS_MASK_WZ = 8, 16, 32
+AXIS_MASK_NONE, AXIS_MASK_XY, AXIS_MASK_VEL, AXIS_MASK_ROT, AXIS_MASK_ALL = 0, 3, 7, 56, 63
 
 
 class _Vector:
@@ -71,6 +74,10 @@ class _Vector:
         """Length of the vector."""
         return math.hypot(*self)
 
+    def normalize(self) -> Any:
+        """The vector of length 1 in this direction."""
+        return self / self.norm()
+
     def distance(self, other: Any) -> float:
         """Distance of the positions."""
         return math.dist(self.toVector()[:3], other.toVector()[:3])
@@ -91,6 +98,26 @@ class Position3D(_Vector):
     """x, y, z."""
 
     NAMES = ("x", "y", "z")
+
+    def dotProduct(self, other: Any) -> float:
+        """The dot product."""
+        return float(np.dot(self.toVector(), list(other)))
+
+    def crossProduct(self, other: Any) -> Position3D:
+        """The cross product."""
+        return Position3D(np.cross(self.toVector(), list(other)).tolist())
+
+
+class Rotation3D(_Vector):
+    """wx, wy, wz."""
+
+    NAMES = ("wx", "wy", "wz")
+
+
+class Velocity6D(_Vector):
+    """xd, yd, zd, wxd, wyd, wzd."""
+
+    NAMES = ("xd", "yd", "zd", "wxd", "wyd", "wzd")
 
 
 class Position6D(_Vector):
@@ -118,6 +145,11 @@ class Pose2D(_Vector):
         """The pose of the frame of reference in this pose's frame."""
         c, s = math.cos(self.theta), math.sin(self.theta)
         return Pose2D([-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta])
+
+    def diff(self, other: Pose2D) -> Pose2D:
+        """The pose of another one in this pose's frame."""
+        diff: Pose2D = self.inverse() * other
+        return diff
 
     def getAngle(self) -> float:
         """Direction from the origin to the pose, rad."""
@@ -168,9 +200,30 @@ class Transform:
         """A turn about z."""
         return cls.fromPosition(0.0, 0.0, 0.0, 0.0, 0.0, angle)
 
+    @classmethod
+    def from3DRotation(cls, wx: float, wy: float, wz: float) -> Transform:
+        """Turns about x, then y, then z."""
+        return cls.fromPosition(0.0, 0.0, 0.0, wx, wy, wz)
+
     def toVector(self) -> list[float]:
         """16 numbers, row by row."""
         return [float(value) for value in self.matrix.flat]
+
+    def isNear(self, other: Transform, epsilon: float = 1e-4) -> bool:
+        """Whether each number is within `epsilon` of the other's."""
+        return bool(np.all(np.abs(self.matrix - other.matrix) <= epsilon))
+
+    def norm(self) -> float:
+        """Length of the translation."""
+        return float(np.linalg.norm(self.matrix[:3, 3]))
+
+    def distance(self, other: Transform) -> float:
+        """Distance of the positions."""
+        return float(np.linalg.norm(self.matrix[:3, 3] - other.matrix[:3, 3]))
+
+    def diff(self, other: Transform) -> Transform:
+        """The other transform in this one's frame."""
+        return Transform.of(self.inverse().matrix @ other.matrix)
 
     def inverse(self) -> Transform:
         """The inverse."""
@@ -192,6 +245,36 @@ class Transform:
             self.matrix[int(name[1]) - 1, int(name[4]) - 1] = value
         else:
             super().__setattr__(name, value)
+
+
+def transformFromRotX(angle: float) -> Transform:
+    """A turn about x."""
+    return Transform.fromRotX(angle)
+
+
+def transformFromRotY(angle: float) -> Transform:
+    """A turn about y."""
+    return Transform.fromRotY(angle)
+
+
+def transformFromRotZ(angle: float) -> Transform:
+    """A turn about z."""
+    return Transform.fromRotZ(angle)
+
+
+def transformFrom3DRotation(wx: float, wy: float, wz: float) -> Transform:
+    """Turns about x, then y, then z."""
+    return Transform.from3DRotation(wx, wy, wz)
+
+
+def transformFromPosition(x: float, y: float, z: float, *angles: float) -> Transform:
+    """The transform of x, y, z, and of wx, wy, wz if given."""
+    return Transform.fromPosition(x, y, z, *angles)
+
+
+def transformFromPosition3D(position: Position3D) -> Transform:
+    """The transform of a position."""
+    return Transform(*position)
 
 
 def transformFromPosition6D(position: Position6D) -> Transform:
@@ -223,6 +306,16 @@ def position3DFromTransform(transform: Transform) -> Position3D:
     return Position3D(transform.matrix[:3, 3].tolist())
 
 
+def rotation3DFromTransform(transform: Transform) -> Rotation3D:
+    """Angles of a transform."""
+    return Rotation3D(position6DFromTransform(transform).toVector()[3:])
+
+
+def position2DFromPose2D(pose: Pose2D) -> Position2D:
+    """Position of a pose."""
+    return Position2D(pose.x, pose.y)
+
+
 def transformFromPose2D(pose: Pose2D) -> Transform:
     """The transform of a pose on the floor."""
     return Transform.fromPosition(pose.x, pose.y, 0.0, 0.0, 0.0, pose.theta)
@@ -242,6 +335,11 @@ def pose2DInverse(pose: Pose2D) -> Pose2D:
 def transformInverse(transform: Transform) -> Transform:
     """The inverse of a transform."""
     return transform.inverse()
+
+
+def areTransformsNear(one: Transform, other: Transform, epsilon: float = 1e-4) -> bool:
+    """Whether each number of two transforms is within `epsilon`."""
+    return one.isNear(other, epsilon)
 
 
 def modulo2PI(angle: float) -> float:

@@ -134,7 +134,7 @@ def _points(balance: Balance, floor: GroundPlane) -> list[float]:
     best, com = balance.best, balance.best.robot.com
     flat = {
         "zmp_plan": balance.plan.zmp if balance.plan else None,
-        "zmp_fsr": balance.sensed.zmp,
+        "zmp_fsr": balance.felt,
         "zmp_true": balance.true.zmp if balance.true else None,
         "com_ground": (float(com[0]), float(com[1])),
         "capture": best.capture,

@@ -21,6 +21,7 @@ seeds = 3
 first_seed = 5
 duration = 0.2
 [base]
+engine = "mujoco"
 gait = "static"
 controller = { switches = { torso = "none" } }
 [axes]

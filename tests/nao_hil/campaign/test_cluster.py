@@ -18,6 +18,7 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.executors import Job, WorkerRefused, base, open_executor
 from nao_hil.runs.walk import Walk
+from tests.loops import until
 from walker.stabilization.switches import switch_changes
 
 BARE = switch_changes("none")
@@ -38,7 +39,9 @@ class Cluster:
 
     def start_scheduler(self) -> subprocess.Popen[bytes]:
         port = self.address.rpartition(":")[2]
-        return self._start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
+        scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
+        until(lambda: _listens(int(port)), "the scheduler")
+        return scheduler
 
     def start_worker(self) -> subprocess.Popen[bytes]:
         return self._start("worker", self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
@@ -56,6 +59,11 @@ class Cluster:
             process.wait()
 
 
+def _listens(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Cluster]:
     found = Cluster(tmp_path)
@@ -64,14 +72,14 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 
 def short(seed: int) -> Walk:
-    config = RunConfig(wear="nominal", gait="static", seed=seed, controller=BARE)
+    config = RunConfig(engine="mujoco", wear="nominal", gait="static", seed=seed, controller=BARE)
     return Walk(name="short", config=config, duration=0.2, keep_track=False)
 
 
 def test_the_same_walks_on_a_cluster_and_here_row_for_row(cluster: Cluster, tmp_path: Path) -> None:
     sheet = tmp_path / "mine.toml"
     sheet.write_bytes((Path(store.__file__).parents[2] / "emulator/wear/worn.toml").read_bytes())
-    mine = RunConfig(wear=str(sheet), gait="static", controller=BARE)
+    mine = RunConfig(engine="mujoco", wear=str(sheet), gait="static", controller=BARE)
     walks = [
         *(short(seed) for seed in range(3)),
         Walk(name="mine", config=mine, duration=0.2, keep_track=False),

@@ -93,8 +93,9 @@ def test_an_axis_that_is_none_is_one_sentence(text: str) -> None:
 def test_a_map_of_walks_has_a_picture_and_goes_on_where_it_was(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    quantities = ["slope=0:30:2", "friction=0.7:0.8:2", "--gait", "static", "--duration", "0.3", "--seeds", "4"]
-    command = ["map", *quantities, "--cluster", "inline", "--out", str(tmp_path), "--json"]
+    axes = ["slope=0:30:2", "friction=0.7:0.8:2"]
+    walk = ["--engine", "mujoco", "--gait", "static", "--duration", "0.3", "--seeds", "4"]
+    command = ["map", *axes, *walk, "--cluster", "inline", "--out", str(tmp_path), "--json"]
     found = []
     for _ in range(2):
         assert run(command) == 0

@@ -25,7 +25,7 @@ BARE = switch_changes("none")
 
 
 def bare(seed: int = 0, duration: float = 0.5, name: str = "test") -> Walk:
-    config = RunConfig(wear="nominal", gait="static", seed=seed, controller=BARE)
+    config = RunConfig(engine="mujoco", wear="nominal", gait="static", seed=seed, controller=BARE)
     return Walk(name=name, config=config, duration=duration)
 
 
@@ -67,7 +67,12 @@ def test_results_do_not_depend_on_workers_or_on_the_store(tmp_path: Path) -> Non
 def test_a_fall_ends_the_run() -> None:
     steep = Scenario(floor=ScenarioFloor(pitch=15.0))
     result = walk(
-        Walk(name="steep", config=RunConfig(gait="static", controller=BARE), duration=60.0, scenario=steep)
+        Walk(
+            name="steep",
+            config=RunConfig(engine="mujoco", gait="static", controller=BARE),
+            duration=60.0,
+            scenario=steep,
+        )
     )
     assert result.end.ending == "fell"
     assert not result.end.survived
@@ -77,7 +82,7 @@ def test_a_fall_ends_the_run() -> None:
 
 def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     plate = PlateUnderFoot(foot="right", size=(0.2, 0.08, 0.01), shift=(0.03, 0.0))
-    config = RunConfig(gait="static", controller=BARE)
+    config = RunConfig(engine="mujoco", gait="static", controller=BARE)
     track = walk(Walk(name="plate", config=config, duration=3.6, world_events=((2.5, plate),))).track
     left, right = (soles_in_world(load_body("nao-v3"), side, track)[:, 2, 3] for side in ("L", "R"))
     # level at the start, and a plate apart when the first single support has ended

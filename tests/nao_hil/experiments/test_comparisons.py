@@ -135,7 +135,7 @@ def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -
 
 def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
     setup = landing_force.ObstacleSetup(duration=3.6, plate_time=3.0, lower=(), higher=())
-    changes = RunConfig(wear="nominal", controller={"switches": {"torso": "none"}})
+    changes = RunConfig(engine="mujoco", wear="nominal", controller={"switches": {"torso": "none"}})
     with Campaign(cluster="inline") as campaign:
         outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
     data = json.loads(msgspec.json.encode(outcome.result))
@@ -220,6 +220,29 @@ def test_a_stop_leaves_about_as_many_runs_of_each_arm(tmp_path: Path) -> None:
     context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
     one, two = context.run(*(context.walks(name, "static", 60.0) for name in ("one", "two")))
     assert ([result.seed for result in one], [result.seed for result in two]) == ([5, 6], [5])
+
+
+class Made:
+    """A campaign in which walks of the arm `falls` fall from the eighth seed on."""
+
+    def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
+        return [
+            WalkOutcome(
+                task,
+                ended(0, 60.0, fell=task.name == "falls" and task.config.seed >= 7).end,
+                Track(np.zeros((0, WIDTH))),
+            )
+            for task in walks
+        ]
+
+
+def test_an_arm_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
+    """Lower bound of 19 of 20: 0.764, of 20: 0.839 (Wilson 1927). One fall decides against 0.8."""
+    context = Context(cast(Campaign, Made()), tmp_path, tuple(range(20)), NOMINAL)
+    arms = [context.walks(name, "static", 60.0) for name in ("stands", "falls")]
+    stands, falls = context.run_until_certain(0.8, *arms)
+    assert [result.seed for result in stands] == list(range(20))
+    assert [result.seed for result in falls] == list(range(10))  # two blocks of five
 
 
 def test_arms_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:

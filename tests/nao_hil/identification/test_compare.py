@@ -51,7 +51,7 @@ def knee_recording(folder: Path, backlash: float) -> Path:
     servo = msgspec.structs.replace(
         wear.servo, backlash=msgspec.structs.replace(wear.servo.backlash, KneePitch=backlash)
     )
-    settings = run_config(None, start="hang", seed=11)
+    settings = run_config(None, engine="mujoco", start="hang", seed=11)
     file = folder / "frames.mcap"
     with (
         build_robot(settings, wear=msgspec.structs.replace(wear, servo=servo)) as robot,
@@ -79,7 +79,10 @@ def as_csv(file: Path, target: Path) -> None:
 
 def compared(capsys: pytest.CaptureFixture[str], file: Path, *options: str) -> dict:
     out = file.parent / "compared"
-    assert run(["compare", str(file), "--seed", "3", "--out", str(out), "--json", *options]) == 0
+    assert (
+        run(["compare", str(file), "--engine", "mujoco", "--seed", "3", "--out", str(out), "--json", *options])
+        == 0
+    )
     assert (out / "report.html").exists() and (out / "summary.json").exists()
     return json.loads(capsys.readouterr().out.splitlines()[-1])
 

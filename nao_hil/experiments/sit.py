@@ -1,0 +1,143 @@
+"""Sitting down by order and standing up again, through the walker and the guard."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import msgspec
+
+from bridge.body import load_body
+from bridge.guard import Guard
+from bridge.guard.fall import tilt
+from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
+from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
+from nao_hil.analysis.statistics import few_words, wilson
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.setup import setup_rows
+from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.campaign import Interrupted
+from nao_hil.runs.config import RunConfig
+
+SEATED: Final = 2.0
+"""s that the robot sits, nearly limp."""
+HOLD: Final = 1.0
+"""s that it is to stand at the end."""
+LONGEST: Final = 40.0
+"""s after which a run ends."""
+EVERY: Final = wilson(100, 100)[0]
+"""A share counts as "100 of 100" when the lower bound of its interval is at least that one's."""
+
+
+class Sit(msgspec.Struct, frozen=True, kw_only=True):
+    """One robot that sat down and stood up."""
+
+    seed: int
+    sat: bool
+    """Upright on its seat, not on its feet, after `SEATED`; the guard saw no fall on the way."""
+    stands: bool
+    """On its feet for `HOLD` at the end, by the ground truth."""
+    tries: int
+    """Of getting up."""
+    lean: float
+    """Largest of the torso, by the fused angle, rad."""
+    temperature: float
+    """Of the hottest motor, degrees Celsius."""
+
+
+class SitResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came out."""
+
+    name: str = "sit"
+    passed: bool
+    n: int
+    sat: int
+    survived: int
+    """Sat, and stood again."""
+    interval: tuple[float, float]
+    """Wilson's 95 % interval of the share."""
+    sits: tuple[Sit, ...]
+
+
+def sit(config: RunConfig) -> Sit:
+    """Sit down, wait, stand up.
+
+    Args:
+        config: Body, wear, engine, gait and seed are read.
+    """
+    body = load_body(config.robot)
+    settings = msgspec.structs.replace(config, recover=True)
+    controller, guard = controller_maker(settings, waits=True)(body, body.cycle), Guard(body)
+    down = MotionPlayer(named_motion("sit-down", body), body)
+    up = GetUp(get_up_motions(body), body)
+    lean = temperature = 0.0
+    sat = fell = False
+    seated = stood = math.inf
+    with build_robot(settings) as robot:
+        while robot.time < LONGEST and robot.time < stood + HOLD:
+            frame, before = robot.frame, controller.state
+            answer = controller.tick(frame)
+            robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
+            lean, temperature = max(lean, tilt(frame)), max(temperature, *frame.temperature)
+            fell = fell or guard.state == "fallen"
+            if controller.state != before and controller.state == "stand":
+                if seated == math.inf:
+                    controller.play(down)
+                else:
+                    stood = robot.time
+            elif controller.state != before and controller.state == "rest":
+                seated = robot.time
+            if not sat and robot.time >= seated + SEATED:
+                sat = controller.below == "upright" and robot.truth().fell and not fell
+                controller.play(up)
+        stands = stood < math.inf and not robot.truth().fell
+    return Sit(
+        seed=config.seed, sat=sat, stands=stands, tries=len(up.began), lean=lean, temperature=temperature
+    )
+
+
+def claims(result: SitResult) -> tuple[Claim, ...]:
+    """What is to come out, beside what did."""
+    low, high = result.interval
+    shown = f"{result.survived} of {result.n} (95 % interval {low:.0%} to {high:.0%})"
+    return (Claim("100 of 100 sit down and stand up again", shown, low >= EVERY),)
+
+
+def experiment(context: Context) -> Outcome:
+    """One robot per seed."""
+    configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
+    sits: list[Sit] = context.campaign.map("sit", sit, configs)
+    if not sits:
+        raise Interrupted
+    survived = sum(each.sat and each.stands for each in sits)
+    result = SitResult(
+        passed=False,
+        n=len(sits),
+        sat=sum(each.sat for each in sits),
+        survived=survived,
+        interval=wilson(survived, len(sits)),
+        sits=tuple(sits),
+    )
+    judged = claims(result)
+    result = msgspec.structs.replace(result, passed=all(claim.holds for claim in judged))
+    rows = tuple(
+        (
+            str(each.seed),
+            "yes" if each.sat else "no",
+            "yes" if each.stands else "no",
+            str(each.tries),
+            f"{math.degrees(each.lean):.0f}",
+            f"{each.temperature:.0f}",
+        )
+        for each in sits
+    )
+    head = ("seed", "sat", "stands", "tries", "lean, degrees", "hottest motor, degrees Celsius")
+    page = ReportPage(
+        name="sit",
+        title=f"Sitting down and standing up{few_words(result.n)}",
+        source="Not in the thesis.",
+        setup=setup_rows(context, [("sits", f"{SEATED:g} s"), ("stands", f"{HOLD:g} s at the end")]),
+        claims=judged,
+        tables=(ReportTable("Robots", head, rows),),
+    )
+    return Outcome(result, page)

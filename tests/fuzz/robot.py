@@ -1,0 +1,285 @@
+"""Sends random calls and garbage to an emulated robot in real time, by every way in, and says how it bore them.
+
+Usage from the root, with qi installed: python -m tests.fuzz.robot [COUNT] [SEED]; by default 100000 and 0. They
+go to each method of `serve naoqi`, the socket of `serve lola`, topics and queries of the link. The last line is
+JSON; the exit code is 1 when a process ended or printed a traceback.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import random
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import zenoh
+
+from bridge.adapters.lola.address import Address, connect
+from bridge.adapters.lola.packets import actuator_map
+from bridge.errors import FrameError
+from bridge.link import keys
+from bridge.link.session import open_client, subscribe
+from bridge.messages import ActuatorFrame, LeaseRequest, SensorFrame, decode, encode
+from nao_hil.runs.bare_loop import BareLoop
+from nao_hil.runs.supervisor import Child, free_endpoint
+from tests.loops import repeat_while, until
+from tests.ports import free_port
+
+Way = Callable[[random.Random], object]
+STRANGE: Final[list[Any]] = [
+    *(None, True, False, 0, 1, -1, 2, 63, 2**31, 0.0, 0.5, -0.5, 1.0, 1e9, -1e300, float("nan"), float("inf")),
+    *(
+        "",
+        "Body",
+        "Head",
+        "HeadYaw",
+        "LArm",
+        "LLeg",
+        "CameraTop",
+        "FaceLeds",
+        "English",
+        "speed",
+        "me",
+        "x" * 300,
+    ),
+    *("walk", "acquire", "Stand", "ClearAll", "time-mixed", "\0", {}, {"a": 1}, [], [0.1] * 6, [[0.1], [0.2]]),
+]
+PUBLISHED: Final = (keys.ACTUATORS, keys.TELEMETRY, keys.SENSORS, keys.NOTICES, keys.TRUTH, "nothing")
+QUERIES: Final = (
+    *(keys.INFO, keys.LEASE, keys.GUARD, keys.STOP, keys.ARM, "world/command", "walk/command", "nothing"),
+    *("dcm/set", "dcm/setAlias", "dcm/createAlias", "dcm/getTime", "dcm/getPrefix"),
+)
+FIELDS: Final = (
+    *("version", "op", "controller", "ticket", "lease", "reply_to", "position", "stiffness", "command", "how"),
+    *("who", "velocity", "steps", "target", "name", "value", "at", "force", "object", "time"),
+)
+LEASES: Final = (
+    LeaseRequest(op="acquire", controller="fuzz", ticket=1),
+    LeaseRequest(op="release", controller="fuzz", ticket=1),
+    LeaseRequest(op="status", controller="fuzz"),
+)
+OUTSTANDING: Final = 200
+"""Calls of NAOqi that wait for their end at once."""
+
+
+def some(draw: random.Random, depth: int = 2) -> Any:
+    """One value."""
+    if depth and draw.random() < 0.25:
+        return [some(draw, depth - 1) for _ in range(draw.randrange(4))]
+    return draw.choice(STRANGE)
+
+
+def payload(draw: random.Random) -> bytes:
+    """A message: nothing, noise, a map of known fields, one of a controller, or one of these cut or changed."""
+    kind = draw.randrange(5)
+    if kind == 0:
+        return draw.randbytes(draw.choice((0, 1, 10, 1000, 70_000)))
+    if kind == 1:
+        return msgspec.msgpack.encode({draw.choice(FIELDS): some(draw) for _ in range(draw.randrange(6))})
+    if kind == 2:
+        return encode(draw.choice(LEASES))
+    angles = tuple(draw.uniform(-2.0, 2.0) for _ in range(25))
+    data = encode(
+        ActuatorFrame(reply_to=draw.randrange(10_000), position=angles, stiffness=(draw.random(),) * 25)
+    )
+    return data if kind == 3 else _hurt(draw, data)
+
+
+def _hurt(draw: random.Random, data: bytes) -> bytes:
+    """A message with some bytes changed, and its end cut off."""
+    hurt = bytearray(data)
+    for _ in range(draw.randrange(8)):
+        hurt[draw.randrange(len(hurt))] = draw.randrange(256)
+    return bytes(hurt[: draw.randrange(len(hurt) + 1)])
+
+
+class NaoqiCalls:
+    """Calls of all methods of all services, with any arguments.
+
+    Args:
+        url: of the server.
+    """
+
+    def __init__(self, url: str) -> None:
+        import qi
+
+        self._session = qi.Session()
+        self._session.connect(url)
+        names = [s["name"] for s in self._session.services()]
+        services = {name: self._session.service(name) for name in names if name != "ServiceDirectory"}
+        self._methods = [
+            getattr(service, method)
+            for service in services.values()
+            for method in dir(service)
+            if method[:1] != "_" and method not in dir(qi.Object) and callable(getattr(service, method))
+        ]
+        self._waiting: list[Any] = []
+        self.bad: list[str] = []
+        """Errors of calls that are tracebacks."""
+
+    def __call__(self, draw: random.Random) -> None:
+        """One of them; it is not waited for."""
+        arguments = [some(draw) for _ in range(draw.randrange(6))]
+        with contextlib.suppress(RuntimeError, TypeError, OverflowError, ValueError, UnicodeError):
+            self._waiting.append(draw.choice(self._methods)(*arguments, _async=True))
+        for _ in repeat_while(lambda: len(self._waiting) > OUTSTANDING):
+            ended = [future for future in self._waiting if not future.isRunning()]
+            errors = (future.error() for future in ended if future.hasError(0))
+            self.bad += [error for error in errors if "Traceback" in error]
+            self._waiting = [future for future in self._waiting if future.isRunning()]
+            if len(self._waiting) > OUTSTANDING:  # walks and interpolations: let go of the oldest ones
+                self._waiting = self._waiting[OUTSTANDING // 2 :]
+                time.sleep(0.01)
+
+
+class LolaClient:
+    """Garbage and commands for LoLA's socket; connects anew when it is put out.
+
+    Args:
+        path: of the socket.
+    """
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._peer: socket.socket | None = None
+
+    def __call__(self, draw: random.Random) -> None:
+        """One piece."""
+        if self._peer is None or draw.random() < 0.005:
+            if self._peer is not None:
+                self._peer.close()
+            self._peer = connect(Address(path=self._path), 5.0)
+            self._peer.setblocking(False)
+        whole = actuator_map([draw.uniform(-3.0, 3.0) for _ in range(25)], [draw.uniform(-2.0, 2.0)] * 25)
+        data = draw.choice((whole, _hurt(draw, whole), payload(draw)))
+        try:
+            with contextlib.suppress(BlockingIOError):
+                self._peer.recv(1 << 20)
+            self._peer.sendall(data)
+        except OSError:
+            self._peer = None
+
+
+class LinkMessages:
+    """Publications and queries.
+
+    Args:
+        endpoint: of the robot.
+    """
+
+    def __init__(self, endpoint: str) -> None:
+        self._session: zenoh.Session = open_client(endpoint)
+
+    def publish(self, draw: random.Random) -> None:
+        """One publication."""
+        self._session.put(keys.key(keys.DEFAULT_ROBOT, draw.choice(PUBLISHED)), payload(draw))
+
+    def ask(self, draw: random.Random) -> None:
+        """One query; its reply is not waited for."""
+        self._session.get(
+            keys.key(keys.DEFAULT_ROBOT, draw.choice(QUERIES)),
+            lambda _: None,
+            payload=payload(draw),
+            timeout=1.0,
+        )
+
+
+class Watch:
+    """Times between a robot's frames by its own clock, and the lateness of a bare loop beside it.
+
+    Args:
+        endpoint: of the robot.
+    """
+
+    def __init__(self, endpoint: str) -> None:
+        self._endpoint = endpoint
+        self._walls: list[int] = []
+
+    def _keep(self, data: bytes) -> None:
+        with contextlib.suppress(FrameError):
+            self._walls.append(decode(data, SensorFrame).wall)
+
+    def while_(self, work: Callable[[], None]) -> dict[str, Any]:
+        """Figures of the time that it takes, ms."""
+        self._walls.clear()
+        session = open_client(self._endpoint)
+        subscriber = subscribe(session, keys.key(keys.DEFAULT_ROBOT, keys.SENSORS), self._keep)
+        begin = time.monotonic()
+        with BareLoop() as bare:
+            work()
+        seconds = time.monotonic() - begin
+        subscriber.undeclare()
+        session.close()
+        gaps = 1e-6 * np.diff(self._walls)
+        return {
+            "seconds": round(seconds, 1),
+            "frames": len(self._walls),
+            "gaps_over_15_ms": int((gaps > 15.0).sum()),
+            "gap_ms": _figures(gaps),
+            "bare_over_5_ms": int((bare.lateness > 0.005).sum()),
+            "bare_lateness_ms": _figures(1e3 * bare.lateness),
+        }
+
+
+def _figures(values: Any) -> dict[str, float]:
+    figures = {f"p{p}": float(np.percentile(values, p)) for p in (50, 99, 99.9)} | {"max": float(values.max())}
+    return {name: round(value, 3) for name, value in figures.items()}
+
+
+def attack(count: int, seed: int, folder: Path) -> dict[str, Any]:
+    """Robot and servers under `count` messages; how they bore them."""
+    os.chdir(folder)  # whatever a call writes comes here
+    draw, endpoint, url = random.Random(seed), free_endpoint(), f"tcp://127.0.0.1:{free_port()}"
+    path = str(folder / "robocup")
+    children = [
+        Child("robot", ["emulate", "--robot", "nao-v5", "--listen", endpoint, "--out", "run"], folder),
+        Child("naoqi", ["serve", "naoqi", "--listen", url, "--connect", endpoint], folder),
+        Child("lola", ["serve", "lola", "--socket", path, "--connect", endpoint], folder),
+    ]
+    try:
+        until(lambda: "is served at" in children[1].stderr and Path(path).exists(), "the servers")
+        naoqi, lola, link = NaoqiCalls(url), LolaClient(path), LinkMessages(endpoint)
+        ways: list[Way] = [naoqi, naoqi, naoqi, lola, link.publish, link.ask]
+        watch, sent = Watch(endpoint), dict.fromkeys(("naoqi", "lola", "publish", "ask"), 0)
+        names = {id(naoqi): "naoqi", id(lola): "lola"}
+
+        def send() -> None:
+            for _ in range(count):
+                way = draw.choice(ways)
+                way(draw)
+                sent[names.get(id(way), getattr(way, "__name__", ""))] += 1
+
+        quiet = watch.while_(lambda: time.sleep(20.0))
+        busy = watch.while_(send)
+        ended = {child.name: child.stderr[-3000:] for child in children if not child.running}
+    finally:
+        logs = {child.name: child.end(10.0).stderr for child in reversed(children)}
+    tracebacks = {
+        f"{name} {i}": "Traceback" + part[:2000]
+        for name, log in logs.items()
+        for i, part in enumerate(log.split("Traceback")[1:])
+    }
+    tracebacks |= {f"call {i}": error for i, error in enumerate(naoqi.bad[:10])}
+    return {"sent": sent, "ended": ended, "tracebacks": tracebacks, "quiet": quiet, "busy": busy}
+
+
+def main() -> None:
+    """Attack one robot."""
+    count, seed = (int(given) for given in [*sys.argv[1:], *("100000", "0")[len(sys.argv) - 1 :]])
+    with tempfile.TemporaryDirectory() as folder:
+        result = attack(count, seed, Path(folder))
+    print(json.dumps(result), flush=True)
+    os._exit(1 if result["ended"] or result["tracebacks"] else 0)  # taking qi apart can take seconds
+
+
+if __name__ == "__main__":
+    main()
