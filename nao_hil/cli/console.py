@@ -13,7 +13,11 @@ WIDE: Final = 1000
 
 
 def open_console(*, stderr: bool = True) -> Console:
-    """A console on stderr or stdout: as wide as the terminal or `COLUMNS` says, or wide in a pipe or a file."""
+    """A console on stderr or stdout: as wide as the terminal or `COLUMNS` says, or wide in a pipe or a file.
+
+    What it prints stays as it is: the `:CD:` of a certificate's fingerprint is no emoji, `[a]` in a path no markup.
+    """
     stream = sys.stderr if stderr else sys.stdout
     terminal = stream is not None and stream.isatty()
-    return Console(stderr=stderr, width=None if terminal or os.environ.get("COLUMNS") else WIDE)
+    width = None if terminal or os.environ.get("COLUMNS") else WIDE
+    return Console(stderr=stderr, width=width, emoji=False, markup=False)

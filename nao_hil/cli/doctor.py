@@ -15,8 +15,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Final, Literal, TypeVar
 
 import msgspec
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
 from emulator.timing import CycleTimer, CycleTimes
@@ -206,5 +206,5 @@ def in_child(work: Callable[[], T]) -> T | None:
 def _print(findings: list[Finding]) -> None:
     table = Table("", "what", "found", "what it means", title="nao-hil doctor")
     for f in findings:
-        table.add_row(f"[{_STYLES[f.verdict]}]{f.verdict}[/]", f.name, escape(f.value), escape(f.advice))
+        table.add_row(Text(f.verdict, _STYLES[f.verdict]), f.name, f.value, f.advice)
     open_console(stderr=False).print(table)

@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from bridge.errors import ConfigurationError
 from bridge.link.certificates import ROLES
@@ -60,7 +61,7 @@ def keys(
     state = authority.state()
     table = Table("role", "expires (UTC)", "days left", "hosts", title=f"certificates in {folder}")
     for one in state:
-        left = f"{one.days_left:.1f}" if one.days_left > 0.0 else "[red]expired[/]"
+        left = f"{one.days_left:.1f}" if one.days_left > 0.0 else Text("expired", "red")
         table.add_row(one.role, one.expires[:16].replace("T", " "), left, ", ".join(one.hosts))
     console.print(table)
     if as_json:

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import msgspec
 from rich.console import Console
+from rich.text import Text
 
 from nao_hil.analysis.report.page import Outcome, ReportPage
 from nao_hil.analysis.report.render import Report, write_report
@@ -114,11 +115,11 @@ class Runner:
         self._say(outcome.page)
 
     def _say(self, page: ReportPage) -> None:
-        verdict = "[green]comes out[/]" if page.passed else "[yellow]does not come out[/]"
-        self._console.print(f"[bold]{page.name}[/]: {verdict}")
+        verdict = ("comes out", "green") if page.passed else ("does not come out", "yellow")
+        self._console.print(Text.assemble((page.name, "bold"), ": ", verdict))
         for claim in page.claims:
-            mark = "[green]holds[/]" if claim.holds else "[yellow]does not hold[/]"
-            self._console.print(f"  {mark}  {claim.text}: {claim.measured}", highlight=False)
+            mark = ("holds", "green") if claim.holds else ("does not hold", "yellow")
+            self._console.print(Text.assemble("  ", mark, f"  {claim.text}: {claim.measured}"))
         for finding in page.findings:
             self._console.print(f"  - {finding}", highlight=False, style="dim")
 
