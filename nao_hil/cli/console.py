@@ -15,7 +15,7 @@ WIDE: Final = 1000
 def open_console(*, stderr: bool = True) -> Console:
     """A console on stderr or stdout: as wide as the terminal or `COLUMNS` says, or wide in a pipe or a file.
 
-    What it prints stays as it is: the `:CD:` of a certificate's fingerprint is no emoji, `[a]` in a path no markup.
+    What it prints stays as it is: the `:CD:` of a fingerprint is no emoji, `[a]` in a path no markup.
     """
     stream = sys.stderr if stderr else sys.stdout
     terminal = stream is not None and stream.isatty()
