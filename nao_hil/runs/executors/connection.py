@@ -18,6 +18,14 @@ _QUIET: Final = 60
 _NO_INTERRUPT: Final = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
 """A Ctrl-C in the terminal reaches every process of it; the command alone decides."""
 
+_SETTINGS: Final = {
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    # A worker's restart takes longer than dask's 15 s on a busy machine; afterwards dask would start none.
+    "distributed.deploy.lost-worker-timeout": "365 days",
+}
+
 
 class SchedulerConnection(Protocol):
     """Makes clients of one scheduler."""
@@ -61,20 +69,15 @@ class LocalProcesses:
         """A client; starts the processes when they do not run."""
         _silence()
         if self._cluster is None:
-            settings = {
-                "distributed.scheduler.worker-saturation": 1.0,
-                "distributed.worker.memory.target": False,
-                "distributed.worker.memory.spill": False,
-            }
-            with dask.config.set(settings):
-                self._cluster = LocalCluster(
-                    n_workers=self._workers,
-                    threads_per_worker=1,
-                    memory_limit=0,
-                    dashboard_address="127.0.0.1:0",
-                    silence_logs=_QUIET,
-                    preload=[_NO_INTERRUPT],
-                )
+            dask.config.set(_SETTINGS)  # for good: some are read when a worker dies
+            self._cluster = LocalCluster(
+                n_workers=self._workers,
+                threads_per_worker=1,
+                memory_limit=0,
+                dashboard_address="127.0.0.1:0",
+                silence_logs=_QUIET,
+                preload=[_NO_INTERRUPT],
+            )
         return Client(self._cluster, set_as_default=False)
 
     def close(self) -> None:
@@ -82,7 +85,7 @@ class LocalProcesses:
         if self._cluster is None:
             return
         for nanny in self._cluster.workers.values():
-            nanny.auto_restart = False
+            nanny.close_gracefully()  # it starts no other worker
             if nanny.pid is not None:
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(nanny.pid, signal.SIGKILL)

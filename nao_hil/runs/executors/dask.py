@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 import queue
 import threading
 import time
@@ -20,7 +22,7 @@ from nao_hil.runs.executors.connection import SchedulerConnection
 SPARE: Final = 8
 """Jobs under way beyond two for each worker: none waits for this process."""
 RECONNECT: Final = 300.0
-"""s for which a lost scheduler is looked for."""
+"""s for which a lost scheduler is looked for, and a worker awaited."""
 COUNT_INTERVAL: Final = 5.0
 """s between looks at how many workers there are."""
 _LOST: Final = (CancelledError, CommClosedError, OSError, TimeoutError)
@@ -34,7 +36,8 @@ class DaskExecutor:
     """A dask cluster.
 
     A worker that dies has its jobs done by others; dask gives up a job that has killed four. A scheduler
-    that is gone is looked for, and given anew what is not done.
+    that is gone is looked for, and given anew what is not done. A scheduler without workers for as long ends
+    the run.
 
     Args:
         connection: To the scheduler.
@@ -46,6 +49,8 @@ class DaskExecutor:
         self._client: Any = None
         self._window = SPARE
         self._counted = -COUNT_INTERVAL
+        self._deserted: float | None = None
+        """Since when there is no worker, s."""
 
     def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
         """As `Executor.run`."""
@@ -56,6 +61,7 @@ class DaskExecutor:
         try:
             while not self._stop.is_set():
                 try:
+                    self._count()
                     for place, job in self._few(waiting, flight):
                         flight.submit(place, job)
                     if not flight.jobs:
@@ -72,14 +78,33 @@ class DaskExecutor:
         finally:
             flight.give_up()
 
+    def _count(self) -> None:
+        """Count the workers, now and then.
+
+        Raises:
+            LinkError: there has been none for too long.
+        """
+        now = time.monotonic()
+        if now - self._counted < COUNT_INTERVAL:
+            return
+        self._counted = now
+        try:
+            threads = sum(self._client.nthreads().values())
+        except _LOST:
+            raise _Lost from None
+        self._window = 2 * threads + SPARE
+        if threads:
+            self._deserted = None
+        elif self._deserted is None:
+            self._deserted = now
+        elif now - self._deserted > RECONNECT:
+            raise LinkError(
+                f"the scheduler at {self._connection.address} has had no worker for {RECONNECT:.0f} s; "
+                "what was done is kept, the same command goes on."
+            )
+
     def _few(self, waiting: Iterator[tuple[int, Job]], flight: _Flight) -> Iterator[tuple[int, Job]]:
         """Jobs until enough are under way."""
-        if time.monotonic() - self._counted > COUNT_INTERVAL:
-            self._counted = time.monotonic()
-            try:
-                self._window = 2 * sum(self._client.nthreads().values()) + SPARE
-            except _LOST:
-                raise _Lost from None
         while len(flight.jobs) < self._window and (job := next(waiting, None)) is not None:
             yield job
 
@@ -105,6 +130,7 @@ class DaskExecutor:
         return None
 
     def _drop(self) -> None:
+        self._deserted = None
         if self._client is not None:
             self._client.close(timeout=1)
             self._client = None
@@ -130,6 +156,9 @@ class _Flight:
         self.jobs: dict[int, tuple[Job, Any]] = {}
         """By place: the job and its future."""
         self._done: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+        self._coming: list[tuple[int, Any]] = []
+        """Of those whose results are fetched: the place and the future."""
+        self._fetch: concurrent.futures.Future[list[Finished]] | None = None
 
     def submit(self, place: int, job: Job) -> None:
         """Give a job to the scheduler."""
@@ -147,6 +176,7 @@ class _Flight:
         """Give all of them to another scheduler."""
         self._client = client
         self._done = queue.SimpleQueue()
+        self._fetch = None
         for place, (job, _) in list(self.jobs.items()):
             self.submit(place, job)
 
@@ -157,6 +187,29 @@ class _Flight:
             WorkerRefused: a worker has other sources.
             _Lost: the scheduler is gone.
         """
+        found = [] if self._fetch else self._begin_to_fetch()
+        if self._fetch and concurrent.futures.wait([self._fetch], POLL).done:
+            try:
+                fetched = self._fetch.result()
+            except _LOST:
+                raise _Lost from None
+            self._fetch = None
+            found += fetched
+            there = {each.place for each in fetched}
+            for place, future in self._coming:  # lost with its worker, and failed when it was done again
+                if place not in there:
+                    self._done.put((place, future))
+        if not found and self._client.status == "closed":
+            raise _Lost
+        for each in found:
+            del self.jobs[each.place]
+        return found
+
+    def _begin_to_fetch(self) -> list[Finished]:
+        """Ask for the results of what is done; gives what failed.
+
+        Nobody waits for the answer: what was lost with its worker is done again first.
+        """
         batch = []
         try:
             batch.append(self._done.get(timeout=POLL))
@@ -164,17 +217,12 @@ class _Flight:
                 batch.append(self._done.get_nowait())
         except queue.Empty:
             pass
-        if not batch and self._client.status == "closed":
-            raise _Lost
-        try:
-            good = [(place, future) for place, future in batch if future.status == "finished"]
-            found: list[Finished] = self._client.gather([future for _, future in good])
-            found += [self._failed(place, future) for place, future in batch if future.status != "finished"]
-        except _LOST:
-            raise _Lost from None
-        for each in found:
-            del self.jobs[each.place]
-        return found
+        failed = [each for each in batch if each[1].status in ("error", "cancelled", "lost")]
+        self._coming = [each for each in batch if each not in failed]
+        if self._coming:
+            results = self._client.gather([future for _, future in self._coming], "skip", asynchronous=True)
+            self._fetch = asyncio.run_coroutine_threadsafe(results, self._client.loop.asyncio_loop)
+        return [self._failed(place, future) for place, future in failed]
 
     def _failed(self, place: int, future: Any) -> Finished:
         if future.status != "error":  # cancelled or lost with its scheduler
@@ -192,6 +240,8 @@ class _Flight:
 
     def give_up(self) -> None:
         """Cancel them."""
+        if self._fetch:
+            self._fetch.cancel()
         futures = [future for _, future in self.jobs.values() if future is not None]
         if futures and self._client.status == "running":
             self._client.cancel(futures, force=True)

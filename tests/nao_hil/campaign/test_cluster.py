@@ -10,9 +10,13 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from distributed import Client
 
+import nao_hil.runs.executors.dask as executors_dask
+from bridge.errors import LinkError
 from nao_hil.runs import store
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
@@ -108,6 +112,27 @@ def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(c
             cluster.workers += [cluster.start_worker() for _ in range(2)]
     executor.close()
     assert sorted(found) == list(range(60))
+
+
+def test_a_result_that_dies_with_the_last_worker_ends_the_run_in_one_sentence(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The job is done, its result still there: dask alone waits for another worker for ever."""
+    gather = Client.gather
+
+    def killed_before(*arguments: Any, **more: Any) -> Any:
+        for worker in cluster.workers:
+            worker.kill()
+            worker.wait()
+        monkeypatch.setattr(executors_dask, "RECONNECT", 0.2)
+        monkeypatch.setattr(executors_dask, "COUNT_INTERVAL", 0.1)
+        return gather(*arguments, **more)
+
+    monkeypatch.setattr(Client, "gather", killed_before)
+    executor = open_executor(cluster.address)
+    with pytest.raises(LinkError, match=r"the scheduler at tcp://.* has had no worker for"):
+        list(executor.run([Job("a", abs, -1)]))
+    executor.close()
 
 
 def test_a_worker_with_other_sources_refuses_in_one_sentence(
