@@ -230,7 +230,9 @@ class Controller:
         dt = self._elapsed(frame.seq)
         self.here = middle_of_soles(self._kinematics, self._odometry.update(frame))
         walking = isinstance(self._state, Walking)
-        self._estimate = self._estimator.update(frame, dt, self.plan, self._state.corrections, walking=walking)
+        self._estimate = self._estimator.update(
+            frame, dt, self.plan, self._state.corrections, self.here.yaw, walking=walking
+        )
         if walking:
             self._hold -= dt
             if self._hold <= 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
+from bridge.body.joints import INDEX
 from bridge.rotations import rotation
 from tests.walker.test_controller import frame
 from walker.estimation.heading import GyroscopeHeading
@@ -45,3 +46,23 @@ def test_the_bias_at_rest_is_not_a_turn():
 def test_only_three_axes_tell_a_heading():
     assert GyroscopeHeading.of(load_body("nao-v3")) is None
     assert math.isfinite(turned([(0.0, 0.0, 1.0)] * 3))
+
+
+def test_the_bias_is_known_after_a_crouch_on_both_feet():
+    """The torso shakes forward and back and the knees bend; nothing turns it but the bias of 0.01 rad/s."""
+    heading, found = GyroscopeHeading(BODY), []
+    for seq in range(1001):
+        still = frame(seq)
+        position = list(still.position)
+        position[INDEX["LHipYawPitch"]] = 0.0
+        position[INDEX["LKneePitch"]] += 0.01 * seq if seq < 100 else 1.0 + 0.01 * (seq % 2)
+        told = msgspec.structs.replace(
+            still,
+            time=seq * DT,
+            gyroscope=(-0.02, 0.3 * math.sin(0.1 * seq), 0.01),
+            angle=(0.0, 0.0),
+            position=tuple(position),
+            fsr=(6.0,) * 8,
+        )
+        found.append(heading.update(told))
+    assert found[-1] - found[100] == pytest.approx(0.0, abs=1e-6)

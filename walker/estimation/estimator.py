@@ -18,6 +18,7 @@ from walker.estimation.delay import DelayEstimator
 from walker.estimation.deviation import DeviationEstimator, DeviationParameters
 from walker.estimation.fall import FallDetector, FallParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
+from walker.estimation.heading_error import HeadingError
 from walker.estimation.lean import Lean, LeanParameters
 from walker.model.transforms import Transform, homogeneous
 from walker.model.zmp import FootForces
@@ -63,6 +64,11 @@ class EstimatorSwitches(Protocol):
     @property
     def capture_step(self) -> bool:
         """It is watched whether a stand holds."""
+        ...
+
+    @property
+    def heading_hold(self) -> bool:
+        """The heading is compared with the planned one."""
         ...
 
 
@@ -123,8 +129,10 @@ class Estimator:
             placement=on.foot_placement,
         )
         self._capture = CaptureEstimator(parameters.capture, body) if on.capture_step else None
+        self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
         self._lean = Lean(parameters.lean)
-        self._heading: float | None = None
+        self._planned: float | None = None
+        """Heading of the plan in the last cycle, rad."""
         self._predicts = on.gyroscope_lean
 
     def update(
@@ -133,6 +141,7 @@ class Estimator:
         dt: float,
         plan: Plan,
         corrections: Corrections,
+        heading: float,
         *,
         walking: bool,
     ) -> Estimate:
@@ -143,6 +152,7 @@ class Estimator:
             dt: time since the last one, s.
             plan: the plan in force: the feet that touch are taken to stand, level, where it put them.
             corrections: of the last cycle.
+            heading: mean of both soles by the odometry, rad.
             walking: as in `FallDetector.update`.
         """
         contacts = self._contact.update(frame.fsr)
@@ -152,14 +162,16 @@ class Estimator:
         moves = plan.phase != "stand"
         ground = self._ground.update(frame, angle, corrections, dt, walking=moves)
         self._delay.update(frame)
-        heading = plan.middle.yaw
-        turn = (heading - self._heading) / dt if self._heading is not None and dt > 0.0 else 0.0
-        self._heading = heading
+        planned = plan.middle.yaw
+        turn = (planned - self._planned) / dt if self._planned is not None and dt > 0.0 else 0.0
+        self._planned = planned
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
         feedback = self._deviation.update(frame.position, lean, plan, dt)
         if self._capture is not None:
             measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
             feedback = feedback._replace(capture_step=measured)
+        if self._heading_error is not None:
+            feedback = feedback._replace(heading=self._heading_error.update(heading, plan))
         return Estimate(
             contacts,
             zmp,

@@ -1,4 +1,8 @@
-"""Heading by the gyroscope: its rate about the vertical, less the bias it has at rest."""
+"""Heading by the gyroscope: its rate about the vertical, less the bias it has at rest.
+
+On both feet no joint but HipYawPitch turns the torso about the vertical: the bias is found while the robot gets
+into its first posture, too.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +10,24 @@ import math
 from typing import Final
 
 from bridge.body import Body
+from bridge.body.joints import INDEX
 from bridge.messages import SensorFrame
 
-_STILL: Final = 0.02
-"""Largest rate about any axis of a torso at rest, rad/s: a few times the gyroscope's noise."""
+_STILL: Final = 0.03
+"""Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias, and its noise."""
 _MOVED: Final = 0.004
-"""Largest motion of a joint at rest, rad: three counts of its encoder."""
+"""Largest motion of HipYawPitch then, rad: three counts of its encoder."""
+_SHARE: Final = 0.2
+"""Least load of the one foot over that of the other, of a robot on both."""
 _REST: Final = 0.2
 """s of rest before the bias is believed."""
-_MEAN: Final = 1.0
-"""s over which the bias is averaged."""
+_MEAN: Final = 5.0
+"""s over which the bias is averaged, at most."""
+_HIP_YAW: Final = INDEX["LHipYawPitch"]
 
 
 class GyroscopeHeading:
-    """Sums up the yaw rate; the robot rests while neither its joints nor its torso move.
+    """Sums up the yaw rate; the robot rests while it is on both feet, or none, and nothing turns it.
 
     Args:
         body: must have a gyroscope of three axes.
@@ -27,9 +35,8 @@ class GyroscopeHeading:
 
     def __init__(self, body: Body) -> None:
         assert body.inertial_unit.gyroscope_axes == 3
-        self._bias = self._heading = self._rested = 0.0
+        self._bias = self._heading = self._rested = self._averaged = self._hip_yaw = 0.0
         self._last: SensorFrame | None = None
-        self._pose: tuple[float, ...] = ()
 
     @staticmethod
     def of(body: Body) -> GyroscopeHeading | None:
@@ -44,7 +51,6 @@ class GyroscopeHeading:
         """
         last, self._last = self._last, frame
         if last is None:
-            self._pose = frame.position
             return self._heading
         dt = frame.time - last.time
         roll, pitch = frame.angle
@@ -55,10 +61,11 @@ class GyroscopeHeading:
         return self._heading
 
     def _rest(self, frame: SensorFrame, rate: float, dt: float) -> None:
-        moved = max(abs(a - b) for a, b in zip(frame.position, self._pose, strict=True))
-        if moved > _MOVED or max(map(abs, frame.gyroscope)) > _STILL:
-            self._rested, self._pose = 0.0, frame.position
+        hip_yaw, loads = frame.position[_HIP_YAW], (sum(frame.fsr[:4]), sum(frame.fsr[4:]))
+        if abs(hip_yaw - self._hip_yaw) > _MOVED or abs(rate) > _STILL or min(loads) < _SHARE * max(loads):
+            self._rested, self._hip_yaw = 0.0, hip_yaw
             return
         self._rested += dt
         if self._rested > _REST:
-            self._bias += min(dt / _MEAN, 1.0) * (rate - self._bias)
+            self._averaged = min(self._averaged + dt, _MEAN)
+            self._bias += dt / self._averaged * (rate - self._bias)

@@ -24,7 +24,8 @@ class Feedback(NamedTuple):
     """Capture point of the robot less that of the plan when this cycle's command is carried out, m."""
     placement: float = 0.0
     """Way by which the feet come down behind their footholds, along the heading of the stance foot, m."""
-
+    heading: float = 0.0
+    """Of the robot less that of the plan, since the walk began, rad."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
 
@@ -32,7 +33,7 @@ class Feedback(NamedTuple):
         """The same in the frame of a pose on the ground."""
         deviation = Foothold(yaw=-origin.yaw).point(*self.deviation)
         measured = self.capture_step and CaptureStep(*(origin.local(*each) for each in self.capture_step))
-        return Feedback(deviation, self.placement, measured)
+        return self._replace(deviation=deviation, capture_step=measured)
 
 
 NONE = Feedback()

@@ -44,6 +44,8 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """The swing foot is aimed beside its foothold by the way by which the feet missed theirs before."""
     capture_step: bool = False
     """A robot that stands answers a push by a capture step, with gaits that can."""
+    heading_hold: bool = False
+    """Footholds turn back by the angle by which the robot turned off its plan, in gaits that can."""
 
 
 StabilizerName = Literal["own", "thesis", "none"]

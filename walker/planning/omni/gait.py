@@ -63,6 +63,10 @@ class OmniState:
     """At rest in `start` and `stop`; in a step, that of the step before."""
     velocity: Vec3 = _REST
     """Of the step under way, m/s, m/s, rad/s."""
+    correction: float = 0.0
+    """Turn rate that feedback adds to it, rad/s."""
+    turned: float = 0.0
+    """Angle by which feedback turned the walk since its beginning, rad."""
     phase: Phase = "stand"
     t: float = 0.0
     """Since the beginning of the phase."""
@@ -82,6 +86,12 @@ class OmniState:
     def single(self) -> bool:
         """A step is under way."""
         return self.phase in ("SSL", "SSR")
+
+    @property
+    def corrected_velocity(self) -> Vec3:
+        """Of the step under way with its correction, m/s, m/s, rad/s."""
+        x, y, turn = self.velocity
+        return x, y, turn + self.correction
 
 
 class OmniGait:
@@ -165,7 +175,9 @@ class OmniGait:
         side: Side = "R" if a < b else "L"
         state = replace(state, swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
-        return replace(state, phase=phase, t=0.0, velocity=_REST, closing=False, capture_step=True)
+        return replace(
+            state, phase=phase, t=0.0, velocity=_REST, correction=0.0, closing=False, capture_step=True
+        )
 
     def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
         """A step `dt` seconds later that goes where the measured capture point needs it."""
@@ -215,8 +227,9 @@ class OmniGait:
         p, side = self._p, state.swing
         zmp = state.zmp if state.capture_step else zmp_under(p, OTHER_SIDE[side], state.stance)
         grow = math.exp(self._omega * max(self._duration(state) - state.t, 0.0))
-        first = Foothold(yaw=following(p, state.stance, side, state.velocity).yaw)
-        zmps = list(self._walk_on(first, side, state.velocity))
+        velocity = state.corrected_velocity
+        first = Foothold(yaw=following(p, state.stance, side, velocity).yaw)
+        zmps = list(self._walk_on(first, side, velocity))
         ahead = zmps[0]
         beyond = bounded_capture_point(self._omega, p.T, self._rho, [ahead, *zmps])
         x, y = (
@@ -252,7 +265,7 @@ class OmniGait:
             (xi * grow - a + rho * c) / (grow - 1.0 + rho)
             for xi, a, c in zip(state.xi, needed, state.com, strict=True)
         )
-        return replace(state, phase="start", t=0.0, zmp=(x, y), capture_step=False)
+        return replace(state, phase="start", t=0.0, zmp=(x, y), turned=0.0, capture_step=False)
 
     def _next_phase(self, state: OmniState, command: GaitCommand) -> OmniState:
         if state.phase == "start":
@@ -296,9 +309,19 @@ class OmniGait:
             if number + steps_to_rest(p, wanted) <= last - (wanted == _REST):
                 velocity = wanted
         closing = velocity == _REST and (not command.walk or number >= last)
+        correction = 0.0 if closing else self._correction(velocity[2], command.feedback.heading + state.turned)
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
-        target = following(p, state.stance, state.swing, velocity)
-        return replace(state, phase=phase, t=0.0, velocity=velocity, target=target, closing=closing)
+        state = replace(state, phase=phase, t=0.0, velocity=velocity, correction=correction, closing=closing)
+        planned = following(p, state.stance, state.swing, velocity)
+        target = following(p, state.stance, state.swing, state.corrected_velocity)
+        return replace(state, target=target, turned=state.turned + target.yaw - planned.yaw)
+
+    def _correction(self, turn: float, error: float) -> float:
+        """Turn rate that takes back a share of the heading's error in one step, within the limits, rad/s."""
+        p = self._p
+        bound, most = p.max_heading_correction, p.max_velocity[2]
+        correction = min(max(-p.heading_gain * error / p.T, -bound), bound)
+        return min(max(turn + correction, -most), most) - turn
 
     def _rest(self, state: OmniState) -> OmniState:
         """Stay on both feet after a capture step; the centre of mass comes to the middle between them."""

@@ -60,6 +60,10 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     """Deviation now that is left alone, m."""
     catch_up_time: Positive = 0.15
     """Time constant with which the planned centre of mass follows the pendulum after a moved foothold, s."""
+    heading_gain: NotNegative = 0.0
+    """Share of the heading's error that the next step takes back."""
+    max_heading_correction: NotNegative = 0.5
+    """Largest turn rate by which a step does so, rad/s."""
     T_capture: Positive
     """Duration of a capture step, s."""
     capture_settling_time: Positive
