@@ -68,6 +68,8 @@ class ControllerLink:
         self._direct = direct
         self.lease = 0
         """Number of the lease; 0 while none is held, also since the robot went away."""
+        self._asked = False
+        """The lease was asked for and not given back since: the robot may have granted it."""
         self._ticket = secrets.randbits(63)
         self._alive = threading.Event()
         self._sensors: Mailbox[bytes] = Mailbox(_QUEUE)
@@ -119,7 +121,7 @@ class ControllerLink:
     def _on_robot(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE:
             self._alive.clear()
-            self.lease = 0
+            self.lease, self._asked = 0, False
             self._sensors.wake()
         else:
             self._alive.set()
@@ -163,25 +165,28 @@ class ControllerLink:
             LinkError: the robot did not understand; says why.
         """
         self._sensors.drain()
+        self._asked = True
         reply = self._ask("acquire")
         if not reply.granted:
             raise LeaseRefused(reply.message)
         self.lease = reply.lease
 
     def release(self) -> None:
-        """Give the lease back, if it is held and the robot is there."""
-        if self.lease:
+        """Give the lease back, if it may be held and the robot is there."""
+        self.lease = 0  # before the robot answers: no command goes out with it any more
+        if self._asked:
             with contextlib.suppress(RobotSilent):
                 self._ask("release")
-        self.lease = 0
+                self._asked = False
 
     def abandon(self) -> None:
         """Leave the robot as a controller that died does: it is free, and its guard's watchdog counts."""
-        if self._session is not None and self.lease:
+        self.lease = 0
+        if self._session is not None and self._asked:
             self._token.undeclare()
             self._ticket = secrets.randbits(63)
             self._declare_token(self._session)
-        self.lease = 0
+            self._asked = False
 
     def _ask(self, op: Literal["acquire", "release", "status"]) -> LeaseReply:
         request = LeaseRequest(op=op, controller=self.name, ticket=self._ticket, direct=self._direct)

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import pytest
 import zenoh
 
-from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError
+from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import (
@@ -239,6 +239,33 @@ def test_a_lease_given_back_is_free_at_once(
         following.acquire()
         assert robot.holder is not None
         assert robot.holder.name == "next"
+
+
+@pytest.mark.parametrize("leave", ["release", "abandon"])
+def test_a_lease_of_which_the_controller_knows_nothing_ends_when_it_leaves(
+    robot: RobotLink, endpoint: str, leave: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The robot granted it, but its answer came too late; or an old notice said that there is none."""
+    with ControllerLink(connect=endpoint) as link:
+        link.wait_robot(timeout=TIMEOUT)
+        ask = link._get
+        with monkeypatch.context() as late:
+            late.setattr(link, "_get", lambda *query: ask(*query) and None)
+            with pytest.raises(RobotSilent):
+                link.acquire()
+        assert robot.holder is not None
+        getattr(link, leave)()
+        until(lambda: robot.holder is None, "the end of the lease")
+        assert robot.leases.abandoned == (leave == "abandon")
+
+
+def test_no_command_goes_out_with_a_lease_that_is_being_given_back(
+    robot: RobotLink, controller: ControllerLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ask, leases = controller._get, []
+    monkeypatch.setattr(controller, "_get", lambda *query: leases.append(controller.lease) or ask(*query))
+    controller.release()
+    assert leases == [0]
 
 
 def test_a_lease_ends_with_its_closed_link(robot: RobotLink, endpoint: str) -> None:
