@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from bridge.body import Body
-from bridge.body.joints import LEG_SLOTS, N_JOINTS
+from bridge.body.joints import LEG_SLOTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, get_up_motions, lying
 from bridge.stance import stands
@@ -28,6 +28,7 @@ from walker.planning.steering import Steering
 from walker.stabilization.parameters import ControllerParameters, controller_parameters
 from walker.states import Approaching, Fallen, Moving, Resting, Standing, State, StateName, Walking
 from walker.states.ready import ReadyWalk, ready_walk
+from walker.states.upper_body import UpperBodyOrders
 
 __all__ = ["Controller", "WalkOrder"]
 
@@ -83,6 +84,7 @@ class Controller:
         self._resume = False
         """The robot walked when it fell: the order goes on once it stands."""
         self._began = self.plan
+        self.upper_body = UpperBodyOrders()
         self.recoveries = 0
         """How often the robot got up from lying."""
         self.interruptions = 0
@@ -257,11 +259,8 @@ class Controller:
             if self._state.name == "walk":
                 self._steer_to_target()
             self._state = self._state.advance(frame, self._estimate, dt)
-        return ActuatorFrame(
-            reply_to=frame.seq,
-            position=self._state.position,
-            stiffness=(self._state.stiffness,) * N_JOINTS,
-        )
+        position, stiffness = self.upper_body.merged(self._state, dt)
+        return ActuatorFrame(reply_to=frame.seq, position=position, stiffness=stiffness)
 
     def _make_estimator(self, parameters: ControllerParameters) -> Estimator:
         """One that remembers nothing; a robot that can get up foresees its falls."""

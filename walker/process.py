@@ -199,6 +199,7 @@ class WalkerProcess:
         self._seq, self._walked = frame.seq, True
         if self._service is not None:
             self._service.before(controller, frame.seq)
+        self._take_upper_body(controller)
         before = controller.interruptions
         began = time.perf_counter()
         self._last = controller.tick(frame)
@@ -223,6 +224,15 @@ class WalkerProcess:
         else:
             self._link.send(self._last)
             self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=tick))
+
+    def _take_upper_body(self, controller: Controller) -> None:
+        try:
+            order = self._link.upper_body()
+        except FrameError as error:
+            self._warn(str(error))
+            return
+        if order is not None:
+            controller.upper_body.take(order)
 
     def _check_delay(self, controller: Controller) -> None:
         """Close the feet on a link that is worse than a walk bears."""

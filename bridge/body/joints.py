@@ -51,5 +51,8 @@ LEG_JOINTS: Final = {
 }
 """The six joints of each leg from hip to foot, in chain order."""
 
+UPPER_JOINTS: Final = tuple(name for name in JOINTS if name not in {*LEG_JOINTS["L"], *LEG_JOINTS["R"]})
+"""Head, arms and hands, in frame order."""
+
 LEG_SLOTS: Final = {side: tuple(INDEX_WITH_MIRROR[j] for j in names) for side, names in LEG_JOINTS.items()}
 """Frame slots of each leg's six joints; both legs share the HipYawPitch slot."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -131,17 +131,21 @@ class Dcm:
         """A command as the buffer keeps it: ms since the start, counts."""
         return TimedCommand(self.clock.since_start(command.time), self._table.to_counts(index, command.value))
 
-    def put_frame(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
+    def put_frame(
+        self, position: Sequence[float], stiffness: Sequence[float], without: Container[int] = ()
+    ) -> None:
         """An actuator frame: ClearAll at the time of now, for all positions and stiffnesses.
 
         Args:
             position: 25 in frame order, rad (hands: 0..1).
             stiffness: 25 in frame order.
+            without: slots whose actuators go on as they are.
         """
-        count = 2 * self._table.n_joints
-        self._last[:count] = self._table.frame_counts(position, stiffness)
-        for index in [i for i in self._buffers if i < count]:
-            del self._buffers[index]
+        counts = self._table.frame_counts(position, stiffness)
+        for index, value in enumerate(counts):
+            if self._table.slots[index % self._table.n_joints] not in without:
+                self._last[index] = value
+                self._buffers.pop(index, None)
         self._framed = True
 
     def run_cycle(self) -> Targets | None:

@@ -30,6 +30,7 @@ from bridge.messages import (
     decode,
     encode,
 )
+from bridge.messages.walk import UpperBody
 
 _QUEUE: Final = 64
 _QUERY: Final = 1.0
@@ -74,6 +75,7 @@ class ControllerLink:
         self._alive = threading.Event()
         self._sensors: Mailbox[bytes] = Mailbox(_QUEUE)
         self._notices: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._upper: Mailbox[bytes] = Mailbox(1)
         self._session: zenoh.Session | None = None
         self._served: dict[str, Callable[[bytes], bytes]] = {}
         self._queryables: list[Any] = []
@@ -100,9 +102,11 @@ class ControllerLink:
         self._subscribers = [
             subscribe(session, key(keys.SENSORS), self._sensors.put),
             subscribe(session, key(keys.NOTICES), self._notices.put),
+            subscribe(session, key(keys.UPPER_BODY), self._upper.put),
         ]
         self._actuators = session.declare_publisher(key(keys.ACTUATORS))
         self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
+        self._upper_body = session.declare_publisher(key(keys.UPPER_BODY))
         self._declare_token(session)
         self._robot_token = session.liveliness().declare_subscriber(
             key(keys.ALIVE_ROBOT), self._on_robot, history=True
@@ -241,6 +245,19 @@ class ControllerLink:
     def publish_telemetry(self, message: WalkTelemetry) -> None:
         """Publish what the walker is doing."""
         self._telemetry.put(encode(message))
+
+    def publish_upper_body(self, message: UpperBody) -> None:
+        """Command the head and the arms of a robot that a walker has."""
+        self._upper_body.put(encode(message))
+
+    def upper_body(self) -> UpperBody | None:
+        """The newest such command since the last call, or None; never waits.
+
+        Raises:
+            FrameError: somebody sent something else.
+        """
+        payloads = self._upper.drain()
+        return decode(payloads[-1], UpperBody) if payloads else None
 
     def notices(self) -> list[Notice]:
         """The robot's notices since the last call; never waits."""

@@ -22,6 +22,7 @@ STOP: Final = "stop"
 ARM: Final = "arm"
 TRUTH: Final = "world/truth"
 TELEMETRY: Final = "walk/telemetry"
+UPPER_BODY: Final = "walk/upper-body"
 ALIVE_ROBOT: Final = "alive/robot"
 ALIVE_CONTROLLERS: Final = "alive/controller/*"
 

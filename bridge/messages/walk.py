@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from bridge.body.joints import UPPER_JOINTS
 from bridge.messages.schema import SCHEMA_VERSION
 from bridge.types import Count, Finite, Pose, Vec2, Vec3
 
@@ -51,6 +52,27 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     """`get-up`, or the name of a motion that comes with the package; `sit-down` means the body's own."""
     at: Count | None = None
     """First sensor frame (`seq`) to act on; left out: the next. In lockstep one `at` gives one run."""
+
+
+class UpperBody(msgspec.Struct, frozen=True, kw_only=True):
+    """Head and arms of a robot that a walker has, by somebody else (key `walk/upper-body`); the newest counts.
+
+    The joints that it leaves out are the walker's.
+    """
+
+    version: int = SCHEMA_VERSION
+    joints: tuple[str, ...]
+    position: tuple[Finite, ...]
+    """Wanted angle of each, rad; hands 0 to 1."""
+    stiffness: tuple[Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)], ...]
+    """Wanted stiffness of each; negative: free."""
+
+    def __post_init__(self) -> None:
+        for joint in self.joints:
+            if joint not in UPPER_JOINTS:
+                raise ValueError(f"`{joint}` is no joint of the head or the arms")
+        if not len(self.joints) == len(self.position) == len(self.stiffness):
+            raise ValueError("each joint has one position and one stiffness")
 
 
 class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):

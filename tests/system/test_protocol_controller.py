@@ -35,6 +35,7 @@ MESSAGES = [
     "Notice",
     "TruthFrame",
     "WalkTelemetry",
+    "UpperBody",
     "WalkCommand",
     "WalkStatus",
 ]

@@ -48,6 +48,9 @@ class Link:
     def query(self, _: str) -> bytes:
         raise LinkError("This one has no guard.")
 
+    def upper_body(self) -> None:
+        """Nobody commands the head and the arms."""
+
     def notices(self) -> list[Any]:
         return []
 

@@ -1,7 +1,7 @@
 """A target that the cameras see is followed, with the head or by walking: the loop behind ALTracker.
 
 The place of a target follows from the angles at which it is seen and from its known size (vendor's pages on
-ALTracker). The head turns so that the top camera looks at it; it rests while the walker has the joints.
+ALTracker). The head turns so that the top camera looks at it.
 """
 
 from __future__ import annotations

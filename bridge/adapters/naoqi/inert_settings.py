@@ -66,25 +66,6 @@ class InertSettings:
                 table[f"is{name}"] = table[f"get{name}"]
         return table
 
-    def arms(self) -> Table:
-        """`setMoveArmsEnabled(left, right)` and its older name; read back by arm."""
-
-        def put(left: Any, right: Any) -> None:
-            for side, value in (("LArm", left), ("RArm", right)):
-                enabled = flag(value, f"ALMotion.setMoveArmsEnabled: {side}")
-                self._put("ALMotion", "MoveArmsEnabled", (side,), enabled)
-
-        def get(arm: Any = "Arms") -> bool:
-            sides = ("LArm", "RArm") if arm == "Arms" else (text(arm, "ALMotion.getMoveArmsEnabled: chain"),)
-            return all(self._values.get(("ALMotion", "MoveArmsEnabled", side), False) for side in sides)
-
-        return {
-            "setMoveArmsEnabled": put,
-            "setWalkArmsEnabled": put,
-            "getMoveArmsEnabled": get,
-            "getWalkArmsEnabled": lambda: [get("LArm"), get("RArm")],
-        }
-
     def _setter(self, service: str, name: str, default: Any) -> Callable[..., bool]:
         where = f"{service}.set{name}"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from bridge.adapters.naoqi.names import JointNames, actuator, slot
@@ -34,9 +34,13 @@ class Joints:
         self.frame = frame
         self.hold()
 
-    def hold(self) -> None:
-        """Take over: from the next cycle on hold the joints where they are measured, as stiff as they are."""
-        self.dcm.put_frame(self.frame.position, self.frame.stiffness)
+    def hold(self, without: Iterable[str] = ()) -> None:
+        """Take over: from the next cycle on hold the joints where they are measured, as stiff as they are.
+
+        Args:
+            without: joints that go on as they are commanded.
+        """
+        self.dcm.put_frame(self.frame.position, self.frame.stiffness, {slot(joint) for joint in without})
 
     def cycle(self, frame: SensorFrame) -> None:
         """A new frame: the cycle that its predecessor began is over, and those of frames that were missed."""
@@ -89,6 +93,10 @@ class Joints:
         """Forget what waits for these joints; they stay where they were sent last."""
         for joint in joints:
             self.put_position(joint, [])
+
+    def waits(self, joint: str) -> bool:
+        """Whether commands wait that move the joint."""
+        return bool(self.dcm.waiting(actuator(joint)))
 
     def speed(self, joint: str) -> float:
         """Largest speed of a joint, rad/s (its motor's without load), of a hand 1/s."""

@@ -152,7 +152,7 @@ class NaoqiServer:
                 with self._lock:
                     services.cycle(frame)
                     if not self._commanding:
-                        services.joints.hold()  # the walker moves them: what was sent is where they are
+                        services.hold()  # the walker moves them: what was sent is where they are
                 self._send(services)
             elif frame.seq < services.joints.frame.seq:
                 logger.warning("the robot began anew")
@@ -197,6 +197,9 @@ class NaoqiServer:
         with self._lock:
             if self._commanding:
                 self._link.send(services.joints.answer())
+            elif services.handover.has_robot:
+                walks = services.handover.active
+                self._link.publish_upper_body(services.upper_body.order(walks=walks))
 
     def _answer_anew(self) -> None:
         """A call came after the newest frame was answered: the robot takes the newest answer."""
@@ -226,10 +229,10 @@ class NaoqiServer:
                 self._keep_lease()
 
     def give_away(self) -> None:
-        """Stop all motions, command no more, and release the lease: the walker's turn."""
+        """Stop the motions of the legs, command no more, and release the lease: the walker's turn."""
         with self._lock:
             if self._services is not None:
-                self._services.motion.end_all()
+                self._services.give_away()
             self._commanding = False
         self._link.release()
 
@@ -242,7 +245,8 @@ class NaoqiServer:
         self._link.acquire()
         with self._lock:
             if self._services is not None:
-                self._services.joints.hold()
+                self._services.hold()
+                self._services.upper_body.taken.clear()
             self._commanding = True
 
     def _require_lease(self) -> None:

@@ -38,6 +38,7 @@ from bridge.adapters.naoqi.speech import Speech
 from bridge.adapters.naoqi.stage import Stage
 from bridge.adapters.naoqi.system import system_services
 from bridge.adapters.naoqi.tracker import Tracker
+from bridge.adapters.naoqi.upper_body import UpperBodyShare
 from bridge.adapters.naoqi.video import VideoDevice
 from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
 from bridge.adapters.naoqi.walking import WalkingMethods
@@ -77,13 +78,14 @@ class Services:
         publish: Publish,
         eyes: Eyes | None = None,
     ) -> None:
-        self._config, self._lock, self._walking = config, lock, walking
+        self._config, self._lock, self.handover = config, lock, walking.handover
         self._require_lease, self._commanded = require_lease, commanded
         self.joints = Joints(config.body, frame)
         numbers = itertools.count(1)
         self._tasks, self._others = MotionTasks(numbers), MotionTasks(numbers)
         """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
+        self.upper_body = UpperBodyShare(self.joints)
         self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
         self._postures = Postures(self.joints, self.motion, self._tasks)
         self._falls = FallManager(self.joints, self.motion)
@@ -129,6 +131,15 @@ class Services:
         self._tasks.run(now)
         self._others.run(now)
 
+    def give_away(self) -> None:
+        """The walker gets the robot: motions of the legs end; the lock is held."""
+        self.motion.end_using("Legs")
+        self.upper_body.begin()
+
+    def hold(self) -> None:
+        """Hold the joints where they are, except the program's share; the lock is held."""
+        self.joints.hold(self.upper_body.taken)
+
     def abandon(self) -> None:
         """The robot is gone: calls that wait for a motion fail; the lock is held."""
         self._tasks.end(robot_gone())
@@ -166,16 +177,17 @@ class Services:
             ) from None
         if service == "ALMotion" and method in BEGINNING and entry.offered:
             with self._lock:
-                if not self._walking.handover.has_robot:
+                if not self.handover.has_robot:
                     self._protection.require(method)
-        return self._carry_out(entry, arguments)
+        moves = "Head" if method == "lookAt" else next(iter(arguments), None)
+        return self._carry_out(entry, arguments, moves)
 
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
         """Begin a call and do not wait for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
         return self._posts.add(self.call(service, text(name, f"{service}.pCall: method"), rest))
 
-    def _carry_out(self, entry: Method, arguments: list[Any]) -> Any:
+    def _carry_out(self, entry: Method, arguments: list[Any], moves: Any) -> Any:
         if entry.kind == "walk":
             return entry.call(*arguments)
         if entry.kind == "read":
@@ -189,8 +201,15 @@ class Services:
                 self._commanded()
                 return result
 
-        if self._walking.handover.has_robot:
-            return self._walking.handover.with_joints(command, stop=entry.kind == "posture")
+        if self.handover.has_robot:
+            with self._lock:
+                upper = self.upper_body.within(moves)
+                if upper:
+                    self.upper_body.taken |= set(upper)
+                    result = entry.call(*arguments)
+                    self._commanded()
+                    return result
+            return self.handover.with_joints(command, stop=entry.kind == "posture")
         return command()
 
     def _build(self) -> dict[str, dict[str, Method]]:
@@ -249,15 +268,15 @@ class Services:
             "rest": self._postures.rest,
             "killAll": self.motion.end_all,
             "killTasksUsingResources": self.motion.end_using,
-            "killTask": self.motion.end_task,
         }
         reading = self.motion.reading() | {
+            "killTask": self.motion.end_task,
             "robotIsWakeUp": lambda: self._postures.awake,
             "setMotionConfig": self._protection.configure,
         }
         cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
         return (
-            of_kind("read", reading | settings.methods("ALMotion", MOTION) | settings.arms())
+            of_kind("read", reading | settings.methods("ALMotion", MOTION) | self.upper_body.methods())
             | of_kind("read", self._falls.methods() | self._frames.methods())
             | of_kind("joints", self.motion.moving() | cartesian.methods())
             | of_kind("posture", ending_walks)

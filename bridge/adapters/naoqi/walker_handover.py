@@ -47,7 +47,7 @@ class JointOwner(Protocol):
     """The served robot; its methods lock for themselves."""
 
     def give_away(self) -> None:
-        """Stop all motions, command no more, and release the lease."""
+        """Stop the motions of the legs, command no more, and release the lease."""
 
     def take_back(self) -> None:
         """Ask for the lease and hold the joints where they are; raises `NaoHilError` when that fails."""

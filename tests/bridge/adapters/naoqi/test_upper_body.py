@@ -1,0 +1,85 @@
+"""Head and arms while the walker has the robot (vendor's sample motion_walk.py moves the arms in a walk)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+
+
+class Walks:
+    """A walk that has the robot's joints."""
+
+    has_robot = active = True
+
+    def with_joints(self, work: Callable[[], Any], *, stop: bool) -> Any:
+        raise NaoqiRefused("The robot walks.")
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame]) -> Robot:
+    robot = Robot(standing())
+    robot.services.give_away()
+    robot.services.handover = Walks()  # type: ignore[assignment]
+    return robot
+
+
+def order(robot: Robot) -> dict[str, float]:
+    told = robot.services.upper_body.order(walks=True)
+    return dict(zip(told.joints, told.position, strict=True))
+
+
+def test_the_head_goes_where_it_is_sent_during_a_walk(robot: Robot) -> None:
+    before = robot.commanded
+    robot.motion("setAngles", "HeadYaw", 0.4, 1.0)
+    assert robot.commanded == before + 1
+    robot.run(1.0)
+    assert order(robot) == pytest.approx({"HeadYaw": 0.4, "HeadPitch": 0.0}, abs=1e-3)
+
+
+def test_an_arm_is_the_walk_s_again_when_its_motion_is_over(robot: Robot) -> None:
+    done = robot.motion("angleInterpolation", "LShoulderPitch", 0.5, 1.0, True)
+    robot.run(0.5)
+    assert order(robot)["LShoulderPitch"] == pytest.approx(0.5 * (0.5 + 1.4), abs=0.1)
+    robot.wait(done)
+    assert "LShoulderPitch" not in order(robot)
+
+
+def test_an_arm_that_the_walk_does_not_move_stays_where_it_is_sent(robot: Robot) -> None:
+    """`setMoveArmsEnabled`: "if true, the arm's motions are controlled by the move task" (vendor's page)."""
+    assert robot.motion("getMoveArmsEnabled", "Arms") is True
+    robot.motion("setMoveArmsEnabled", False, True)
+    assert robot.motion("getWalkArmsEnabled") == [False, True]
+    robot.motion("setAngles", ["LShoulderPitch", "RShoulderPitch"], 0.5, 1.0)
+    robot.run(1.0)
+    told = order(robot)
+    assert told["LShoulderPitch"] == pytest.approx(0.5, abs=1e-3)
+    assert "RShoulderPitch" not in told
+
+
+@pytest.mark.parametrize("names", ["LLeg", "Body", ["HeadYaw", "LKneePitch"]])
+def test_the_legs_are_the_walk_s(robot: Robot, names: Any) -> None:
+    with pytest.raises(NaoqiRefused, match="The robot walks"):
+        robot.motion("setAngles", names, 0.1, 0.5)
+
+
+def test_a_walk_does_not_end_for_a_task_of_the_head(robot: Robot) -> None:
+    done = robot.motion("angleInterpolation", "HeadYaw", 0.5, 5.0, True)
+    ((_, number, _),) = robot.motion("getTaskList")
+    assert robot.motion("killTask", number) is True
+    assert done.result(0.0) is None
+    robot.motion("killTasksUsingResources", ["Head"])
+    robot.call("ALTracker", "lookAt", [1.0, 0.5, 0.0], 0, 0.5, False)
+
+
+def test_what_the_program_moves_is_not_held_where_it_is_measured(robot: Robot) -> None:
+    robot.motion("setAngles", "HeadYaw", 0.4, 0.1)
+    robot.run(0.2)
+    robot.services.hold()
+    robot.run(2.0)
+    assert order(robot)["HeadYaw"] == pytest.approx(0.4, abs=1e-3)
