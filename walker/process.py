@@ -17,6 +17,7 @@ from bridge.link import ControllerLink, keys
 from bridge.messages import ActuatorFrame, Info, SensorFrame, decode
 from bridge.messages.guard import GuardStatus
 from bridge.realtime import quiet_process
+from bridge.types import Vec3
 from walker.controller import Controller
 from walker.planning.catalogue import gait_kind
 from walker.service import WalkService
@@ -25,6 +26,8 @@ logger = logging.getLogger(__name__)
 
 SILENCE = 0.5
 """s without a sensor frame after which the walker looks whether the robot is still there."""
+PATIENCE = 5.0
+"""s without a robot after which the log says what is missing."""
 _RETRY = 0.2
 """s between two looks whether a robot was armed."""
 GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
@@ -40,6 +43,8 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     done: bool
     """The order was carried out to its end."""
     steps: int
+    displacement: Vec3
+    """By the odometry since the robot was taken: forward and to the left, m, and turn, rad."""
     fell: bool
     """By the fused torso angle."""
     late: bool
@@ -85,6 +90,8 @@ class WalkerProcess:
         self._seq = -1
         self._late = self._dry_run = self._walked = False
         self._boot: int | None = None
+        self._taken = False
+        """The guard took the robot from the walk."""
         self._last: ActuatorFrame | None = None
         self._warned_at = -math.inf
 
@@ -99,22 +106,36 @@ class WalkerProcess:
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
-            info = self._link.wait_robot(self._stop)
+            info = self._found()
             if info is None:
                 break
             if info.boot != self._boot:
                 self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
-            logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+            if not self._taken:
+                logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
             if info.mode == "real-time":
                 quiet_process(
                     self._priority
                 )  # it takes some cycles, which would be missed with the lease in hand
-            if self._armed() and self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
+            if not self._armed():
+                continue
+            if self._taken:
+                logger.warning("the guard had taken the robot over; the walk begins anew")
+                self._taken = False
+            if self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
                 self._link.release()
                 break
         return self._result()
+
+    def _found(self) -> Info | None:
+        """The robot's `Info`; says after a while what it waits for. None when the process was stopped."""
+        try:
+            return self._link.wait_robot(self._stop, PATIENCE)
+        except LinkError as error:
+            logger.warning("%s Waiting for it.", error)
+            return self._link.wait_robot(self._stop)
 
     def _armed(self) -> bool:
         """Wait until the robot takes commands; False when the process was stopped meanwhile.
@@ -158,9 +179,8 @@ class WalkerProcess:
         receive = self._link.next if lockstep else self._link.latest
         while not self._stop():
             if self._process_notices():
-                logger.warning("the guard has taken the robot over; the walk begins anew")
                 self._interruptions += 1
-                self._boot = None
+                self._boot, self._taken = None, True
                 return False
             try:
                 frame = receive(SILENCE)
@@ -276,6 +296,7 @@ class WalkerProcess:
         return WalkResult(
             state=controller.state if controller else "waiting",
             steps=controller.telemetry.step if controller else 0,
+            displacement=controller.here if controller else (0.0, 0.0, 0.0),
             late=self._late,
             fell=controller is not None and controller.state == "fallen",
             done=controller is not None and controller.done and not self._late,

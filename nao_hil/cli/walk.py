@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import sys
 import threading
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import msgspec
 import typer
@@ -19,6 +20,9 @@ from nao_hil.cli import options
 from nao_hil.cli.logs import log_to_stderr
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import run_config
+
+if TYPE_CHECKING:
+    from walker.process import WalkResult
 
 SWITCH_INTERVAL: Final = 5e-4
 """s for which a command being checked may hold up a tick; Python's own 5 ms are half a cycle."""
@@ -91,8 +95,20 @@ def walk(
         result = WalkerProcess(link, make, body, stop.is_set, priority, service).run()
     if as_json:
         print(json.dumps(msgspec.to_builtins(result)), flush=True)
+    elif not serve:
+        print(in_words(result), flush=True)
     if result.fell:
         return 1
     if result.late and not serve:
         raise LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
     return 0 if result.done or serve else 130
+
+
+def in_words(result: WalkResult) -> str:
+    """The walk in one sentence."""
+    x, y, turn = result.displacement
+    ending = "fell" if result.fell else "stands" if result.done else f"was left in state `{result.state}`"
+    return (
+        f"The robot {ending} after {result.steps} steps: {x:.3f} m ahead, {y:.3f} m to the left, turned by "
+        f"{math.degrees(turn):.1f} deg, by its odometry."
+    )

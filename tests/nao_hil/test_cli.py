@@ -16,10 +16,12 @@ from bridge.messages.world import Push
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.cli.main import run
+from nao_hil.cli.walk import in_words
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import TIMEOUT, repeat_while
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
+from walker.process import WalkResult
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -304,3 +306,23 @@ def test_a_number_that_is_none_is_named(
     capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], right: str
 ) -> None:
     assert right in refused(capsys, *arguments)
+
+
+def test_a_walk_ends_with_a_sentence() -> None:
+    result = WalkResult(
+        state="stand",
+        done=True,
+        steps=4,
+        displacement=(0.072, -0.011, -0.0227),
+        fell=False,
+        late=False,
+        interruptions=0,
+        ticks=800,
+        skipped=0,
+        tick_p50=0.0,
+        tick_p99=0.0,
+    )
+    assert in_words(result) == (
+        "The robot stands after 4 steps: 0.072 m ahead, -0.011 m to the left, turned by "
+        "-1.3 deg, by its odometry."
+    )

@@ -30,7 +30,7 @@ class Link:
         self.numbers, self.mode = numbers, mode
         self.sent: list[Any] = []
 
-    def wait_robot(self, stop: Any) -> Any:
+    def wait_robot(self, stop: Any, timeout: float | None = None) -> Any:
         return (
             None if stop() else SimpleNamespace(body="nao-v3", boot=7, cycle=0.01, mode=self.mode, robot="nao")
         )
@@ -85,3 +85,15 @@ def test_a_walk_begins_anew_after_a_gap_in_which_a_guard_takes_the_robot_over(
     link = Link(numbers, mode)
     WalkerProcess(link, make, None, lambda: not link.numbers).run()  # type: ignore[arg-type]
     assert len(made) == walks
+
+
+def test_a_walker_without_a_robot_says_what_is_missing_and_waits(caplog: pytest.LogCaptureFixture) -> None:
+    class Nobody(Link):
+        def wait_robot(self, stop: Any, timeout: float | None = None) -> Any:
+            if timeout is not None:
+                raise LinkError("No robot `nao` answered; start one with `nao-hil emulate`.")
+
+    link: Any = Nobody([], "real-time")
+    result = WalkerProcess(link, controller_maker(RunConfig()), None, lambda: False).run()
+    assert "start one with `nao-hil emulate`. Waiting for it." in caplog.text
+    assert result.displacement == (0.0, 0.0, 0.0)

@@ -30,19 +30,20 @@ class FallManager:
         self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
         self.enabled = True
 
-    def update(self, frame: SensorFrame, *, leaning: bool) -> None:
-        """One cycle.
+    def update(self, frame: SensorFrame, *, leaning: bool) -> bool:
+        """One cycle; whether the robot goes limp in it.
 
         Args:
             frame: newest.
             leaning: a motion to a posture wants the torso to lean; that is no fall.
         """
         if not self._monitor.update(frame) or leaning or not self.enabled:
-            return
+            return False
         self._motion.end_all()
         for joint in self._joints.names.all:
             if self._joints.stiffness(joint) > STIFFNESS:
                 self._joints.put_stiffness(joint, [(0.0, STIFFNESS)])
+        return True
 
     def methods(self) -> dict[str, Callable[..., Any]]:
         """Methods of `ALMotion`."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import wraps
 from typing import Any, Final
 
 from bridge.adapters.naoqi.events import Events
@@ -38,6 +40,19 @@ _EVENTS: Final = {
     "RHand/Touch/Right": "HandRightRightTouched",
 }
 """Button -> its event; both bumpers of a foot have the same."""
+_FIRST: Final[dict[str, Any]] = {
+    "ALMotion/RobotIsFalling": False,
+    **{f"ALMotion/Stiffness/{what}": False for what in ("wakeUpStarted", "wakeUpFinished")},
+    **{f"ALMotion/Stiffness/{what}": False for what in ("restStarted", "restFinished")},
+    **{f"Sonar{side}{what}Detected": 0.0 for side in ("Left", "Right") for what in ("", "Nothing")},
+    **{f"ALTracker/{what}": "" for what in ("TargetLost", "TargetReached", "TargetDetected")},
+    "ALTracker/ActiveTargetChanged": "",
+    "ALAnimatedSpeech/EndOfAnimatedSpeech": 0,
+    "ALBasicAwareness/HumanTracked": -1,
+    "ALBasicAwareness/HumanLost": -1,
+    "PeoplePerception/PeopleList": [],
+}
+"""Event -> its value before it is raised for the first time (assumed)."""
 BATTERY_FLAGS: Final = {
     "BatteryPowerPluggedChanged": 0x8000,
     "BatteryChargingFlagChanged": 0x0080,
@@ -78,6 +93,7 @@ class RobotEvents:
             _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN), quiet=0.0),
             _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT),
             _Watched("robotIsWakeUp", lambda _: postures.awake),
+            _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SECOND),
             _Watched("PostureChanged", lambda _: postures.now(), _SECOND),
             _Watched("PostureFamilyChanged", lambda _: postures.family(), _SECOND),
             _Watched("BatteryChargeChanged", lambda f: round(100.0 * f.battery[0]), _SECOND),
@@ -85,7 +101,7 @@ class RobotEvents:
             *(_Watched(event, _flag(bit), _SECOND) for event, bit in BATTERY_FLAGS.items()),
         ]
         self._values = {watched.event: watched.value(frame) for watched in self._watched}
-        for event, value in self._values.items():
+        for event, value in (_FIRST | self._values).items():
             events.declare(event, "", value)
         memory.provide(
             {
@@ -96,6 +112,19 @@ class RobotEvents:
                 "rightFootTotalWeight": lambda: sum(self._frame.fsr[4:]) / KILOGRAM,
             }
         )
+
+    def told(self, name: str, method: Callable[..., Future[Any]]) -> Callable[..., Future[Any]]:
+        """A method of ALMotion whose beginning and end are events: `<name>Started` and `<name>Finished`."""
+
+        @wraps(method)
+        def call(*arguments: Any) -> Future[Any]:
+            done = method(*arguments)
+            self._events.raise_event(f"ALMotion/Stiffness/{name}Started", True)
+            finished = f"ALMotion/Stiffness/{name}Finished"
+            done.add_done_callback(lambda _: self._events.raise_event(finished, True))
+            return done
+
+        return call
 
     def update(self, frame: SensorFrame) -> None:
         """A new sensor frame; raises the events that it brings."""

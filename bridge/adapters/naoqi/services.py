@@ -122,7 +122,8 @@ class Services:
         self.joints.cycle(frame)
         self.memory.update(frame)
         self._robot_events.update(frame)
-        self._falls.update(frame, leaning=self._postures.leaning)
+        if self._falls.update(frame, leaning=self._postures.leaning):
+            self.events.raise_event("ALMotion/RobotIsFalling", True)
         now = self.joints.dcm.clock.previous
         for detection in self._detections:
             detection.update(now)
@@ -264,8 +265,8 @@ class Services:
 
     def _motion_methods(self, settings: InertSettings) -> dict[str, Method]:
         ending_walks: Table = {
-            "wakeUp": self._postures.wake_up,
-            "rest": self._postures.rest,
+            "wakeUp": self._robot_events.told("wakeUp", self._postures.wake_up),
+            "rest": self._robot_events.told("rest", self._postures.rest),
             "killAll": self.motion.end_all,
             "killTasksUsingResources": self.motion.end_using,
         }

@@ -316,9 +316,44 @@ def test_a_posture_is_reached_only_by_a_robot_that_is_the_right_way_up(
     assert min(robot.services.call("ALMotion", "getStiffnesses", ["Body"])) > 0.99
 
 
-@pytest.mark.parametrize("key", ["FrontTactilTouched", "robotHasFallen", "RightBumperPressed"])
-def test_an_event_has_a_value_before_it_is_raised(key: str, standing: Callable[..., SensorFrame]) -> None:
-    assert Robot(standing()).services.call("ALMemory", "getData", [key]) == 0.0
+def test_the_keys_that_programs_read_most_have_a_value_before_their_first_event(
+    standing: Callable[..., SensorFrame],
+) -> None:
+    """Keys and events that 40 public programs use, and those of the vendor's pages beside them."""
+    keys = [
+        *("FrontTactilTouched", "MiddleTactilTouched", "RearTactilTouched", "TouchChanged"),
+        *("RightBumperPressed", "LeftBumperPressed", "HandLeftLeftTouched", "HandRightRightTouched"),
+        *("WordRecognized", "SpeechDetected", "FaceDetected", "LandmarkDetected", "redBallDetected"),
+        *("SonarLeftDetected", "SonarRightDetected", "SonarLeftNothingDetected", "SonarRightNothingDetected"),
+        *("ALTracker/TargetLost", "ALTracker/TargetReached", "ALTracker/ActiveTargetChanged"),
+        *("PeoplePerception/PeopleList", "ALBasicAwareness/HumanTracked", "ALBasicAwareness/HumanLost"),
+        *("footContact", "leftFootContact", "leftFootTotalWeight", "rightFootTotalWeight"),
+        *(
+            "footContactChanged",
+            "robotHasFallen",
+            "ALMotion/RobotIsFalling",
+            "ALMotion/RobotIsStand",
+            "robotIsWakeUp",
+        ),
+        *("ALMotion/Stiffness/wakeUpStarted", "ALMotion/Stiffness/wakeUpFinished"),
+        *("ALTextToSpeech/Status", "ALTextToSpeech/TextDone", "ALTextToSpeech/CurrentWord"),
+        *("ALAnimatedSpeech/EndOfAnimatedSpeech", "PostureChanged", "PostureFamilyChanged"),
+        *("BatteryChargeChanged", "AutonomousLife/State", "ChestButtonPressed"),
+    ]
+    values = Robot(standing()).services.call("ALMemory", "getListData", [keys])
+    assert [key for key, value in zip(keys, values, strict=True) if value is None] == []
+
+
+def test_waking_up_and_falling_are_events(standing: Callable[..., SensorFrame]) -> None:
+    robot = Robot(standing())
+    robot.wait(robot.motion("wakeUp"))
+    robot.run(1.0, angle=(0.0, 1.2))
+    told = [name for name, value in robot.events if name.startswith("ALMotion/") and value is True]
+    assert told == [
+        "ALMotion/Stiffness/wakeUpStarted",
+        "ALMotion/Stiffness/wakeUpFinished",
+        "ALMotion/RobotIsFalling",
+    ]
 
 
 def test_a_robot_that_is_lifted_says_so(standing: Callable[..., SensorFrame]) -> None:
