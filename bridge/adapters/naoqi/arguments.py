@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +14,9 @@ MAX_DURATION: Final = 3600.0
 """s that one interpolation may take."""
 MIN_SPEED_FRACTION: Final = 1e-4
 """Fraction of the maximum speed at which a joint's whole range takes about an hour."""
+ROBOT_HOME: Final = Path("/home/nao")
+HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
+"""The robot's home on a machine without one of that name."""
 
 
 def number(value: Any, what: str, lower: float = -math.inf, upper: float = math.inf) -> float:
@@ -65,13 +69,22 @@ def text(value: Any, what: str) -> str:
     return value
 
 
+def robot_file(value: Any, what: str) -> Path:
+    """A path of the robot's: what is below its home is below `HOME` where this machine has no such folder."""
+    file = Path(text(value, what))
+    inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
+    return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file
+
+
 def new_file(value: Any, what: str) -> Path:
     """The absolute path of a file that may be written: its folder is there.
 
     Raises:
         NaoqiRefused: anything else.
     """
-    file = Path(text(value, what))
+    file = robot_file(value, what)
+    if file.is_relative_to(HOME):
+        file.parent.mkdir(parents=True, exist_ok=True)
     if "\0" in str(file) or not file.is_absolute() or not file.parent.is_dir():
         raise NaoqiRefused(f"{what} is {value!r:.80}; an absolute path in a folder that is there is expected.")
     return file

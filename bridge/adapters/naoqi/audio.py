@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, number, text
+from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, number, robot_file
 from bridge.adapters.naoqi.methods import Table
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
 from bridge.errors import NaoqiRefused
@@ -58,7 +58,7 @@ class AudioPlayer:
         Raises:
             NaoqiRefused: no WAV file.
         """
-        file = Path(text(path, "ALAudioPlayer: file"))
+        file = robot_file(path, "ALAudioPlayer: file")
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
         try:

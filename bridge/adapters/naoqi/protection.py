@@ -21,6 +21,12 @@ BEGINNING: Final = frozenset(
 """Methods of `ALMotion` that begin a walk."""
 
 
+def stays_stiff(stiffnesses: Any) -> bool:
+    """Whether legs of these stiffnesses can walk."""
+    values = stiffnesses if isinstance(stiffnesses, list) else [stiffnesses]
+    return all(isinstance(value, int | float) and value > STIFF for value in values)
+
+
 class WalkProtection:
     """Not thread-safe, the caller locks.
 

@@ -30,7 +30,7 @@ from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusa
 from bridge.adapters.naoqi.motion_tasks import MotionTasks, robot_gone
 from bridge.adapters.naoqi.posts import Posts
 from bridge.adapters.naoqi.postures import Postures
-from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection
+from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection, stays_stiff
 from bridge.adapters.naoqi.recorder import Recorder
 from bridge.adapters.naoqi.robot_events import RobotEvents
 from bridge.adapters.naoqi.sensing import Sonar, sensing_services
@@ -181,14 +181,15 @@ class Services:
                 if not self.handover.has_robot:
                     self._protection.require(method)
         moves = "Head" if method == "lookAt" else next(iter(arguments), None)
-        return self._carry_out(entry, arguments, moves)
+        stiff = method == "setStiffnesses" and stays_stiff(arguments[1])
+        return self._carry_out(entry, arguments, moves, stiff=stiff)
 
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
         """Begin a call and do not wait for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
         return self._posts.add(self.call(service, text(name, f"{service}.pCall: method"), rest))
 
-    def _carry_out(self, entry: Method, arguments: list[Any], moves: Any) -> Any:
+    def _carry_out(self, entry: Method, arguments: list[Any], moves: Any, *, stiff: bool) -> Any:
         if entry.kind == "walk":
             return entry.call(*arguments)
         if entry.kind == "read":
@@ -205,7 +206,7 @@ class Services:
         if self.handover.has_robot:
             with self._lock:
                 upper = self.upper_body.within(moves)
-                if upper:
+                if upper or (stiff and self.handover.active):  # the walk has its legs stiff already
                     self.upper_body.taken |= set(upper)
                     result = entry.call(*arguments)
                     self._commanded()

@@ -5,6 +5,7 @@ Any address leads to the robot that `nao-hil run-naoqi` serves.
 
 from __future__ import annotations
 
+import inspect
 import os
 import threading
 from collections.abc import Callable
@@ -135,4 +136,8 @@ class ALModule:
 
 
 def _forward(method: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda _, *arguments: method(*arguments)
+    """A method that takes no more than an event and its value is called without the message."""
+    parameters = inspect.signature(method).parameters.values()
+    named = [p for p in parameters if p.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
+    most = 2 if len(named) == len(parameters) == 2 else None
+    return lambda _, *arguments: method(*arguments[:most])

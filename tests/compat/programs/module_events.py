@@ -17,7 +17,7 @@ class ReactToTouchModule(ALModule):
         memory = ALProxy("ALMemory")
         memory.subscribeToEvent("FrontTactilTouched", "ReactToTouch", "onTouched")
 
-    def onTouched(self, key, value, message):
+    def onTouched(self, key, value):
         memory.unsubscribeToEvent("FrontTactilTouched", "ReactToTouch")
         self.count += 1
         print("touched", key, value)

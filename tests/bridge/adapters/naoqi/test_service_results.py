@@ -339,3 +339,17 @@ def test_what_is_sent_follows_the_robot_while_another_moves_it(robot: Robot) -> 
     robot.services.joints.hold()
     key = "Device/SubDeviceList/HeadYaw/Position/Actuator/Value"
     assert robot.call("ALMemory", "getData", key) == pytest.approx(0.4, abs=1e-4)
+
+
+@pytest.mark.skipif(Path("/home/nao").is_dir(), reason="this machine has the robot's home")
+def test_the_robot_s_home_is_there_for_recordings(
+    standing: Callable[..., SensorFrame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Programs record to the folder that the vendor's samples name, and play from there."""
+    monkeypatch.setattr("bridge.adapters.naoqi.arguments.HOME", tmp_path)
+    robot, path = Robot(standing()), "/home/nao/recordings/microphones/heard.wav"
+    robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
+    robot.run(0.5)
+    robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
+    assert (tmp_path / "recordings/microphones/heard.wav").is_file()
+    assert robot.call("ALAudioPlayer", "loadFile", path) >= 0

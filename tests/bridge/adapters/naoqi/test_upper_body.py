@@ -68,6 +68,13 @@ def test_the_legs_are_the_walk_s(robot: Robot, names: Any) -> None:
         robot.motion("setAngles", names, 0.1, 0.5)
 
 
+def test_a_walk_takes_stiff_legs_and_refuses_limp_ones(robot: Robot) -> None:
+    """A walk ends where a leg's stiffness is 0.6 or less (vendor's page)."""
+    robot.motion("setStiffnesses", "Body", 1.0)
+    with pytest.raises(NaoqiRefused, match="The robot walks"):
+        robot.motion("setStiffnesses", "Body", 0.6)
+
+
 def test_a_walk_does_not_end_for_a_task_of_the_head(robot: Robot) -> None:
     done = robot.motion("angleInterpolation", "HeadYaw", 0.5, 5.0, True)
     ((_, number, _),) = robot.motion("getTaskList")
