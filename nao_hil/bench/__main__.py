@@ -7,7 +7,20 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from nao_hil.bench import batch, cycles, huang_search, lateness, lola, naoqi, page, round_trip, servos, tick
+from nao_hil.bench import (
+    batch,
+    campaign,
+    campaign_faults,
+    cycles,
+    huang_search,
+    lateness,
+    lola,
+    naoqi,
+    page,
+    round_trip,
+    servos,
+    tick,
+)
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "round-trip": round_trip.measure,
@@ -20,6 +33,8 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "page": page.measure,
     "lola": lola.measure,
     "naoqi": naoqi.measure,
+    "campaign": campaign.measure,
+    "campaign-faults": campaign_faults.measure,
 }
 
 
