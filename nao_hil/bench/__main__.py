@@ -19,13 +19,13 @@ from nao_hil.bench import (
     page,
     round_trip,
     servos,
-    tick,
+    walk,
 )
 
 BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "round-trip": round_trip.measure,
     "lateness": lateness.measure,
-    "tick": tick.measure,
+    "walk": walk.measure,
     "cycles": cycles.measure,
     "batch": batch.measure,
     "servos": servos.measure,

@@ -1,0 +1,75 @@
+"""A walk in process: the robot's cycle, the walker's tick, and two floors beside them.
+
+The floors are the engine's own steps of a second robot that stands, and the inverse kinematics of both legs.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import Any, Final
+
+from bridge.body import Body
+from emulator.engine.catalogue import ENGINES
+from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.config import RunConfig
+from walker.model.inverse import solve_legs
+from walker.model.leg import foot_in_torso
+
+STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
+"""Angles of a leg, rad."""
+
+
+def measure() -> dict[str, Any]:
+    """`measure_one` of the gait `omni` at 0.2 m/s, a nominal V6, on each engine."""
+    return {
+        engine: measure_one(RunConfig(robot="nao-v6", engine=engine, gait="omni", velocity=(0.2, 0.0, 0.0)))
+        for engine in ENGINES
+        if find_spec(engine) is not None
+    }
+
+
+def measure_one(settings: RunConfig, cycles: int = 1500) -> dict[str, Any]:
+    """Walk, and time each cycle's parts in turn.
+
+    Returns:
+        Median and 99th percentile of the tick, medians of the robot's cycle, of the engine's own steps and of
+        `solve_legs`, all in s; real time over the time of robot and tick, and over that of the engine's steps.
+    """
+    spent: dict[str, list[float]] = {"tick": [], "robot": [], "engine": [], "legs": []}
+
+    def timed(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        began = time.perf_counter()
+        result = function(*arguments)
+        spent[name].append(time.perf_counter() - began)
+        return result
+
+    with build_robot(settings) as robot, build_robot(settings) as standing:
+        body: Body = robot.body
+        controller = controller_maker(settings)(body, body.cycle)
+        steps = round(body.cycle / robot.engine.settings.step)
+
+        def bare_cycle() -> None:
+            for _ in range(steps):
+                standing.engine.bare_step()
+
+        feet = [foot_in_torso(body, side, STANDING) for side in ("L", "R")]
+        for _ in range(cycles):
+            command = timed("tick", controller.tick, robot.frame)
+            timed("robot", robot.advance, command)
+            standing.advance(None)  # its drives hold it; not timed
+            timed("engine", bare_cycle)
+            timed("legs", solve_legs, body, *feet)
+    medians = {name: statistics.median(values) for name, values in spent.items()}
+    cycle = statistics.median(a + b for a, b in zip(spent["robot"], spent["tick"], strict=True))
+    return {
+        "tick_p50": medians["tick"],
+        "tick_p99": statistics.quantiles(spent["tick"], n=100)[98],
+        "robot_p50": medians["robot"],
+        "engine_p50": medians["engine"],
+        "inverse_kinematics_p50": medians["legs"],
+        "real_time_factor": body.cycle / cycle,
+        "engine_real_time_factor": body.cycle / medians["engine"],
+    }
