@@ -1,7 +1,8 @@
 """R1: a plate of 1 cm under the swing foot in the static gait, with and without leg admittance (thesis 4.1).
 
 The thesis' robot is brought to fall by the force with which its swing foot treads on the plate; with the
-admittances the force stays small and it walks on. Size, place and angle of the plate are drawn for each seed.
+admittances the force stays small and it walks on. Two kinds of plates are drawn for each seed: one that may lie
+under a part of the sole, at an angle, and one that covers the sole.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any, Final
 import msgspec
 
 from bridge.body import load_body
+from bridge.messages.world import PlateUnderFoot
 from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
 from nao_hil.analysis.statistics import Paired
 from nao_hil.experiments import axes
@@ -30,7 +32,7 @@ from nao_hil.experiments.arms import (
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.geometry import ankle_in_hip
 from nao_hil.experiments.landing_force import Force, ObstacleSetup, landing_forces, plot_feet, plot_force
-from nao_hil.experiments.plates import drawn_plate
+from nao_hil.experiments.plates import covering_plate, drawn_plate
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.thesis_arms import ThesisArms, thesis_arms
 from nao_hil.runs.walk import WalkOutcome
@@ -54,6 +56,9 @@ class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
     neither: Arm
     """Without the ankle admittance, too."""
     thesis: ThesisArms
+    covered_with: Arm
+    """On a plate that covers the sole."""
+    covered_without: Arm
     paired: Paired
     force_with: Force
     force_without: Force
@@ -65,9 +70,11 @@ class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
     """Lowest of the higher plates on which enough fall without it, m; None: not tried, or none of them."""
 
 
-def plates(setup: ObstacleSetup) -> Callable[[int], Plates]:
+def plates(
+    setup: ObstacleSetup, plate: Callable[[int, float], PlateUnderFoot] = drawn_plate
+) -> Callable[[int], Plates]:
     """By seed: under the right foot, which swings in SSL."""
-    return lambda seed: ((setup.plate_time, drawn_plate(seed, setup.height)),)
+    return lambda seed: ((setup.plate_time, plate(seed, setup.height)),)
 
 
 def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
@@ -76,12 +83,24 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
     laid = plates(setup)
     with_, without, neither = context.run_switches("obstacle", "static", setup.duration, SWITCHES, laid)
     thesis = thesis_arms(context, "obstacle", "static", setup.duration, SWITCHES["without"], laid)
+    pair_of_arms = {name: SWITCHES[name] for name in ("with", "without")}
+    on_covered, off_covered = context.run_switches(
+        "obstacle, sole covered", "static", setup.duration, pair_of_arms, plates(setup, covering_plate)
+    )
     forces = landing_forces(with_, setup), landing_forces(without, setup)
     arms = arm(with_), arm(without)
     ratio = forces[0].median / forces[1].median if forces[1].median else math.nan
     pair = pairs(with_, without)
-    claims = _claims(setup, arms, forces, ratio)
-    findings = [thesis.words("without its leg admittance"), pair_words(pair)]
+    claims = (
+        *_claims(setup, "Random plate", arms),
+        *_claims(setup, "Plate that covers the sole", (arm(on_covered), arm(off_covered))),
+        _force_claim(setup, forces, ratio),
+    )
+    findings = [
+        thesis.words("without its leg admittance"),
+        f"Random plates. {pair_words(pair)}",
+        f"Plates that cover the sole. {pair_words(pairs(on_covered, off_covered))}",
+    ]
     body = load_body(context.robot)
     survived = felling = None
     if not context.campaign.interrupted:
@@ -105,6 +124,8 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
         without=arms[1],
         neither=arm(neither),
         thesis=thesis,
+        covered_with=arm(on_covered),
+        covered_without=arm(off_covered),
         paired=pair,
         force_with=forces[0],
         force_without=forces[1],
@@ -128,7 +149,7 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
                 (
                     "plate",
                     f"{1e3 * setup.height:g} mm, under the right foot at {setup.plate_time:g} s of the walk; "
-                    "size, place and angle drawn from the seed",
+                    "size, place and angle drawn from the seed, or edges around the sole",
                 ),
                 ("length", f"{setup.duration:g} s"),
                 ("arms", "leg admittance on, off, and the ankle's off, too; the thesis' configuration"),
@@ -140,6 +161,10 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
             arms_table(
                 thesis.table("leg admittance off")
                 | {"as shipped": arms[0], "leg admittance off": arms[1], "both off": result.neither}
+                | {
+                    "as shipped, sole covered": result.covered_with,
+                    "leg admittance off, sole covered": result.covered_without,
+                }
             ),
         ),
         findings=tuple(text for text in findings if text),
@@ -147,27 +172,24 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
     return Outcome(result, page)
 
 
-def _claims(
-    setup: ObstacleSetup, arms: tuple[Arm, Arm], forces: tuple[Force, Force], ratio: float
-) -> tuple[Claim, ...]:
+def _claims(setup: ObstacleSetup, plate: str, arms: tuple[Arm, Arm]) -> tuple[Claim, ...]:
     with_, without = arms
     return (
         falls_claim(
-            f"Without the leg admittance {100 * setup.falls:.0f} % or more fall",
+            f"{plate}: without the leg admittance {100 * setup.falls:.0f} % or more fall",
             without,
             setup.falls,
         ),
-        survives_claim(
-            f"With it {100 * setup.survives:.0f} % or more walk on",
-            with_,
-            setup.survives,
-        ),
-        Claim(
-            "Contact force while loading in SSL at most half of that without",
-            f"{forces[0].median:.1f} N with, {forces[1].median:.1f} N without (medians of the peaks): "
-            f"{100.0 * ratio:.0f} %",
-            ratio <= setup.force_ratio,
-        ),
+        survives_claim(f"{plate}: with it {100 * setup.survives:.0f} % or more walk on", with_, setup.survives),
+    )
+
+
+def _force_claim(setup: ObstacleSetup, forces: tuple[Force, Force], ratio: float) -> Claim:
+    return Claim(
+        "Random plate: contact force while loading in SSL at most half of that without",
+        f"{forces[0].median:.1f} N with, {forces[1].median:.1f} N without (medians of the peaks): "
+        f"{100.0 * ratio:.0f} %",
+        ratio <= setup.force_ratio,
     )
 
 

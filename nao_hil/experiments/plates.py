@@ -22,6 +22,12 @@ OUTWARD: Final = (0.0, 0.05)
 INWARD_REACH: Final = 0.045
 """Farthest that a plate may reach inward of the sole's middle, m: the other foot stands there."""
 _TRIES: Final = 1000
+COVERED_BEHIND: Final = (0.08, 0.10)
+"""Rear edge of a plate that covers the sole, behind the lifted sole's middle, m."""
+COVERED_AHEAD: Final = (0.16, 0.20)
+"""Its front edge ahead of it, m: the sole comes down a step farther."""
+COVERED_OUTWARD: Final = (0.055, 0.090)
+"""Its outer edge outward of it, m."""
 
 
 def drawn_plate(seed: int, height: float) -> PlateUnderFoot:
@@ -39,3 +45,20 @@ def drawn_plate(seed: int, height: float) -> PlateUnderFoot:
         if half - outward <= INWARD_REACH:
             return PlateUnderFoot(foot="right", size=(length, width, height), shift=(ahead, -outward), yaw=yaw)
     raise AssertionError("no plate fits beside the other foot")
+
+
+def covering_plate(seed: int, height: float) -> PlateUnderFoot:
+    """A plate that the whole right foot stands on; its edges follow from the seed, uniform draws.
+
+    Args:
+        seed: Of the walk.
+        height: Of the plate, m.
+    """
+    draw = np.random.default_rng(seed).uniform
+    behind, ahead, outward = draw(*COVERED_BEHIND), draw(*COVERED_AHEAD), draw(*COVERED_OUTWARD)
+    return PlateUnderFoot(
+        foot="right",
+        size=(behind + ahead, INWARD_REACH + outward, height),
+        shift=(0.5 * (ahead - behind), 0.5 * (INWARD_REACH - outward)),
+        yaw=0.0,
+    )

@@ -13,12 +13,14 @@ import msgspec
 import numpy as np
 import pytest
 
+from bridge.body import load_body
+from bridge.body.sole import foot_centre, sole_hull
 from nao_hil.analysis.statistics import wilson
 from nao_hil.experiments import ablation_arms, dynamic_torso, landing_force, obstacle, torso_drift
 from nao_hil.experiments.arms import Arm, arm, direction, falls_finding, pairs
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.plates import drawn_plate
+from nao_hil.experiments.plates import covering_plate, drawn_plate
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
@@ -106,9 +108,11 @@ def test_torso_drift_asks_for_growth_falls_survival_and_tilt() -> None:
 
 def test_obstacle_asks_for_falls_survival_and_force() -> None:
     setup, force = landing_force.ObstacleSetup(), landing_force.Force(median=5.0, largest=6.0)
-    good = obstacle._claims(setup, (arm_of(20, 20), arm_of(20, 0)), (force, force), 0.5)
-    bad = obstacle._claims(setup, (arm_of(20, 19), arm_of(20, 1)), (force, force), 0.51)
+    good = obstacle._claims(setup, "plate", (arm_of(20, 20), arm_of(20, 0)))
+    bad = obstacle._claims(setup, "plate", (arm_of(20, 19), arm_of(20, 1)))
     assert all(claim.holds for claim in good) and not any(claim.holds for claim in bad)
+    assert obstacle._force_claim(setup, (force, force), 0.5).holds
+    assert not obstacle._force_claim(setup, (force, force), 0.51).holds
 
 
 def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -> None:
@@ -205,6 +209,19 @@ def test_a_drawn_plate_lies_under_its_foot_and_clear_of_the_other(seed: int) -> 
     corners = np.array([(i * length / 2, j * width / 2) for i in (-1, 1) for j in (-1, 1)]) @ turn.T + (x, y)
     assert corners[:, 1].max() <= 0.045 + 1e-9
     assert corners[:, 1].max() > -0.03 and plate == drawn_plate(seed, 0.01) != drawn_plate(seed + 1, 0.01)
+
+
+@pytest.mark.parametrize("seed", range(200, 220))
+def test_a_covering_plate_lies_under_the_whole_sole_and_clear_of_the_other_foot(seed: int) -> None:
+    """The sole's outline about its middle, where it is lifted and 8 cm farther."""
+    body = load_body("nao-v3")
+    outline = sole_hull(body, "R") - foot_centre(body, "R")
+    plate = covering_plate(seed, 0.01)
+    half = 0.5 * np.array(plate.size[:2])
+    for ahead in (0.0, 0.08):
+        assert (np.abs(outline + np.array([ahead, 0.0]) - plate.shift) <= half + 1e-9).all()
+    assert plate.shift[1] + half[1] <= 0.045 + 1e-9
+    assert plate == covering_plate(seed, 0.01) != covering_plate(seed + 1, 0.01)
 
 
 class Stopped:
