@@ -14,8 +14,8 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.sole import sole_hull
-from bridge.rotations import R_yaw, heading, rotation
-from bridge.types import Array, NotNegative, Positive, Side, Vec2, Vec3
+from bridge.types import NotNegative, Positive, Side, Vec2, Vec3
+from walker.estimation.mass_over_soles import MassOverSoles
 from walker.model.floating_base import SIDES, FloatingBase
 from walker.model.gravity import GRAVITY
 from walker.planning.feedback import CaptureStep
@@ -28,7 +28,7 @@ class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     latency: NotNegative = 0.04
     """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
     smoothing: Positive = 0.03
-    """Time constant of the velocity by the joints' motion, s; the gyroscope gives that by the turn."""
+    """As in `MassOverSoles`, s."""
 
 
 class CaptureEstimator:
@@ -42,12 +42,10 @@ class CaptureEstimator:
     def __init__(self, parameters: CaptureParameters, body: Body) -> None:
         self._p = parameters
         self._base = FloatingBase(body)
+        self._mass = MassOverSoles(self._base, parameters.smoothing)
         x, _ = sole_hull(body, "L").T
         self._heel, self._toe = float(x.min()), float(x.max())
         self._weight = GRAVITY * sum(link.mass for link in body.links.values())
-        self._support = ""
-        self._offset: Array = np.zeros(3)
-        self._rate: Array = np.zeros(3)
         self._lost = False
 
     def update(
@@ -75,11 +73,12 @@ class CaptureEstimator:
         """
         rests = plan.phase in ("stand", "stop")
         if plan.pendulum is None or not (rests or self._lost):
-            self._support = ""
+            self._mass.reset()
             return None
         sides = SIDES if plan.support == "both" else (plan.support,)
-        com, rate = self._com(position, lean, gyroscope, sides, plan.support == self._support, dt)
-        self._support = plan.support
+        pose = self._base.place(self._base.in_torso(position), np.eye(4))
+        over, rate, _ = self._mass.update(pose, sides, lean, gyroscope, dt)
+        com = over + np.mean([self._base.centres[side][:2] for side in sides], axis=0)
         base = plan.middle if plan.support == "both" else _foot(plan, plan.support)
         ahead = [base.local(*_foot(plan, side)[:2])[0] for side in sides]
         heel, toe = self._heel + min(ahead), self._toe + max(ahead)
@@ -92,28 +91,6 @@ class CaptureEstimator:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
         return CaptureStep(base.point(*(com + self._p.latency * rate)), base.point(x, y))
-
-    def _com(
-        self,
-        position: Sequence[float],
-        lean: Vec2,
-        gyroscope: Vec3,
-        sides: Sequence[Side],
-        same: bool,
-        dt: float,
-    ) -> tuple[Array, Array]:
-        """Place and velocity of the centre of mass from the ankles that bear it, x and y, m and m/s."""
-        pose, centres = self._base.place(self._base.in_torso(position), np.eye(4)), self._base.centres
-        offset = np.mean([pose.com - (pose.feet[side] @ centres[side])[:3] for side in sides], axis=0)
-        if same and dt > 0.0:
-            share = min(dt / self._p.smoothing, 1.0)
-            self._rate = self._rate + share * ((offset - self._offset) / dt - self._rate)
-        self._offset = offset
-        level = rotation(*lean, 0.0)
-        yaw = np.mean([heading(level @ pose.feet[side][:3, :3]) for side in sides])
-        turn = R_yaw(-float(yaw)) @ level
-        middle = np.mean([centres[side][:2] for side in sides], axis=0)
-        return (turn @ offset)[:2] + middle, (turn @ (np.cross(gyroscope, offset) + self._rate))[:2]
 
 
 def _foot(plan: Plan, side: Side) -> Foothold:

@@ -17,6 +17,7 @@ from walker.estimation.corrections import Corrections
 from walker.estimation.delay import DelayEstimator
 from walker.estimation.deviation import DeviationEstimator, DeviationParameters
 from walker.estimation.fall import FallDetector, FallParameters
+from walker.estimation.foresight import Foresight, ForesightParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
 from walker.estimation.heading_error import HeadingError
 from walker.estimation.lean import Lean, LeanParameters
@@ -36,6 +37,7 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     deviation: DeviationParameters = DeviationParameters()
     capture: CaptureParameters = CaptureParameters()
     fall: FallParameters = FallParameters()
+    foresight: ForesightParameters = ForesightParameters()
 
 
 class EstimatorSwitches(Protocol):
@@ -102,7 +104,7 @@ class Estimator:
         parameters: of the single estimates.
         cycle: of the robot, s.
         on: which estimates are made.
-        foresees: as in `FallDetector`.
+        foresees: a fall is also what `Foresight` takes for one.
     """
 
     def __init__(
@@ -116,7 +118,8 @@ class Estimator:
     ) -> None:
         self._attitude = Attitude(parameters.attitude if on.attitude_correction else None)
         self._contact = ContactEstimator(parameters.contact)
-        self._fall = FallDetector(parameters.fall, foresees=foresees)
+        self._fall = FallDetector(parameters.fall)
+        self._foresight = Foresight(parameters.foresight, body) if foresees else None
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body)
         self._height = body.lengths.FootHeight
@@ -158,7 +161,7 @@ class Estimator:
         contacts = self._contact.update(frame.fsr)
         angle = self._attitude.update(frame, dt)
         zmp = self._zmp(frame, contacts, plan)
-        falling = self._fall.update(angle, frame.gyroscope[:2], contacts, dt, walking=walking)
+        falling = self._fall.update(angle, contacts, dt, walking=walking)
         moves = plan.phase != "stand"
         ground = self._ground.update(frame, angle, corrections, dt, walking=moves)
         self._delay.update(frame)
@@ -166,6 +169,9 @@ class Estimator:
         turn = (planned - self._planned) / dt if self._planned is not None and dt > 0.0 else 0.0
         self._planned = planned
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
+        if self._foresight is not None:
+            foreseen = self._foresight.update(frame, lean, plan.support, dt)
+            falling = falling or (foreseen and not contacts.none)
         feedback = self._deviation.update(frame.position, lean, plan, dt)
         if self._capture is not None:
             measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)

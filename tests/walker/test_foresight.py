@@ -1,0 +1,86 @@
+"""A fall is foreseen by the capture point: closed forms of the pendulum, on a rigid robot in the stand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from bridge.body import load_body
+from bridge.body.sole import foot_centre
+from tests.frames import standing_frame
+from walker.estimation.foresight import Foresight, ForesightParameters
+from walker.model.gravity import GRAVITY
+from walker.planning import gait_parameters, make_gait, standing_plan
+from walker.planning.pose import PoseMaker
+
+BODY = load_body("nao-v6")
+GAIT = gait_parameters("omni")
+STAND = standing_plan(make_gait("omni", GAIT, BODY))
+ANGLES = PoseMaker(BODY, STAND).unlimited_angles(STAND)
+P = ForesightParameters()
+DT = 0.01
+OMEGA = math.sqrt(GRAVITY / 0.25)
+AHEAD = GAIT.zmp_x - foot_centre(BODY, "L")[0]
+"""Of the mass from the middle of the soles, m: the gait puts it there."""
+INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
+"""Of the mass from the middle of either sole, m."""
+
+
+def foreseen(ways, support="both"):
+    """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
+    foresight = Foresight(P, BODY)
+    for k in range(200):
+        lean, rate, (x, y) = ways(k)
+        frame = standing_frame(
+            k, position=ANGLES, gyroscope=(*rate, 0.0), accelerometer=(x, y, GRAVITY), angle=lean
+        )
+        if foresight.update(frame, lean, support, DT):
+            return k
+    return None
+
+
+def pushed(x, y):
+    """Accelerated by a push; the torso does not turn yet."""
+    return lambda k: ((0.0, 0.0), (0.0, 0.0), (x, y) if k else (0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "support", "way"),
+    [
+        ((9.0, 0.0), "both", P.ahead - AHEAD),
+        ((-9.0, 0.0), "both", P.behind + AHEAD),
+        ((0.0, 20.0), "L", P.outside_stance + INSIDE),
+        ((0.0, 20.0), "R", P.outside_swing + INSIDE),
+        ((0.0, -20.0), "R", P.outside_stance + INSIDE),
+        ((0.0, -20.0), "both", P.outside_stance + INSIDE),
+    ],
+)
+def test_a_push_is_seen_by_the_accelerometer_before_the_body_turns(acceleration, support, way):
+    """Velocity a T (1 - e^(-t / T)): the time in which the capture point comes by `way` to the bound."""
+    a = math.hypot(*acceleration)
+    time = -P.acceleration_time * math.log(1.0 - OMEGA * way / (a * P.acceleration_time))
+    assert foreseen(pushed(*acceleration), support) == pytest.approx(time / DT, abs=1.6)
+    weak = 0.9 * OMEGA * way / P.acceleration_time / a
+    assert foreseen(pushed(weak * acceleration[0], weak * acceleration[1]), support) is None
+
+
+def test_a_pendulum_that_falls_from_rest_is_foreseen_before_20_degrees():
+    """Exact solution c e^(w t); nothing but its rod bears the mass, so it feels no force across."""
+    angle = [0.02 * math.exp(OMEGA * DT * k) for k in range(200)]
+
+    def falls(k):
+        return (0.0, angle[k]), (0.0, OMEGA * angle[k]), (0.0, 0.0)
+
+    seen = foreseen(falls)
+    down = next(k for k, a in enumerate(angle) if a > math.radians(45.0))
+    assert angle[seen] < math.radians(20.0)
+    assert (down - seen) * DT > 0.2
+
+
+def test_a_robot_that_sways_over_its_soles_is_not_taken_for_falling():
+    def sways(k):
+        a, w = 0.04 * math.sin(6.0 * DT * k), 0.24 * math.cos(6.0 * DT * k)
+        return (0.0, a), (0.0, w), (-GRAVITY * math.sin(a), 0.0)
+
+    assert foreseen(sways) is None
