@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+from bridge.errors import NaoHilError
 from nao_hil.bench import (
     batch,
     campaign,
@@ -47,10 +48,13 @@ def main() -> None:
     for name in arguments.names:
         if name not in BENCHES:
             parser.error(f"unknown benchmark {name!r}; known: {', '.join(BENCHES)}")
-    results = {}
+    results: dict[str, dict[str, Any]] = {}
     for name in arguments.names or BENCHES:
         print(f"{name} ...", flush=True)
-        results[name] = BENCHES[name]()
+        try:
+            results[name] = BENCHES[name]()
+        except NaoHilError as error:
+            results[name] = {"not run": str(error)}
         for key, value in results[name].items():
             print(f"  {key}: {value}", flush=True)
     if arguments.json:
