@@ -163,8 +163,7 @@ def main(arguments: list[str] | None = None) -> None:
         except BrokenPipeError:  # `| head` has read enough
             pass
         except OSError as error:
-            _tell(f"the output cannot be written ({error.strerror}).")
-            code = 3
+            code = _unwritten(error)
     # Everything that must be closed is; Python taking its libraries apart would double the time a Ctrl-C takes.
     os._exit(code)
 
@@ -189,8 +188,7 @@ def run(arguments: list[str] | None = None) -> int:
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             return _fault(error)
-        _tell(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
-        return 3
+        return _unwritten(error)
     except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
         return _fault(error)
     return result if isinstance(result, int) else 0
@@ -201,6 +199,11 @@ def _in_words(sentence: str) -> str:
     sentence = re.sub(r"Input should be a valid integer\b.*", "it must be a whole number", sentence)
     sentence = re.sub(r"Input should be a valid number\b.*", "it must be a number", sentence)
     return sentence.replace("Input should be ", "it must be ")
+
+
+def _unwritten(error: OSError) -> int:
+    _tell(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
+    return 3
 
 
 def _fault(error: Exception) -> int:

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from bridge.body import load_body
+from tests.loops import repeat_while
 from walker.estimation.heading_error import HeadingError
 from walker.planning import GaitCommand, gait_parameters, make_gait
 from walker.planning.feedback import Feedback
@@ -30,7 +31,7 @@ def walked(turn, spin, steps=40, *, gain=P.heading_gain, began=3.0):
     gait = make_gait("omni", gait_parameters("omni", {"heading_gain": gain, "turn_share": 0.5}), BODY)
     error, state = HeadingError(LATENCY, DT), gait.initial()
     plans, ends, feedback = [], [], Feedback()
-    while len(ends) < steps:
+    for _ in repeat_while(lambda: len(ends) < steps):
         plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.0, 0.0, turn), feedback=feedback))
         if plans and plan.step > plans[-1].step:
             ends.append(plan.middle.yaw + plan.step * spin - turn * P.T * plan.step)
