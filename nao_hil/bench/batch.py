@@ -1,8 +1,9 @@
 """A batch of robots beside the single robot and the bare engine, in one run.
 
 Blocks of a single robot, of MuJoCo's own steps of that robot (the floor), of a batch in one thread and of the
-same batch in all threads take turns. Real-time factors are summed over the robots: by the wall clock, and per
-second of the processor, which tells what threads cost where others use the machine.
+same batch in all threads take turns; each robot is commanded to stand. Real-time factors are summed over the
+robots: by the wall clock, and per second of the processor, which tells what threads cost where others use the
+machine.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from collections.abc import Callable
 from typing import Any
 
 from bridge.body import load_body
+from bridge.body.joints import N_JOINTS
+from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 from nao_hil.batch import Batch
@@ -30,11 +33,15 @@ def measure(robots: int = 16, body: str = "nao-v6", blocks: int = 8, cycles: int
         Batch(range(robots), body=body) as threaded,
     ):
         stand, engine = single.frame.position, single.engine
+
+        def advance() -> None:
+            single.advance(ActuatorFrame(reply_to=single.seq, position=stand, stiffness=(1.0,) * N_JOINTS))
+
         steps = round(serial.cycle / engine.settings.step)
         floor = "engine's own steps, 1 robot"
         arms: dict[str, tuple[int, Callable[[], object]]] = {
             floor: (1, lambda: [engine.bare_step() for _ in range(steps)]),
-            "1 robot": (1, lambda: single.advance(None)),
+            "1 robot": (1, advance),
             f"batch of {robots}, 1 thread": (robots, lambda: serial.step(stand)),
             f"batch of {robots}, {threaded.threads} threads": (robots, lambda: threaded.step(stand)),
         }
@@ -46,7 +53,7 @@ def measure(robots: int = 16, body: str = "nao-v6", blocks: int = 8, cycles: int
                 count = cycles * robots // number
                 for _ in range(count):
                     if name == floor:
-                        single.advance(None)  # its drives hold it; not timed
+                        advance()  # its drives hold it; not timed
                     began, before = time.perf_counter(), time.process_time()
                     step()
                     spent += time.perf_counter() - began
