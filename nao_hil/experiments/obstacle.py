@@ -231,7 +231,7 @@ def _lowest(context: Context, setup: ObstacleSetup) -> float | None:
 def _tried(heights: Sequence[float], setup: ObstacleSetup, what: str, found: float | None) -> str:
     tried = ", ".join(f"{1e3 * height:g}" for height in heights)
     return (
-        f"Other plates, {tried} mm with {setup.probe_seeds} seeds each: {what} "
+        f"Other random plates, {tried} mm with {setup.probe_seeds} seeds each: {what} "
         f"{f'{1e3 * found:g} mm' if found else 'none of them'}."
     )
 
