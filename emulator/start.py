@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
@@ -92,6 +91,8 @@ def random_drop(body: Body, height: float, random: np.random.Generator) -> Start
         height: Of its lowest point over the ground, m.
         random: Source.
     """
+    from scipy.spatial.transform import Rotation  # here: no other start needs SciPy
+
     absent = absent_joints(body)
     angles = [0.0 if name in absent else float(random.uniform(*limits(body, name))) for name in JOINTS]
     x, y, z, w = Rotation.random(random_state=random).as_quat().tolist()

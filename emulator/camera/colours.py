@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from typing import Final
 
 import numpy as np
@@ -40,6 +41,23 @@ def encode_picture(rgb: NDArray[np.uint8], space: int) -> bytes:
     if space == 12:
         return np.concatenate((_hue_saturation(rgb), yuv[..., :1]), axis=2).tobytes()
     return yuv.tobytes()
+
+
+def picture_file(rgb: NDArray[np.uint8], space: int, kind: str) -> bytes:
+    """A picture as a file, grey in a colour space of one channel.
+
+    Args:
+        rgb: (height, width, 3).
+        space: see `encode_picture`.
+        kind: `bmp`, `jpeg`, `png`, `ppm` or `tiff`.
+    """
+    from PIL import Image  # imported late: pictures that are not files do without
+
+    grey = space < 9
+    pixels = _yuv(rgb)[..., 0] if grey else rgb
+    file = BytesIO()
+    Image.fromarray(np.ascontiguousarray(pixels)).save(file, kind)
+    return file.getvalue()
 
 
 def _yuv(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:

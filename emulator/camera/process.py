@@ -27,7 +27,7 @@ from bridge.messages import TruthFrame, decode
 from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
 from bridge.types import Array
-from emulator.camera.colours import encode_picture
+from emulator.camera.colours import encode_picture, picture_file
 from emulator.camera.picture import draw, hidden
 from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
 from emulator.camera.shapes import NEAR
@@ -101,11 +101,18 @@ class CameraProcess:
                 self._pipe.send([number, True, [moment, self._picture(links, world, *request)]])
 
     def _picture(
-        self, links: dict[str, Array], world: WorldReply, camera: int, width: int, height: int, space: int
+        self,
+        links: dict[str, Array],
+        world: WorldReply,
+        camera: int,
+        width: int,
+        height: int,
+        space: int,
+        file: str,
     ) -> bytes:
         solids = [*self._scene.limbs(links), *boxes_of(world), *map(thing_of, world.things)]
         rgb = draw(self._scene.view(camera, links), floor_of(world), solids, width, height)
-        return encode_picture(rgb, space)
+        return picture_file(rgb, space, file) if file else encode_picture(rgb, space)
 
     def _report(self) -> None:
         told: list[Any] = []

@@ -227,6 +227,7 @@ def landmark(number: int) -> Paint:
     edges = np.cumsum([w + 2 for w in widths]) * (2.0 * math.pi / (sum(widths) + 8))
 
     def paint(right: Array, up: Array) -> Array:
+        """White ring and sectors on black, at points of the mark."""
         around = np.arctan2(up, right) % (2.0 * math.pi)
         sector = np.searchsorted(edges, around)
         begin = np.concatenate(([0.0], edges))[np.minimum(sector, 3)]

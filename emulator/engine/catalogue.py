@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from emulator.engine.base import Engine
-from emulator.engine.values import PhysicsSettings
+
+if TYPE_CHECKING:  # a name is chosen without Numba, which takes a second
+    from emulator.engine.base import Engine
+    from emulator.engine.values import PhysicsSettings
 
 ENGINES: Final = ("pybullet", "mujoco")
 """The first is the default, where it is installed."""

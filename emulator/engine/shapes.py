@@ -13,10 +13,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from bridge.body import TORSO, Body
 from bridge.body.model import Shapes
+from bridge.body.sole import sole_hull
 from bridge.types import Quaternion, Side, Vec3
 from emulator.poses import Pose, matrix
 
@@ -97,19 +97,9 @@ def lowest_point(shape: Shape, pose: Pose) -> float:
     return middle - 0.5 * shape.length * abs(float(down @ axis)) - shape.radius
 
 
-def sole_outline(body: Body, side: Side) -> NDArray[np.float64]:
-    """Convex outline of a sole, counter-clockwise, (n, 2), AnkleRoll frame projected to the ground, m.
-
-    The right foot mirrors y (data sheet). Dents of the true outline cannot carry and drop out.
-    """
-    mirror = 1.0 if side == "L" else -1.0
-    points = np.array(body.foot.sole) * (1.0, mirror)
-    return np.asarray(points[ConvexHull(points).vertices], dtype=np.float64)
-
-
 def sole_points(body: Body, side: Side) -> NDArray[np.float64]:
     """Corners of the sole's bottom, (n, 3), AnkleRoll frame, m."""
-    outline = sole_outline(body, side)
+    outline = sole_hull(body, side)
     return np.column_stack([outline, np.full(len(outline), -body.lengths.FootHeight)])
 
 
@@ -125,14 +115,14 @@ that of an even pressure, and a sole on its rim still resists a turn (there it i
 
 def sole_area(body: Body) -> float:
     """Length x width of a sole, m^2."""
-    outline = sole_outline(body, "L")
+    outline = sole_hull(body, "L")
     length, width = outline.max(axis=0) - outline.min(axis=0)
     return float(length * width)
 
 
 def sole_pad(body: Body, side: Side) -> BoxShape:
     """A plate in the middle of a sole, flush with it: carries what a patch carries away from its outline."""
-    outline = sole_outline(body, side)
+    outline = sole_hull(body, side)
     low, high = outline.min(axis=0), outline.max(axis=0)
     x, y = (0.5 * (low + high)).tolist()
     half_x, half_y = (0.5 * PAD_SCALE * (high - low)).tolist()

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body
+from bridge.body.sole import sole_hull
 from bridge.types import Side
 from emulator.engine.mujoco.springs import spring
-from emulator.engine.shapes import FOOT_LINKS, sole_area, sole_outline, sole_points
+from emulator.engine.shapes import FOOT_LINKS, sole_area, sole_points
 from emulator.engine.values import Surface
 
 SOLE_POINTS: Final = 8
@@ -40,7 +41,7 @@ class Bed(NamedTuple):
 
 def sole_bed(body: Body, side: Side) -> Bed:
     """The bed of one sole: zeroth, first and second moments of a rectangle of its length and width."""
-    outline = sole_outline(body, side)
+    outline = sole_hull(body, side)
     low, high = outline.min(axis=0), outline.max(axis=0)
     middle, (length, width) = 0.5 * (low + high), high - low
     corners = fewer(sole_points(body, side), SOLE_POINTS)

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from bridge.rotations import quaternion
 from bridge.types import Quaternion, Vec3
 
 Matrix = NDArray[np.float64]
@@ -47,7 +47,4 @@ def principal(tensor: Matrix) -> PrincipalInertia:
     moments, axes = np.linalg.eigh(tensor)
     if np.linalg.det(axes) < 0.0:
         axes[:, 0] = -axes[:, 0]
-    x, y, z, w = Rotation.from_matrix(axes).as_quat()
-    return PrincipalInertia(
-        (float(moments[0]), float(moments[1]), float(moments[2])), (float(x), float(y), float(z), float(w))
-    )
+    return PrincipalInertia((float(moments[0]), float(moments[1]), float(moments[2])), quaternion(axes))

@@ -153,39 +153,13 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
     shapes = {name: _create_shape(client, shape) for name, shape in link_shapes(body).items()}
     for side, foot in FOOT_LINKS.items():
         shapes[foot + _PAD] = _create_shape(client, sole_pad(body, side))[0], _NO_SHAPE
-    none = (_NO_SHAPE, _NO_SHAPE)
     torso = body.links[TORSO]
-    torso_inertia = principal(tensor_matrix(torso.inertia))
-    inertias = {
+    inertias = {TORSO: principal(tensor_matrix(torso.inertia))} | {
         name: combined_inertia(body.links[name], tree[name], rotor)
         for name, rotor in zip(names, rotor_inertia, strict=True)
     }
-    robot = int(
-        bullet.createMultiBody(
-            baseMass=0.0 if fixed else torso.mass,
-            baseCollisionShapeIndex=shapes[TORSO][0],
-            baseVisualShapeIndex=shapes[TORSO][1],
-            baseInertialFramePosition=torso.com,
-            baseInertialFrameOrientation=torso_inertia.orientation,
-            linkMasses=[body.links[link].mass if link in tree else _NO_MASS for link in links],
-            linkCollisionShapeIndices=[shapes.get(link, none)[0] for link in links],
-            linkVisualShapeIndices=[shapes.get(link, none)[1] for link in links],
-            linkPositions=[tree[link].offset if link in tree else _HERE for link in links],
-            linkOrientations=[_UPRIGHT] * len(links),
-            linkInertialFramePositions=[body.links[link].com if link in tree else _HERE for link in links],
-            linkInertialFrameOrientations=[inertias.get(link, _NO_INERTIA).orientation for link in links],
-            # PyBullet counts parents from the torso
-            linkParentIndices=[
-                number[tree[link].parent if link in tree else link.removesuffix(_PAD)] + 1 for link in links
-            ],
-            linkJointTypes=[bullet.JOINT_REVOLUTE if link in tree else bullet.JOINT_FIXED for link in links],
-            linkJointAxis=[tree[link].axis if link in tree else _HERE for link in links],
-            flags=bullet.URDF_USE_SELF_COLLISION,
-            physicsClientId=client,
-        )
-    )
-    _set_dynamics(client, robot, BASE, torso_inertia)
-    for i, link in enumerate(links):
+    robot = _create_multibody(client, body, number, shapes, inertias, fixed)
+    for link, i in number.items():
         _set_dynamics(client, robot, i, inertias.get(link, _NO_INERTIA))
         if link in tree:
             sheet = body.joints[link]
@@ -206,7 +180,54 @@ def build_model(client: int, body: Body, *, rotor_inertia: Sequence[float], fixe
         pairs=pairs,
         masses=(torso.mass, *(body.links[name].mass for name in names)),
         torso_com=torso.com,
-        torso_principal=torso_inertia.orientation,
+        torso_principal=inertias[TORSO].orientation,
+    )
+
+
+def _create_multibody(
+    client: int,
+    body: Body,
+    number: Mapping[str, int],
+    shapes: Mapping[str, tuple[int, int]],
+    inertias: Mapping[str, PrincipalInertia],
+    fixed: bool,
+) -> int:
+    """PyBullet's number of the robot with links, joints and shapes; its call takes a list per property.
+
+    Args:
+        client: Physics client.
+        body: Data sheet.
+        number: PyBullet's number of the torso and of each link, in the order of the links.
+        shapes: Collision and visual shape numbers of links that have them.
+        inertias: Of torso and links; a pad has none.
+        fixed: Nail the torso to the world.
+    """
+    tree, torso = joint_tree(body), body.links[TORSO]
+    links = [link for link in number if link != TORSO]
+    none = (_NO_SHAPE, _NO_SHAPE)
+    return int(
+        bullet.createMultiBody(
+            baseMass=0.0 if fixed else torso.mass,
+            baseCollisionShapeIndex=shapes[TORSO][0],
+            baseVisualShapeIndex=shapes[TORSO][1],
+            baseInertialFramePosition=torso.com,
+            baseInertialFrameOrientation=inertias[TORSO].orientation,
+            linkMasses=[body.links[link].mass if link in tree else _NO_MASS for link in links],
+            linkCollisionShapeIndices=[shapes.get(link, none)[0] for link in links],
+            linkVisualShapeIndices=[shapes.get(link, none)[1] for link in links],
+            linkPositions=[tree[link].offset if link in tree else _HERE for link in links],
+            linkOrientations=[_UPRIGHT] * len(links),
+            linkInertialFramePositions=[body.links[link].com if link in tree else _HERE for link in links],
+            linkInertialFrameOrientations=[inertias.get(link, _NO_INERTIA).orientation for link in links],
+            # PyBullet counts parents from the torso
+            linkParentIndices=[
+                number[tree[link].parent if link in tree else link.removesuffix(_PAD)] + 1 for link in links
+            ],
+            linkJointTypes=[bullet.JOINT_REVOLUTE if link in tree else bullet.JOINT_FIXED for link in links],
+            linkJointAxis=[tree[link].axis if link in tree else _HERE for link in links],
+            flags=bullet.URDF_USE_SELF_COLLISION,
+            physicsClientId=client,
+        )
     )
 
 
