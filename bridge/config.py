@@ -47,10 +47,10 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         text = Path(path).read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise ConfigurationError(
-            f"{path}: cannot be read ({error.strerror}); give a readable TOML file"
+            f"{path}: cannot be read ({error.strerror}); give a readable TOML file."
         ) from error
     except ValueError as error:
-        raise ConfigurationError(f"{path}: is not a UTF-8 text file ({error}); TOML is UTF-8") from error
+        raise ConfigurationError(f"{path}: is not a UTF-8 text file ({error}); TOML is UTF-8.") from error
     return _parsed(text, str(path))
 
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bridge.types import Array, Vec2, Vec3
+from bridge.types import Array, Quaternion, Vec2, Vec3
 
 
 def R_yaw(phi: float) -> Array:
@@ -100,6 +100,21 @@ def matrix(quaternion: ArrayLike) -> Array:
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
     ]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def quaternion(R: Array) -> Quaternion:
+    """Unit quaternion (x, y, z, w) of a rotation matrix, shape (3, 3); divides by its largest element."""
+    diagonal, trace = np.diag(R), np.trace(R)
+    q = np.empty(4)
+    if trace >= diagonal.max():
+        q[:] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1.0 + trace
+    else:
+        i = int(diagonal.argmax())
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q[[i, j, k, 3]] = 1.0 - trace + 2.0 * R[i, i], R[j, i] + R[i, j], R[k, i] + R[i, k], R[k, j] - R[j, k]
+    x, y, z, w = q.tolist()
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    return x / norm, y / norm, z / norm, w / norm
 
 
 def roll(quaternion: ArrayLike) -> Array:

@@ -71,9 +71,9 @@ class Retry:
         self._stop = stop
         self._reason = ""
 
-    def wait(self, reason: object = "") -> None:
+    def wait(self, reason: object) -> None:
         """Wait for the next attempt; the reason is logged if it is a new one."""
-        if str(reason) not in ("", self._reason):
+        if str(reason) != self._reason:
             self._reason = str(reason)
             logger.warning("%s Trying again.", reason)
         self._stop.wait(_RETRY)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from bridge.body.model import Body
+from bridge.polygon import convex_hull
 from bridge.types import Side
 
 
@@ -24,9 +24,9 @@ def sole_outline(body: Body, side: Side) -> NDArray[np.float64]:
 
 
 def sole_hull(body: Body, side: Side) -> NDArray[np.float64]:
-    """Convex hull of a sole, counter-clockwise, shape (n, 2): what can bear load on flat ground."""
-    outline = sole_outline(body, side)
-    return np.asarray(outline[ConvexHull(outline).vertices], dtype=np.float64)
+    """Convex hull of a sole, counter-clockwise from the heel's left corner, (n, 2): what bears load."""
+    hull = np.array(convex_hull(sole_outline(body, side)))
+    return np.roll(hull, -int(np.arctan2(hull[:, 1], hull[:, 0]).argmax()), axis=0)
 
 
 def foot_centre(body: Body, side: Side) -> NDArray[np.float64]:

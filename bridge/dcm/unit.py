@@ -76,6 +76,12 @@ class Dcm:
         known = self._table.index.keys() | IGNORED
         return [request.alias, [name if short(name) in known else "" for name in request.names]]
 
+    def names_of(self, name: str) -> tuple[str, ...]:
+        """The actuator of a name, or those of an alias; none when there is neither."""
+        index = self._table.index.get(short(name))
+        rows = (index,) if index is not None else self._aliases.get(name, ())
+        return tuple(self.table[row].name for row in rows if row is not None)
+
     def set(self, request: SetRequest) -> None:
         """Put the same commands into the buffer of an actuator, or of every actuator of an alias.
 

@@ -81,6 +81,8 @@ class FallSettings(_Settings, frozen=True, kw_only=True):
     """Cycles for which it must be tilted that far."""
     upright: Annotated[float, msgspec.Meta(gt=0.0, le=1.5)] = 0.35
     """rad; a robot that stands and is tilted less can fall, or fall again."""
+    stood_cycles: Cycles = 50
+    """Cycles for which it has to stand so."""
     stiffness: Fraction = 0.1
     """Of all joints in a fall."""
     rest_time: NotNegative = 1.5

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Final
 
 import numpy as np
 
 from bridge.body import Body
-from bridge.body.joints import N_JOINTS
+from bridge.body.joints import LEG_SLOTS, N_JOINTS
 from bridge.messages import SensorFrame
 from bridge.motion.keyframes import Lying, Motion, load_motion, mirrored, motion_names
 from bridge.motion.player import MotionPlayer, lying
@@ -20,6 +21,8 @@ TRIES: Final = 5
 """After which a robot stays where it is."""
 LIMP: Final = 0.1
 """Stiffness between two tries."""
+STIFF: Final = 0.5
+"""Stiffness that is asked for before a try; the robot has it once commands are taken."""
 _QUIET: Final = 0.3
 """rad/s; a torso that turns more slowly in all axes lies still."""
 _QUIET_TIME: Final = 0.1
@@ -31,7 +34,7 @@ _LONGEST_WAIT: Final = 2.0
 def get_up_motions(body: Body) -> dict[Lying, Motion]:
     """The motions that come with the package and get this body up, by what of it is below; {}: none."""
     found: dict[Lying, Motion] = {}
-    for motion in map(load_motion, motion_names()):
+    for motion in _shipped():
         if motion.gets_up and body.name in motion.bodies:
             found |= dict.fromkeys(motion.begins, motion)
     if "left" in found:
@@ -39,8 +42,17 @@ def get_up_motions(body: Body) -> dict[Lying, Motion]:
     return found
 
 
+@cache
+def _shipped() -> tuple[Motion, ...]:
+    """Read once per process: every controller asks."""
+    return tuple(map(load_motion, motion_names()))
+
+
 class GetUp:
     """Waits until the torso lies still, plays the motion for how it lies, and looks whether the robot stands.
+
+    A try begins when the joints are stiff: a guard that saw a fall takes no command for a while. Where it
+    lets go during a motion, that try is over.
 
     Args:
         motions: by what of the robot is below.
@@ -70,10 +82,12 @@ class GetUp:
             frame: newest sensor frame.
             dt: time since the last one, s.
         """
-        if self._player is not None and self._player.done:
+        if self._player is not None and (self._player.done or _limp(frame)):
             self._end_try(frame)
         if self._player is None and not self.done and self._lies_still(frame, dt):
-            self._begin_try(frame)
+            self.position, self.stiffness = frame.position, STIFF
+            if not _limp(frame):
+                self._begin_try(frame)
         if self._player is not None:
             self.position = self._player.advance(frame, dt)
             self.stiffness = self._player.stiffness
@@ -106,3 +120,8 @@ class GetUp:
 
     def _stands(self, frame: SensorFrame) -> bool:
         return lying(frame.angle) == "upright" and stands(self._body, frame)
+
+
+def _limp(frame: SensorFrame) -> bool:
+    """Whether nothing holds the legs."""
+    return max(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) < 2.0 * LIMP

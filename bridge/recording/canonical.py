@@ -46,11 +46,7 @@ class FrameHash:
 
     def add(self, frame: SensorFrame | ActuatorFrame) -> None:
         """Add a frame."""
-        self.line(canonical_json(frame))
-
-    def line(self, canonical: bytes) -> None:
-        """Add a frame in its canonical form."""
-        self._hash.update(canonical)
+        self._hash.update(canonical_json(frame))
         self._hash.update(b"\n")
 
     def hexdigest(self) -> str:

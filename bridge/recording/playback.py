@@ -17,13 +17,12 @@ from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
 from bridge.errors import ConfigurationError
-from bridge.recording.canonical import TOPICS, FrameHash, Recordable
+from bridge.recording.canonical import TOPICS, Recordable
 from bridge.recording.mcap_file import METADATA
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _RECORD: Final = struct.Struct("<BQ")
 """Head of every MCAP record: kind, and the length of what follows."""
-_HASHED: Final = ("sensors", "actuators")
 
 _decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in TOPICS.items()}
 
@@ -79,19 +78,6 @@ def is_complete(path: str | Path) -> bool:
     with _open(path) as file:
         file.seek(-len(_MAGIC), os.SEEK_END)
         return file.tell() > 0 and file.read() == _MAGIC
-
-
-def frames_sha256(path: str | Path) -> str:
-    """`bridge.recording.canonical.FrameHash` over the sensor and actuator frames of a recording.
-
-    Raises:
-        ConfigurationError: as `read_recording`.
-    """
-    frames = FrameHash()
-    for topic, message in _messages(path):
-        if topic in _HASHED:
-            frames.line(message.data)
-    return frames.hexdigest()
 
 
 def _typed(path: str | Path, topic: str, data: bytes) -> Recordable:

@@ -74,8 +74,8 @@ class LolaBridge:
         while not self._stop.is_set():
             try:
                 device = LolaDevice(self._address, math.inf if self._lockstep else SILENCE)
-            except OSError:
-                self._retry.wait()
+            except OSError as error:
+                self._retry.wait(f"No LoLA answers at {self._address} ({error.strerror or error}).")
                 continue
             with device:
                 try:

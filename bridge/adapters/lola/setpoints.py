@@ -64,6 +64,9 @@ class Setpoints:
             text = f"`{key}` of {JOINTS[slot]} is {value:g} and was clipped; -1 to 1 is allowed."
             return MapError(f"{key}, range", text)
         self._values[key][slot] = float(value)
+        if key == "Position" and abs(value) > math.pi:
+            text = f"`{key}` of {JOINTS[slot]} is {value:g} rad, which no joint reaches; angles are in radians."
+            return MapError(f"{key}, range", text)
         return None
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -85,7 +86,7 @@ def new_file(value: Any, what: str) -> Path:
     file = robot_file(value, what)
     if file.is_relative_to(HOME):
         file.parent.mkdir(parents=True, exist_ok=True)
-    if "\0" in str(file) or not file.is_absolute() or not file.parent.is_dir():
+    if "\0" in str(file) or not file.is_absolute() or not os.path.isdir(file.parent):
         raise NaoqiRefused(f"{what} is {value!r:.80}; an absolute path in a folder that is there is expected.")
     return file
 

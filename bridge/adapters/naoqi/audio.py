@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 import logging
 import wave
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
+from weakref import WeakKeyDictionary
 
 from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, number, robot_file
 from bridge.adapters.naoqi.methods import Table
@@ -19,6 +20,9 @@ from bridge.errors import NaoqiRefused
 logger = logging.getLogger(__name__)
 
 MAX_FILES: Final = 1000
+_OWN_SOUNDS: Final = Path("/usr/share/naoqi/wav")
+_OWN_SECONDS: Final = 5.0
+"""Of each sound that comes with a robot (assumed)."""
 _POLL: Final = 50
 """ms between two looks whether a file was stopped."""
 
@@ -43,12 +47,15 @@ class AudioPlayer:
     Args:
         tasks: for calls that end when the file does.
         now: the robot's clock, ms.
+        numbers: for files; none is a call's.
     """
 
-    def __init__(self, tasks: MotionTasks, now: Callable[[], int]) -> None:
+    def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
         self._tasks, self._now = tasks, now
         self._files: dict[int, _File] = {}
-        self._numbers, self._plays = itertools.count(1), itertools.count(1)
+        self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
+        """File that a call of `playFile` plays."""
+        self._numbers, self._plays = numbers, itertools.count(1)
         self._master = 1.0
         self._output, self._muted = 100, False
 
@@ -62,8 +69,11 @@ class AudioPlayer:
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
         try:
-            with wave.open(str(file), "rb") as sound:
-                seconds = sound.getnframes() / max(1, sound.getframerate())
+            if file.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
+                seconds = _OWN_SECONDS
+            else:
+                with wave.open(str(file), "rb") as sound:
+                    seconds = sound.getnframes() / max(1, sound.getframerate())
         except (OSError, ValueError) as error:
             raise NaoqiRefused(f"ALAudioPlayer: {str(file)!r:.80} cannot be read ({error}).") from None
         except (wave.Error, EOFError):
@@ -90,7 +100,15 @@ class AudioPlayer:
         self, path: Any, volume: Any = 1.0, panorama: Any = 0.0, *, loop: bool = False
     ) -> Future[Any]:
         """Load a file and play it."""
-        return self.play(self.load(path), volume, panorama, loop=loop)
+        key = self.load(path)
+        playing = self.play(key, volume, panorama, loop=loop)
+        self._played_by[playing] = key
+        return playing
+
+    def begun(self, playing: Future[Any], number: int) -> None:
+        """A call of `playFile` got a number: the file has that name, too (confirmed: vendor's samples)."""
+        if playing in self._played_by:
+            self._files[number] = self._files[self._played_by.pop(playing)]
 
     def _from(self, path: Any, place: Any, loop: bool, *levels: Any) -> Future[Any]:
         seconds = number(place, "ALAudioPlayer: position", 0.0, MAX_DURATION)

@@ -13,6 +13,8 @@ def behavior_methods() -> Table:
     """Methods of `ALBehaviorManager`: the lists are empty, and to run one fails as the vendor's page says."""
 
     def absent(method: str) -> Any:
+        """A method that refuses a behaviour by its name."""
+
         def fail(name: Any, *_: Any) -> NoReturn:
             behavior = text(name, f"ALBehaviorManager.{method}: name")
             raise NaoqiRefused(

@@ -75,13 +75,13 @@ class CallServer:
                 f"The qi process ended with exit code {self._process.returncode}; start the command again."
             )
 
-    def publish(self, event: str, value: Any, callbacks: list[list[str]]) -> None:
+    def publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
         """Tell the subscribers of an event of ALMemory.
 
         Args:
             event: its name.
             value: its value, of types that msgpack has.
-            callbacks: `[module, method, message]` of each module to be called.
+            callbacks: as of `events.Publish`.
         """
         self._pipe.send([0, event, value, callbacks])
 

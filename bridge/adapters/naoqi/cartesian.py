@@ -7,7 +7,7 @@ joints' ranges allow. Moving the torso leaves both feet where they are. Nothing 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
@@ -31,11 +31,15 @@ from bridge.types import Array
 EFFECTORS: Final = (*CHAINS, TORSO)
 STEP: Final = 0.04
 """s between two points of a path: two cycles of ALMotion, so that the search costs the robot's cycle little."""
+_FEET: Final = ("LLeg", "RLeg")
+_FLAT: Final = 59
+"""Mask of a foot that keeps its place below the torso and its angles, and may rise."""
+_STANCE_WEIGHT: Final = 3.0
+"""Of the place of a foot that is not to move, over that of one that is (assumed)."""
 ITERATIONS: Final = 30
 """Of the search for one place."""
 ITERATIONS_ON_PATH: Final = 4
 """For the next place of a path, which is near."""
-MAX_POINTS: Final = 1000
 
 
 class _Path(NamedTuple):
@@ -60,6 +64,16 @@ class _Path(NamedTuple):
                 R = Rotation.from_rotvec(part * turn).as_matrix() @ a[:3, :3]
                 return placed(R, a[:3, 3] + part * (b[:3, 3] - a[:3, 3]))
         return self.targets[-1]
+
+
+class _Space(NamedTuple):
+    """A space at the beginning of a motion."""
+
+    code: int
+    frame: Array
+    """In the Torso frame, (4, 4)."""
+    feet: dict[str, Array]
+    """Frames of the soles in the space, (4, 4): they stay there while the torso moves."""
 
 
 class Cartesian:
@@ -111,41 +125,80 @@ class Cartesian:
         masks: Sequence[int],
         share: float,
     ) -> None:
-        wanted = self._solved(names, codes, places, masks, ITERATIONS)
-        moved = self._moved(names)
-        self._motion.set_angles(moved, [wanted[INDEX_WITH_MIRROR[joint]] for joint in moved], share)
+        wanted = self._solved(names, self._spaces(codes), places, masks, ITERATIONS)
+        targets = {joint: wanted[INDEX_WITH_MIRROR[joint]] for joint in self._moved(names)}
+        seconds = self._motion.time_to(list(targets), list(targets.values()), share)
+        for joint, angle in targets.items():  # together, so that the feet stay flat on the way
+            self._joints.put_position(joint, [(seconds, angle)])
+
+    def solved(self, name: str, code: int, place: Array) -> list[float]:
+        """The 25 positions with an effector at a place of a space, rad."""
+        return self._solved([name], self._spaces([code]), [place], [63], ITERATIONS)
+
+    def feet(self) -> dict[str, Array]:
+        """Frames of the soles in the Torso frame as commanded, (4, 4)."""
+        return self._spaces([0])[0].feet
+
+    def on_flat_feet(self, angles: Mapping[str, float], feet: Mapping[str, Array]) -> list[float]:
+        """The 25 positions with leg joints at angles, rad, and soles that keep their place but for the height.
+
+        Args:
+            angles: joint -> angle, rad.
+            feet: as `feet`.
+        """
+        position = self._frames.position(False)
+        pinned = {INDEX_WITH_MIRROR[joint]: angle for joint, angle in angles.items()}
+        for slot, angle in pinned.items():
+            position[slot] = angle
+        goals = [Goal(leg, place, masked_axes(_FLAT, np.eye(3))) for leg, place in feet.items()]
+        return self._inverse.solve(position, goals, ITERATIONS_ON_PATH, pinned)
 
     def _here(self, name: str, code: int) -> Array:
         return self._frames.transform(name, code, False)
 
     def _moved(self, names: Sequence[str]) -> list[str]:
         """Joints that move for these effectors."""
-        chains = [CHAINS["LLeg"] + CHAINS["RLeg"] if name == TORSO else CHAINS[name] for name in names]
+        legs = CHAINS["LLeg"] + CHAINS["RLeg"]
+        chains = dict.fromkeys(legs if name in (TORSO, *_FEET) else CHAINS[name] for name in names)
         there = set(self._joints.names.all) - set(HANDS)
         return [joint for chain in chains for joint in chain if joint in there]
+
+    def _spaces(self, codes: Sequence[int]) -> list[_Space]:
+        """The spaces as they are now; a foot that moves takes none of them along."""
+        links = self._frames.links(self._frames.position(False))
+        found = []
+        for code in codes:
+            H = self._frames.space(code, links, False)
+            feet = {leg: inverse(H) @ self._frames.in_torso(leg, links) for leg in _FEET}
+            found.append(_Space(code, H, feet))
+        return found
 
     def _solved(
         self,
         names: Sequence[str],
-        codes: Sequence[int],
+        spaces: Sequence[_Space],
         places: Sequence[Array],
         masks: Sequence[int],
         most: int,
     ) -> list[float]:
         """The 25 positions for places of effectors in their spaces, from where the joints are sent now."""
-        position = self._frames.position(False)
-        links = self._frames.links(position)
+        torso = {
+            s.code: inverse(place) for n, s, place in zip(names, spaces, places, strict=True) if n == TORSO
+        }
         goals = []
-        for name, code, place, mask in zip(names, codes, places, masks, strict=True):
-            space = self._frames.space(code, links, False)
+        for name, space, place, mask in zip(names, spaces, places, masks, strict=True):
+            H = torso.get(space.code, space.frame)
             if name == TORSO:
-                back = inverse(place)  # the feet stay where they are in the space
-                for leg in ("LLeg", "RLeg"):
-                    foot = back @ inverse(space) @ self._frames.in_torso(leg, links)
-                    goals.append(Goal(leg, foot, masked_axes(63, np.eye(3))))
+                goals += [Goal(leg, H @ foot, masked_axes(63, np.eye(3))) for leg, foot in space.feet.items()]
             else:
-                goals.append(Goal(name, space @ place, masked_axes(mask, space[:3, :3])))
-        return self._inverse.solve(position, goals, most)
+                goals.append(Goal(name, H @ place, masked_axes(mask, H[:3, :3])))
+        if len(legs := [name for name in names if name in _FEET]) == 1 and not torso:
+            # the hips share a motor: the other foot holds against what it would do to it
+            other, space = _FEET[1 - _FEET.index(legs[0])], spaces[names.index(legs[0])]
+            goals.append(
+                Goal(other, space.frame @ space.feet[other], _STANCE_WEIGHT * masked_axes(63, np.eye(3)))
+            )
+        return self._inverse.solve(self._frames.position(False), goals, most)
 
     def along(
         self, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, absolute: Any, *, transforms: bool
@@ -179,7 +232,7 @@ class Cartesian:
         return self._tasks.begin(self._follow(found, joints), "positionInterpolations", joints)
 
     def _follow(self, paths: list[_Path], joints: list[str]) -> MotionTask:
-        names, codes = [path.effector for path in paths], [path.space for path in paths]
+        names, spaces = [path.effector for path in paths], self._spaces([path.space for path in paths])
         masks, began = [path.mask for path in paths], self._joints.now
         end = max(path.times[-1] for path in paths)
         moment = 0.0
@@ -187,7 +240,7 @@ class Cartesian:
             moment = min(end, moment + STEP)
             last = moment >= end
             places = [path.at(moment) for path in paths]
-            wanted = self._solved(names, codes, places, masks, ITERATIONS if last else ITERATIONS_ON_PATH)
+            wanted = self._solved(names, spaces, places, masks, ITERATIONS if last else ITERATIONS_ON_PATH)
             due = began + round(1000.0 * moment)
             left = max(0.0, 0.001 * (due - self._joints.now))
             for joint in joints:

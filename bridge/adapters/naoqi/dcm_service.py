@@ -6,6 +6,8 @@ from typing import Any
 
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.methods import Method, of_kind
+from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.dcm import Dcm
 from bridge.dcm.requests import alias_request, set_alias_request, set_request
 from bridge.errors import NaoqiRefused
 
@@ -34,6 +36,19 @@ def dcm_methods(joints: Joints) -> dict[str, Method]:
     return of_kind("joints", {"set": put, "setAlias": set_alias}) | of_kind(
         "read", {"createAlias": create_alias, "getTime": get_time, "getPrefix": dcm.prefixes}
     )
+
+
+def moved_joints(dcm: Dcm, command: Any) -> list[str]:
+    """Joints whose actuators `set` or `setAlias` writes to.
+
+    Args:
+        dcm: that knows the aliases.
+        command: its first argument: the name of an actuator or an alias, or a list that begins with it.
+    """
+    name = command[0] if isinstance(command, list) and command else command
+    written = dcm.names_of(name) if isinstance(name, str) else ()
+    parts = (actuator.split("/")[0] for actuator in written)
+    return [part for part in parts if part in INDEX_WITH_MIRROR]
 
 
 def _list(method: str, command: Any) -> list[Any]:

@@ -84,7 +84,7 @@ class NaoqiDevice:
     def __init__(self, url: str, body: str | None, look_ahead: float) -> None:
         self._url = url
         self._look_ahead = round(1000.0 * look_ahead)
-        self._session = _connected(url)
+        self._session = connected(url)
         try:
             self._memory, self._dcm = self._service("ALMemory"), self._service("DCM")
             old = self._value(PREFIX + GYROSCOPE_KEYS[0]) is None and (
@@ -249,7 +249,16 @@ class NaoqiDevice:
         self._session.close()
 
 
-def _connected(url: str) -> Any:
+def connected(url: str, timeout: float = TIMEOUT) -> Any:
+    """A session of qi; close it.
+
+    Args:
+        url: of a NAOqi.
+        timeout: s.
+
+    Raises:
+        LinkError: none answers there, or qi is not installed.
+    """
     try:
         import qi
     except ImportError:
@@ -257,8 +266,8 @@ def _connected(url: str) -> Any:
     session = qi.Session()
     try:
         future = session.connect(url, _async=True)
-        future.wait(round(1000.0 * TIMEOUT))
-        if not session.isConnected():
+        state = str(future.wait(round(1000.0 * timeout)))
+        if state.endswith("Running") or not session.isConnected():  # connected also while nobody answers
             raise RuntimeError("no answer")
     except RuntimeError as error:
         raise LinkError(f"No NAOqi answers at {url} ({_first_line(error)}).") from None

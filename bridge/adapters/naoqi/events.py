@@ -15,8 +15,11 @@ from bridge.errors import NaoqiRefused
 
 HISTORY: Final = 10
 """Values of an event that are kept (assumed)."""
-Publish = Callable[[str, Any, list[list[str]]], None]
-"""Tells of an event: its name, its value, and `[module, method, message]` of each module to be called."""
+Publish = Callable[[str, Any, list[list[Any]]], None]
+"""Tells of an event: its name, its value, and `[module, method, message]` of each module to be called.
+
+A list in place of the message is all that the method is called with.
+"""
 
 
 @dataclass(frozen=True)

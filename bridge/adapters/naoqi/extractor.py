@@ -3,12 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import number, text
+from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.methods import Table
 
+QUIET: Final = {
+    "ALPeoplePerception": "PeoplePerception/PeopleDetected",
+    "ALSoundDetection": "SoundDetected",
+    "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
+    "ALVoiceEmotionAnalysis": "ALVoiceEmotionAnalysis/EmotionRecognized",
+}
+"""Service that perceives nothing, since there is nobody and no sound -> its event."""
+QUIET_VISION: Final = {
+    "ALBacklightingDetection": "BacklightingDetection/BacklightingDetected",
+    "ALBarcodeReader": "BarcodeReader/BarcodeDetected",
+    "ALCloseObjectDetection": "CloseObjectDetection/ObjectDetected",
+    "ALDarknessDetection": "DarknessDetection/DarknessDetected",
+    "ALMovementDetection": "MovementDetection/MovementDetected",
+    "ALVisionRecognition": "PictureDetected",
+    "ALWavingDetection": "WavingDetection/Waving",
+}
+"""As `QUIET`, of services that look through a camera."""
 MAX_SUBSCRIBERS = 1000
 _LONGEST = 3_600_000
 """ms"""
@@ -33,7 +50,7 @@ class Extractor:
         self._subscribers: dict[str, tuple[int, float]] = {}
         """Name -> period (ms) and precision."""
         for event in raised:
-            events.declare(event, service)
+            events.declare(event, service, [] if service in QUIET | QUIET_VISION else None)
 
     @property
     def running(self) -> bool:
@@ -97,4 +114,47 @@ class Extractor:
             "getOutputNames": lambda: [*self._raised, *self._keys],
             "getEventList": lambda: list(self._raised),
             "getMemoryKeyList": lambda: list(self._keys),
+        }
+
+
+class VisionExtractor(Extractor):
+    """An extractor that looks through a camera; not thread-safe, the caller locks."""
+
+    def __init__(self, service: str, events: Events, raised: Sequence[str], period: int = 100) -> None:
+        super().__init__(service, events, raised, period=period)
+        self.camera = 0
+        """0 top, 1 bottom."""
+        self._paused = False
+        self._kept: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
+        """Settings without effect here, with the values before they are set (assumed)."""
+
+    @property
+    def processing(self) -> bool:
+        """Whether it runs, and is not paused."""
+        return self.running and not self._paused
+
+    def _set_camera(self, camera: Any) -> bool:
+        self.camera = round(number(camera, f"{self._service}.setActiveCamera: camera", 0, 1))
+        return True
+
+    def _pause(self, paused: Any) -> None:
+        self._paused = flag(paused, f"{self._service}.pause: paused")
+
+    def _keep(self, name: str, value: Any, most: float) -> bool:
+        self._kept[name] = round(number(value, f"{self._service}.set{name}", 0, most))
+        return True
+
+    def methods(self) -> Table:
+        """Methods of every service that looks through a camera."""
+        return super().methods() | {
+            "getActiveCamera": lambda: self.camera,
+            "setActiveCamera": self._set_camera,
+            "isPaused": lambda: self._paused,
+            "pause": self._pause,
+            "isProcessing": lambda: self.processing,
+            "getFrameRate": lambda: self._kept["FrameRate"],
+            "setFrameRate": lambda *rate: self._keep("FrameRate", rate[-1] if rate else None, 30),
+            "getResolution": lambda: self._kept["Resolution"],
+            "setResolution": lambda *size: self._keep("Resolution", size[-1] if size else None, 8),
+            "setParameter": lambda name, value: text(name, f"{self._service}.setParameter: name") and None,
         }

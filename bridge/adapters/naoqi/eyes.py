@@ -1,8 +1,8 @@
 """The cameras of an emulated robot, from the process that draws what they see.
 
-Messages, over a pipe: to it `[number, camera, width, height, colour space]`; from it `[number, true, [time,
-bytes]]` or `[number, false, sentence]`, and `[0, sights]`, each `[camera, kind, name, place, diameter]`, with
-the place in the camera's frame (x along its axis, y left, z up), m.
+Messages, over a pipe: to it `[number, camera, width, height, colour space, file]`; from it `[number, true,
+[time, bytes]]` or `[number, false, sentence]`, and `[0, sights]`, each `[camera, kind, name, place, diameter]`,
+with the place in the camera's frame (x along its axis, y left, z up), m.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _END: Final = 3.0
 class Eyes(Protocol):
     """What a robot's cameras see."""
 
-    def picture(self, camera: int, width: int, height: int, space: int) -> Future[Any]:
+    def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
         """A picture of now: `[time in s since 1970, bytes]`.
 
         Args:
@@ -35,6 +35,7 @@ class Eyes(Protocol):
             width: columns.
             height: rows.
             space: NAOqi's number of the colour space.
+            file: `bmp`, `jpeg`, `png`, `ppm` or `tiff`: the bytes are a file; empty: they are pixels.
 
         Raises:
             NaoqiRefused: there are no cameras.
@@ -49,7 +50,7 @@ class Eyes(Protocol):
 class NoEyes:
     """Of a robot whose cameras are not here."""
 
-    def picture(self, *_: int) -> Future[Any]:
+    def picture(self, *_: Any) -> Future[Any]:
         """See `Eyes`."""
         raise NaoqiRefused(f"ALVideoDevice: {NO_CAMERAS}.")
 
@@ -74,7 +75,7 @@ class DrawnEyes:
         self._waiting: dict[int, Future[Any]] = {}
         self._sights: Sequence[Sequence[Any]] = ()
 
-    def picture(self, camera: int, width: int, height: int, space: int) -> Future[Any]:
+    def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
         """See `Eyes`."""
         done: Future[Any] = Future()
         with self._lock:
@@ -82,7 +83,7 @@ class DrawnEyes:
             self._number += 1
             number = self._number
             self._waiting[number] = done
-        pipe.send([number, camera, width, height, space])
+        pipe.send([number, camera, width, height, space, file])
         return done
 
     def sights(self) -> Sequence[Sequence[Any]]:

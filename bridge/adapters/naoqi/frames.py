@@ -86,10 +86,17 @@ class RobotFrames:
         joints: of the robot.
         links: its forward kinematics.
         robot_place: where the robot's space is in the world's: x, y (m) and yaw (rad).
+        steps: footsteps to come, as `WalkingMethods.steps_ahead`.
     """
 
-    def __init__(self, joints: Joints, links: LinkFrames, robot_place: Callable[[], Sequence[float]]) -> None:
-        self._joints, self.links, self._robot_place = joints, links, robot_place
+    def __init__(
+        self,
+        joints: Joints,
+        links: LinkFrames,
+        robot_place: Callable[[], Sequence[float]],
+        steps: Callable[[], list[list[Any]]],
+    ) -> None:
+        self._joints, self.links, self._robot_place, self._steps = joints, links, robot_place, steps
         self.effectors = self._effectors()
 
     @property
@@ -193,11 +200,16 @@ class RobotFrames:
 
     def centre_of_mass(self, name: Any, code: Any, use_sensors: Any) -> list[float]:
         """Centre of mass of a joint's link, a chain or the whole body in a space, m."""
-        body, measured = self._joints.body, flag(use_sensors, "useSensors")
+        measured = flag(use_sensors, "useSensors")
+        return self.com_at(name, self.position(measured), code, measured=measured)
+
+    def com_at(self, name: Any, position: Sequence[float], code: Any, *, measured: bool = False) -> list[float]:
+        """As `centre_of_mass`, with the joints at a position (25, rad)."""
+        body = self._joints.body
         parts = [part for part in self._parts(name) if part in body.links]
         if not parts:
             raise NaoqiRefused(f"ALMotion.getCOM: {name!r:.60} has no mass of its own.")
-        links = self.links(self.position(measured))
+        links = self.links(position)
         masses = np.array([body.links[part].mass for part in parts])
         places = np.array([(links[part] @ (*body.links[part].com, 1.0))[:3] for part in parts])
         com = np.append(masses @ places / masses.sum(), 1.0)
@@ -236,9 +248,9 @@ class RobotFrames:
         return [[float(x), float(y)] for x, y in points[ConvexHull(points).vertices]]
 
     def _foot_steps(self) -> list[Any]:
-        """Poses of the two feet in the world, m, m and rad; no steps, since the walker tells none."""
+        """Poses of the two feet in the world, m, m and rad, and the footsteps to come."""
         feet = (position6(self.transform(leg, 1, use_sensors=False)) for leg in ("LLeg", "RLeg"))
-        return [[[x, y, turn] for x, y, _, _, _, turn in feet], [], []]
+        return [[[x, y, turn] for x, y, _, _, _, turn in feet], *self._steps()]
 
     def methods(self) -> Table:
         """Methods of `ALMotion` that tell where parts are, and what they weigh."""

@@ -1,4 +1,4 @@
-"""Settings of NAOqi without effect here: reflexes, idle motions, autonomous abilities.
+"""Settings of NAOqi without effect here: reflexes, idle motions, autonomous abilities, perception.
 
 Programs set them at their start and read them back. They are remembered; the log says once of each that is
 switched on that it has no effect.
@@ -35,17 +35,30 @@ OF_A_PART: Final = frozenset(
         "IdlePostureEnabled",
         "CollisionProtectionEnabled",
         "ExternalCollisionProtectionEnabled",
+        "Parameter",
     }
 )
-"""Settings of one chain or protection each, which is named first."""
-ABILITIES: Final[dict[str, Mapping[str, Any]]] = {
+"""Settings of one chain, protection or name each, which comes first."""
+SETTINGS: Final[dict[str, Mapping[str, Any]]] = {
     "ALAutonomousBlinking": {"Enabled": False},
     "ALBackgroundMovement": {"Enabled": False},
     "ALListeningMovement": {"Enabled": False},
     "ALSpeakingMovement": {"Enabled": False, "Mode": "contextual"},
     "ALAutonomousMoves": {"ExpressiveListeningEnabled": False, "BackgroundStrategy": "none"},
+    "ALDarknessDetection": {"DarknessThreshold": 40},
+    "ALMovementDetection": {"ColorSensitivity": 0.8, "DepthSensitivity": 0.03},
+    "ALNavigation": {"SecurityDistance": 0.4},
+    "ALPeoplePerception": {
+        "FaceDetectionEnabled": True,
+        "FastModeEnabled": False,
+        "MaximumDetectionRange": 3.5,
+        "MovementDetectionEnabled": True,
+        "TimeBeforePersonDisappears": 6.0,
+    },
+    "ALSoundDetection": {"Parameter": None},
+    "ALSoundLocalization": {"Parameter": None},
 }
-"""Service -> its settings."""
+"""Service -> its settings, with what is read before they are set (assumed but for ALNavigation)."""
 MAX_KEPT: Final = 1000
 """Settings remembered."""
 
@@ -70,6 +83,7 @@ class InertSettings:
         where = f"{service}.set{name}"
 
         def put(*arguments: Any) -> bool:
+            """Remember the value, which comes last, behind a part's name if it is one of a part."""
             *of, value = arguments or (None,)
             if len(of) != (name in OF_A_PART) or not arguments:
                 raise NaoqiRefused(f"{where} takes {'a name and ' if name in OF_A_PART else ''}one value.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -69,22 +69,27 @@ class InverseKinematics:
             joint = self._tree[joint].parent
         return above[::-1]
 
-    def solve(self, position: Sequence[float], goals: Sequence[Goal], iterations: int) -> list[float]:
+    def solve(
+        self, position: Sequence[float], goals: Sequence[Goal], iterations: int, pinned: Collection[int] = ()
+    ) -> list[float]:
         """The 25 positions that come nearest to all goals, inside the joints' ranges, rad.
 
         Args:
             position: to begin from.
             goals: to be reached together.
             iterations: at most.
+            pinned: slots that stay as they are.
         """
         q = np.array(position)
         chains = [self.chain(goal.effector) for goal in goals]
         slots = sorted({INDEX_WITH_MIRROR[joint] for chain in chains for joint in chain})
+        held = [i for i, slot in enumerate(slots) if slot in pinned]
         if not slots:
             return list(position)
         lower, upper = self._ranges(chains, slots)
         for _ in range(iterations):
             J, error = self._linearized(q, goals, chains, slots)
+            J[:, held] = 0.0
             if np.abs(error).max(initial=0.0) < CLOSE:
                 break
             step = J.T @ np.linalg.solve(J @ J.T + DAMPING**2 * np.eye(len(error)), error)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
+from msgspec.structs import replace
 
 from bridge.config import read_toml
 from bridge.errors import NaoqiRefused
@@ -35,17 +36,29 @@ class Method:
 class VendorService(msgspec.Struct, frozen=True):
     """What the vendor's service has."""
 
-    methods: list[str]
+    methods: list[str] = []
+    like: list[str] = []
+    """Tables whose methods it has as well."""
     partly: dict[str, str] = {}
     """Method -> what ours leaves out or assumes."""
     no: dict[str, str] = {}
-    """Method -> why it is refused."""
+    """Method -> why it is refused; `*`: all others."""
 
 
-VENDOR: Final[dict[str, VendorService]] = convert(
-    read_toml(Path(__file__).with_name("methods.toml")), dict[str, VendorService]
-)
-"""By service; those of every module are under `ALModule`."""
+def _vendor_services() -> dict[str, VendorService]:
+    tables = convert(read_toml(Path(__file__).with_name("methods.toml")), dict[str, VendorService])
+    services = {}
+    for name, own in tables.items():
+        like = [tables[of] for of in own.like]
+        methods = sum((of.methods for of in like), own.methods)
+        partly = {method: reason for of in like for method, reason in of.partly.items()} | own.partly
+        services[name] = replace(own, methods=methods, partly=partly)
+    common = {of for own in tables.values() for of in own.like}
+    return {name: services[name] for name in services if name not in common}
+
+
+VENDOR: Final = _vendor_services()
+"""By service; methods of every module are under `ALModule`."""
 
 
 def of_kind(kind: Kind, table: Mapping[str, Callable[..., Any]]) -> dict[str, Method]:
@@ -72,7 +85,7 @@ def refusals(service: str, methods: Iterable[str], offered: Iterable[str]) -> di
 
 def _refusal(service: str, method: str, offered: list[str]) -> Method:
     reasons = VENDOR[service].no if service in VENDOR else {}
-    reason = reasons.get(method) or f"{service} offers {', '.join(offered) or 'nothing'}"
+    reason = reasons.get(method) or reasons.get("*") or f"{service} offers {', '.join(offered) or 'nothing'}"
 
     def refuse(*_: Any) -> None:
         raise NaoqiRefused(f"{service}.{method} is not offered by nao-hil: {reason}.")

@@ -6,6 +6,7 @@ Names, limits and the formula of the velocity: vendor's page on locomotion contr
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
@@ -31,9 +32,10 @@ _LIMITS: Final = {
     "MaxStepTheta": (0.001, 0.524),
     "MaxStepFrequency": (0.0, 1.0),
     "StepHeight": (0.005, 0.035),
-    "TorsoWx": (-0.122, 0.122),
-    "TorsoWy": (-0.122, 0.122),
+    "TorsoWx": (-math.radians(7.0), math.radians(7.0)),
+    "TorsoWy": (-math.radians(7.0), math.radians(7.0)),
 }
+_FEET: Final = ("Left", "Right")
 _KINDS: Final = ("Default", "Min", "Max")
 _BACKWARD: Final = 0.04
 """Longest step backwards, m."""
@@ -41,7 +43,7 @@ _APART: Final = 0.1
 _NEAREST: Final = 0.088
 """Distance of the feet at rest, and the least one, m."""
 _SLOWEST: Final = 0.6
-_QUICKEST: Final = 0.42
+QUICKEST: Final = 0.42
 """s of a step."""
 
 
@@ -86,8 +88,13 @@ class FullSpeed(NamedTuple):
     def towards(self, target: Vec3) -> Vec3:
         """The fastest velocity along the way to a target, m, m, rad, which is not here."""
         x, y, turn = target
-        duration = max(x / self.ahead, -x / self.back, abs(y) / self.across, abs(turn) / self.turn)
+        duration = self.duration(target)
         return x / duration, y / duration, turn / duration
+
+    def duration(self, target: Vec3) -> float:
+        """S of the way to a target, m, m, rad."""
+        x, y, turn = target
+        return max(x / self.ahead, -x / self.back, abs(y) / self.across, abs(turn) / self.turn)
 
 
 def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> FullSpeed:
@@ -96,24 +103,26 @@ def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> Ful
     Args:
         method: for the errors.
         configs: `[[name, value], ...]` each; a number, the duration of `moveTo`, is passed over, and an unknown
-            name is left out with a line in the log. Of a foot's own value the last one counts for both feet.
+            name is left out with a line in the log. A foot's own value counts for its steps.
         frequency: of the steps, 0 to 1.
 
     Raises:
         NaoqiRefused: not such a list, or a value beyond its limits.
     """
-    values = dict(_DEFAULT)
+    given: dict[str, float] = {}
     for config in configs:
         if isinstance(config, list):
-            values |= _given(method, config)
-    quickness = number(values.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
-    period = _SLOWEST + quickness * values["MaxStepFrequency"] * (_QUICKEST - _SLOWEST)
-    across = values["MaxStepY"] - max(_NEAREST, 2.0 * _APART - values["MaxStepY"])
+            given |= _given(method, config)
+    quickness = number(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
+    feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
+    periods = [_SLOWEST + quickness * of["MaxStepFrequency"] * (QUICKEST - _SLOWEST) for of in feet]
+    across = [of["MaxStepY"] - max(_NEAREST, 2.0 * _APART - of["MaxStepY"]) for of in feet]
+    both = sum(periods)
     return FullSpeed(
-        values["MaxStepX"] / period,
-        _BACKWARD / period,
-        0.5 * across / period,
-        values["MaxStepTheta"] / period,
+        sum(of["MaxStepX"] for of in feet) / both,
+        2.0 * _BACKWARD / both,
+        0.5 * sum(across) / both,
+        sum(of["MaxStepTheta"] for of in feet) / both,
     )
 
 
@@ -122,10 +131,11 @@ def _given(method: str, config: list[Any]) -> Mapping[str, float]:
     for row in config:
         if not isinstance(row, list) or len(row) != 2:
             raise NaoqiRefused(f"{method}: {config!r:.60} was given; [[name, value], ...] is expected.")
-        name = text(row[0], f"{method}: name of the configuration").removeprefix("Left").removeprefix("Right")
+        full_name = text(row[0], f"{method}: name of the configuration")
+        name = full_name.removeprefix("Left").removeprefix("Right")
         if name != "Frequency" and name not in _LIMITS:
             logger.warning("%s: %.40s of the configuration is not known and left out", method, row[0])
             continue
         limits = _LIMITS.get(name, (0.0, 1.0))
-        values[name] = number(row[1], f"{method}: {row[0]}", *limits)
+        values[full_name] = number(row[1], f"{method}: {row[0]}", *limits)
     return values

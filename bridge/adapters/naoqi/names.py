@@ -12,6 +12,7 @@ from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import absent_joints
 from bridge.errors import NaoqiRefused
+from bridge.validation import unknown_name
 
 CHAINS: Final[dict[str, tuple[str, ...]]] = {
     "Head": ("HeadYaw", "HeadPitch"),
@@ -51,7 +52,7 @@ class JointNames:
             return tuple(joint for joint in _GROUPS[name] if joint not in self._absent)
         if name in INDEX_WITH_MIRROR and name not in self._absent:
             return (name,)
-        raise NaoqiRefused(f"{name!r} is no joint of {self._body} and no chain; chains: {', '.join(_GROUPS)}.")
+        raise NaoqiRefused(f"{self._body}: {unknown_name('joint or chain', name, [*_GROUPS, *self.all])}.")
 
     def resolve(self, names: Any) -> tuple[str, ...]:
         """Joints of one name or of a list of names.

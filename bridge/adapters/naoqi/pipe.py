@@ -2,8 +2,8 @@
 
 From the qi process: `[number, service, method, [argument, ...]]`. To the qi process: `[number, true, result]`
 or `[number, false, sentence]`, in any order, and `[0, event, value, callbacks]` for an event of ALMemory, with
-`[module, method, message]` of each module to be called. The first message to it is the table of services;
-the first one from it tells whether it listens.
+`[module, method, message]` of each module to be called; a list in place of the message has all arguments. The
+first message to it is the table of services; the first one from it tells whether it listens.
 """
 
 from __future__ import annotations

@@ -25,7 +25,21 @@ FAMILIES: Final[dict[str, Family]] = {
     "LyingBelly": "LyingBelly",
     "LyingBack": "LyingBack",
 }
-"""Posture -> family (confirmed: vendor's page on postures; Crouch, listed among the standing ones there)."""
+"""Posture -> what the robot does in it: stands on its feet, sits or lies."""
+_FAMILY_NAMES: Final = (
+    *(
+        "Standing",
+        "Crouching",
+        "Sitting",
+        "SittingOnChair",
+        "LyingBelly",
+        "LyingBack",
+        "LyingLeft",
+        "LyingRight",
+    ),
+    *("Belly", "Back", "Left", "Right"),
+)
+"""Confirmed: vendor's page on postures."""
 LEG_SPEED: Final = 1.0
 """rad/s that a leg joint turns at most on the way between postures at speed 1: faster ways tip the robot (the \
 robot's own planner is not published; assumed)."""
@@ -69,7 +83,8 @@ class Postures:
 
     def family(self) -> str:
         """The family of `now`, or `Unknown`."""
-        return FAMILIES.get(self.now(), "Unknown")
+        posture = self.now()
+        return "Crouching" if posture == "Crouch" else FAMILIES.get(posture, "Unknown")
 
     @property
     def leaning(self) -> bool:
@@ -161,7 +176,7 @@ class Postures:
         """Methods of `ALRobotPosture` that move nothing."""
         return {
             "getPostureList": lambda: sorted(POSTURES),
-            "getPostureFamilyList": lambda: sorted(set(FAMILIES.values())),
+            "getPostureFamilyList": lambda: list(_FAMILY_NAMES),
             "getPosture": self.now,
             "getPostureFamily": self.family,
             "setMaxTryNumber": lambda _number: None,

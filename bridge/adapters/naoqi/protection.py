@@ -16,9 +16,12 @@ STIFF: Final = 0.6
 FEET: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
 STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
 BEGINNING: Final = frozenset(
-    {"move", "moveTo", "moveToward", "walkTo", "setWalkTargetVelocity", "setFootSteps", "setFootStepsWithSpeed"}
+    {
+        *("move", "moveTo", "moveToward", "walkTo", "setWalkTargetVelocity", "setFootSteps"),
+        *("setFootStepsWithSpeed", "navigateTo", "moveStraightTo", "goToHome", "goToPosition"),
+    }
 )
-"""Methods of `ALMotion` that begin a walk."""
+"""Methods that begin a walk."""
 
 
 def stays_stiff(stiffnesses: Any) -> bool:
@@ -58,18 +61,21 @@ class WalkProtection:
     def require(self, method: str) -> None:
         """See that a walk may begin.
 
+        Args:
+            method: that begins it, with its service.
+
         Raises:
             NaoqiRefused: a condition that is on does not hold; names it.
         """
         frame = self._joints.frame
         if self._enabled[FEET] and sum(frame.fsr) <= CONTACT:
             raise NaoqiRefused(
-                f"ALMotion.{method}: no foot touches the ground; put the robot on its feet, or switch {FEET} "
+                f"{method}: no foot touches the ground; put the robot on its feet, or switch {FEET} "
                 "off with setMotionConfig."
             )
         soft = [j for leg in ("LLeg", "RLeg") for j in CHAINS[leg] if self._joints.stiffness(j) <= STIFF]
         if self._enabled[STIFFNESS] and soft:
             raise NaoqiRefused(
-                f"ALMotion.{method}: the stiffness of {soft[0]} is not above {STIFF:g}; call wakeUp or "
+                f"{method}: the stiffness of {soft[0]} is not above {STIFF:g}; call wakeUp or "
                 f"setStiffnesses first, or switch {STIFFNESS} off with setMotionConfig."
             )

@@ -37,7 +37,7 @@ class CallForwarder:
         self._waiting: dict[int, Any] = {}
         self._signals: dict[str, Any] = {}
         self._session: Any = None
-        self._callbacks: queue.SimpleQueue[tuple[str, Any, list[list[str]]]] = queue.SimpleQueue()
+        self._callbacks: queue.SimpleQueue[tuple[str, Any, list[list[Any]]]] = queue.SimpleQueue()
 
     def listen(self, url: str, services: Mapping[str, Sequence[str]]) -> None:
         """Open the directory, register the services and say so."""
@@ -114,7 +114,8 @@ class CallForwarder:
                 try:
                     if name not in modules:
                         modules[name] = self._session.service(name)
-                    getattr(modules[name], method)(event, value, message, _async=True)
+                    arguments = [event, value, message] if isinstance(message, str) else _with_text(message)
+                    getattr(modules[name], method)(*arguments, _async=True)
                 except (RuntimeError, AttributeError):
                     modules.pop(name, None)
 

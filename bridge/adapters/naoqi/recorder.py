@@ -70,7 +70,13 @@ class Recorder:
 
     def device_methods(self) -> Table:
         """Methods of `ALAudioDevice`."""
-        return {"startMicrophonesRecording": self._start_all, "stopMicrophonesRecording": self._stop}
+        return {
+            "startMicrophonesRecording": self._start_all,
+            "stopMicrophonesRecording": self._stop,
+            "enableEnergyComputation": lambda: None,
+            "disableEnergyComputation": lambda: None,
+            **{f"get{place}MicEnergy": lambda: 0.0 for place in ("Front", "Rear", "Left", "Right")},
+        }
 
 
 def _write(recording: _Recording, seconds: float) -> None:

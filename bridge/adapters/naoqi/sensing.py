@@ -73,7 +73,10 @@ def sensing_services(joints: Joints, events: Events, sonar: Sonar) -> dict[str, 
             "getSensorList": lambda: [name for name, _ in touch_status(joints.frame)],
         },
         "ALSensors": Extractor("ALSensors", events, [], buttons).methods(),
-        "ALBattery": {"getBatteryCharge": lambda: round(100.0 * joints.frame.battery[0])},
+        "ALBattery": {
+            "getBatteryCharge": lambda: round(100.0 * joints.frame.battery[0]),
+            "enablePowerMonitoring": lambda enabled: flag(enabled, "ALBattery.enablePowerMonitoring") and None,
+        },
         "ALBodyTemperature": {
             "getTemperatureDiagnosis": lambda: _diagnosis(joints),
             "setEnableNotifications": put_notifies,

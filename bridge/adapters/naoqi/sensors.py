@@ -52,7 +52,10 @@ ANGLE_KEYS: Final = ("InertialSensor/AngleX/Sensor/Value", "InertialSensor/Angle
 ACCELEROMETER_KEYS: Final = tuple(f"InertialSensor/Accelerometer{axis}/Sensor/Value" for axis in "XYZ")
 GYROSCOPE_KEYS: Final = tuple(f"InertialSensor/Gyroscope{axis}/Sensor/Value" for axis in "XYZ")
 OLD_GYROSCOPE_KEYS: Final = ("InertialSensor/GyrX/Sensor/Value", "InertialSensor/GyrY/Sensor/Value")
-"""The two axes of V3 and V4 until NAOqi 1.14; counts of 12/1600 rad/s (confirmed: B-Human 2013)."""
+"""The two axes of V3 and V4 until NAOqi 1.14; counts of 12/1600 rad/s (confirmed: B-Human 2013). Samples for
+NAOqi 2.1 read them still (the unit there is assumed to be the same)."""
+_OLD_ACCELEROMETER_KEYS: Final = tuple(f"InertialSensor/Acc{axis}/Sensor/Value" for axis in "XYZ")
+"""The same samples; m/s^2 (assumed)."""
 OLD_GYROSCOPE_STEP: Final = 12.0 / 1600.0
 """rad/s per count"""
 JOINT_KEYS: Final[dict[str, str]] = {
@@ -83,13 +86,14 @@ def getters(body: Body) -> dict[str, Getter]:
     table["US/Sensor/Value"] = _item("sonar", 0)
     table |= {k: _item("angle", i) for i, k in enumerate(ANGLE_KEYS)}
     table["InertialSensor/AngleZ/Sensor/Value"] = _zero
-    table |= {k: _signed("accelerometer", NAOQI.accelerometer, i) for i, k in enumerate(ACCELEROMETER_KEYS)}
+    for keys in (ACCELEROMETER_KEYS, _OLD_ACCELEROMETER_KEYS):
+        table |= {k: _signed("accelerometer", NAOQI.accelerometer, i) for i, k in enumerate(keys)}
     axes = body.inertial_unit.gyroscope_axes
     table |= {k: _signed("gyroscope", NAOQI.gyroscope, i) for i, k in enumerate(GYROSCOPE_KEYS[:axes])}
     if axes == 2:
         table[GYROSCOPE_KEYS[2]] = _zero
-        table |= {k: _item("gyroscope", i, 1.0 / OLD_GYROSCOPE_STEP) for i, k in enumerate(OLD_GYROSCOPE_KEYS)}
-        table["InertialSensor/GyrRef/Sensor/Value"] = _zero
+    table |= {k: _item("gyroscope", i, 1.0 / OLD_GYROSCOPE_STEP) for i, k in enumerate(OLD_GYROSCOPE_KEYS)}
+    table["InertialSensor/GyrRef/Sensor/Value"] = _zero
     for side, foot in enumerate(("LFoot", "RFoot")):
         table[f"{foot}/FSR/TotalWeight/Sensor/Value"] = _weight(4 * side)
         for axis, name in enumerate("XY"):

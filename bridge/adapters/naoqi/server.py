@@ -259,6 +259,6 @@ class NaoqiServer:
             raise NaoqiRefused(f"{service}.{method}: the robot is not there; waiting for it to come back.")
         return services.call(service, method, arguments)
 
-    def _publish(self, event: str, value: Any, callbacks: list[list[str]]) -> None:
+    def _publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
         if self._call_server is not None:
             self._call_server.publish(event, value, callbacks)

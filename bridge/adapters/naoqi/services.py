@@ -13,25 +13,32 @@ from bridge.adapters.naoqi.audio import AudioPlayer
 from bridge.adapters.naoqi.behaviors import behavior_methods
 from bridge.adapters.naoqi.cartesian import Cartesian
 from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.dcm_service import dcm_methods
+from bridge.adapters.naoqi.dcm_service import dcm_methods, moved_joints
+from bridge.adapters.naoqi.dialog import Dialog
 from bridge.adapters.naoqi.events import Events, Publish
+from bridge.adapters.naoqi.extractor import QUIET, QUIET_VISION, Extractor, VisionExtractor
 from bridge.adapters.naoqi.eyes import Eyes, NoEyes
 from bridge.adapters.naoqi.fall_manager import FallManager
 from bridge.adapters.naoqi.following import Following
 from bridge.adapters.naoqi.frames import LinkFrames, RobotFrames
 from bridge.adapters.naoqi.hearing import SpeechRecognition
-from bridge.adapters.naoqi.inert_settings import ABILITIES, MOTION, InertSettings
+from bridge.adapters.naoqi.inert_settings import MOTION, SETTINGS, InertSettings
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.leds import Leds
 from bridge.adapters.naoqi.life import AutonomousLife, Awareness
 from bridge.adapters.naoqi.memory import Memory
 from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
+from bridge.adapters.naoqi.microphones import Microphones
 from bridge.adapters.naoqi.motion_tasks import MotionTasks, robot_gone
+from bridge.adapters.naoqi.navigation import Localization, VisualCompass, navigation_methods
+from bridge.adapters.naoqi.notifications import Notifications
+from bridge.adapters.naoqi.photos import PhotoCapture, VideoRecorder
 from bridge.adapters.naoqi.posts import Posts
 from bridge.adapters.naoqi.postures import Postures
 from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection, stays_stiff
 from bridge.adapters.naoqi.recorder import Recorder
+from bridge.adapters.naoqi.resources import Resources
 from bridge.adapters.naoqi.robot_events import RobotEvents
 from bridge.adapters.naoqi.sensing import Sonar, sensing_services
 from bridge.adapters.naoqi.speech import Speech
@@ -42,6 +49,7 @@ from bridge.adapters.naoqi.upper_body import UpperBodyShare
 from bridge.adapters.naoqi.video import VideoDevice
 from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
 from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.adapters.naoqi.whole_body import WholeBody
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
@@ -87,19 +95,21 @@ class Services:
         self.motion = JointMotion(self.joints, self._tasks, config)
         self.upper_body = UpperBodyShare(self.joints)
         self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
+        self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
         self._postures = Postures(self.joints, self.motion, self._tasks)
         self._falls = FallManager(self.joints, self.motion)
         self._protection = WalkProtection(self.joints)
         self._walks = walking.methods()
-        self._frames = RobotFrames(self.joints, links(config.body), self._robot_place)
+        self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.update(frame)
         self.events = Events(self.memory, publish)
+        self._microphones = Microphones(publish)
         self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
         self._recognition = SpeechRecognition(self.events)
-        eyes = eyes or NoEyes()
-        self._stage = Stage(config.body, self._frames, eyes, self._recognition.hear)
-        self._video = VideoDevice(config.body, eyes)
+        self._eyes = eyes or NoEyes()
+        self._stage = Stage(config.body, self._frames, self._eyes, self._recognition.hear)
+        self._video = VideoDevice(config.body, self._eyes)
         self._sonar = Sonar(self.joints, self.events)
         seeing = (self._stage, self._frames, self.events)
         self._detections = (
@@ -107,6 +117,7 @@ class Services:
             LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
             Detection("ALRedBallDetection", "ball", "redBallDetected", *seeing),
         )
+        self._compass = VisualCompass(self._frames, self.events, self._walks, self._robot_place)
         neck = config.body.lengths.NeckOffsetZ
         walk = self._walks.get("move")
         self._following = Following(self._stage, self._frames, self.motion, self.events, neck, walk)
@@ -127,6 +138,8 @@ class Services:
         now = self.joints.dcm.clock.previous
         for detection in self._detections:
             detection.update(now)
+        self._compass.update(now)
+        self._microphones.update(now)
         self._following.update(now)
         self._sonar.update()
         self._tasks.run(now)
@@ -176,18 +189,24 @@ class Services:
             raise NaoqiRefused(
                 f"{service}.{method}: {len(arguments)} arguments do not fit ({error})."
             ) from None
-        if service == "ALMotion" and method in BEGINNING and entry.offered:
+        if entry.kind == "walk" and method in BEGINNING:
             with self._lock:
                 if not self.handover.has_robot:
-                    self._protection.require(method)
+                    self._protection.require(f"{service}.{method}")
         moves = "Head" if method == "lookAt" else next(iter(arguments), None)
+        if service == "DCM" and entry.kind == "joints":
+            moves = moved_joints(self.joints.dcm, moves)
         stiff = method == "setStiffnesses" and stays_stiff(arguments[1])
         return self._carry_out(entry, arguments, moves, stiff=stiff)
 
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
         """Begin a call and do not wait for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
-        return self._posts.add(self.call(service, text(name, f"{service}.pCall: method"), rest))
+        result = self.call(service, text(name, f"{service}.pCall: method"), rest)
+        key = self._posts.add(result)
+        if service == "ALAudioPlayer":
+            self._audio.begun(result, key)
+        return key
 
     def _carry_out(self, entry: Method, arguments: list[Any], moves: Any, *, stiff: bool) -> Any:
         if entry.kind == "walk":
@@ -206,8 +225,8 @@ class Services:
         if self.handover.has_robot:
             with self._lock:
                 upper = self.upper_body.within(moves)
-                if upper or (stiff and self.handover.active):  # the walk has its legs stiff already
-                    self.upper_body.taken |= set(upper)
+                if upper is not None or (stiff and self.handover.active):  # the walk has its legs stiff already
+                    self.upper_body.taken |= set(upper or ())
                     result = entry.call(*arguments)
                     self._commanded()
                     return result
@@ -219,14 +238,15 @@ class Services:
         tracker = Tracker(self.joints, self.motion, self._frames, self._following)
         speech = Speech(self._others, self.events, lambda: self.joints.now)
         recorder = Recorder(lambda: self.joints.now)
-        audio = AudioPlayer(self._others, lambda: self.joints.now)
         reading: dict[str, Table] = {
             "ALMemory": self.memory.methods() | self.events.methods(),
             "ALLeds": Leds(self.joints, self._others).methods(),
             "ALTextToSpeech": speech.methods(),
             "ALAnimatedSpeech": speech.animated_methods(),
-            "ALAudioPlayer": audio.methods(),
-            "ALAudioDevice": audio.device_methods() | recorder.device_methods(),
+            "ALAudioPlayer": self._audio.methods(),
+            "ALAudioDevice": self._audio.device_methods()
+            | recorder.device_methods()
+            | self._microphones.methods(),
             "ALAudioRecorder": recorder.methods(),
             "ALBehaviorManager": behavior_methods(),
             "ALAutonomousLife": AutonomousLife(self.events).methods(),
@@ -236,18 +256,33 @@ class Services:
             "ALRedBallDetection": self._detections[2].methods(),
             "ALVideoDevice": self._video.methods(),
             STAGE: self._stage.methods(),
+            "ALNotificationManager": Notifications().methods(),
+            "ALPhotoCapture": PhotoCapture(self._eyes, self._others, lambda: self.joints.now).methods(),
+            "ALVideoRecorder": VideoRecorder(self._eyes, self._others, lambda: self.joints.now).methods(),
+            "ALDialog": Dialog().methods(),
+            "ALResourceManager": Resources().methods(),
             "ALBasicAwareness": Awareness().methods(),
-            **{name: settings.methods(name, of) for name, of in ABILITIES.items()},
         }
+        quiet = {name: Extractor(name, self.events, [event]) for name, event in QUIET.items()}
+        quiet |= {name: VisionExtractor(name, self.events, [event]) for name, event in QUIET_VISION.items()}
+        for name, extractor in quiet.items():
+            reading[name] = extractor.methods()
+        for name, of in SETTINGS.items():
+            reading[name] = reading.get(name, {}) | settings.methods(name, of)
+        reading["ALPeoplePerception"]["resetPopulation"] = lambda: None
         table: dict[str, dict[str, Method]] = {
             "ALMotion": self._motion_methods(settings),
             "DCM": dcm_methods(self.joints),
             "ALRobotPosture": self._posture_methods(),
             "ALTracker": of_kind("read", tracker.methods()) | of_kind("joints", tracker.moving()),
             **sensing_services(self.joints, self.events, self._sonar),
-            **system_services(self._config),
+            **system_services(self._config, lambda: self._table),
+            "ALVisualCompass": of_kind("read", self._compass.methods())
+            | of_kind("walk", self._compass.walking()),
+            "ALLocalization": of_kind("walk", Localization(self._walks).methods()),
             **{name: of_kind("read", methods) for name, methods in reading.items()},
         }
+        table["ALNavigation"] |= of_kind("walk", navigation_methods(self._walks))
         for name in [*table, *(name for name in VENDOR if name != "ALModule")]:
             methods = table.get(name, {})
             vendor = [m for m in VENDOR[name].methods if m != "subscriber"] if name in VENDOR else []
@@ -272,18 +307,32 @@ class Services:
             "killTasksUsingResources": self.motion.end_using,
         }
         reading = self.motion.reading() | {
+            "isCollision": self._is_collision,
             "killTask": self.motion.end_task,
             "robotIsWakeUp": lambda: self._postures.awake,
             "setMotionConfig": self._protection.configure,
         }
         cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
+        whole_body = WholeBody(self.joints, self.motion, self._tasks, cartesian, self._frames)
         return (
             of_kind("read", reading | settings.methods("ALMotion", MOTION) | self.upper_body.methods())
-            | of_kind("read", self._falls.methods() | self._frames.methods())
-            | of_kind("joints", self.motion.moving() | cartesian.methods())
+            | of_kind("read", self._falls.methods() | self._frames.methods() | whole_body.methods())
+            | of_kind("joints", self.motion.moving() | cartesian.methods() | whole_body.moving())
             | of_kind("posture", ending_walks)
             | of_kind("walk", self._walks)
         )
+
+    def _is_collision(self, chain: Any) -> str:
+        """`none`: nothing looks for collisions."""
+        self.joints.names.group(text(chain, "ALMotion.isCollision: chain"))
+        return "none"
+
+    def _parameters(self, service: str, method: Any) -> list[str]:
+        """Names of a method's arguments, as ours has them."""
+        name = text(method, f"{service}.getMethodHelp: method")
+        if name not in self.offered(service):
+            raise NaoqiRefused(f"{service}: {unknown_name('method', name, self.offered(service))}.")
+        return list(self._table[service][name].signature.parameters)
 
     def _common(self, service: str, methods: Mapping[str, Method]) -> Table:
         """Methods of every service."""
@@ -293,6 +342,8 @@ class Services:
             "getBrokerName": lambda: "naoqi",
             "getMethodList": lambda: sorted(methods),
             "getModuleHelp": lambda: [f"{service}, served by nao-hil", []],
+            "getMethodHelp": lambda name: [name, [[p, ""] for p in self._parameters(service, name)], "", ""],
+            "getUsage": lambda name: f"{service}.{name}({', '.join(self._parameters(service, name))})",
             "isRunning": self._posts.running,
             "wait": self._posts.wait,
             "stop": self._posts.stop,

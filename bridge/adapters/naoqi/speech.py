@@ -20,8 +20,8 @@ from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
-VOICE: Final = "naoenu"
-"""The one voice's name, as the vendor's English one is called."""
+VOICES: Final = ("naoenu", "naofrf", "Kenny22Enhanced", "Julie22Enhanced")
+"""Names of the vendor's voices, under any of which the one voice speaks."""
 MAX_WAITING: Final = 100
 """Sentences that wait to be spoken."""
 MAX_TEXT: Final = 20_000
@@ -38,7 +38,8 @@ _PARAMETERS: Final[dict[str, tuple[float, float, float]]] = {
 }
 """Parameter -> smallest value, largest, and that at the start (confirmed: vendor's page)."""
 _MODES: Final = {0: "disabled", 1: "random", 2: "contextual"}
-_STATUS: Final = "ALTextToSpeech/Status"
+SPOKEN: Final = "the robot speaks:"
+"""Begins the log's line of each text."""
 _PREFIX: Final = "ALTextToSpeech"
 
 
@@ -60,6 +61,7 @@ class Speech:
         self._waiting: list[int] = []
         """Numbers of the texts that are spoken (the first) or wait for it."""
         self._language, self._volume = "English", 1.0
+        self._voice_name = VOICES[0]
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
         self._mode = 2
         self._notifies = True
@@ -113,7 +115,7 @@ class Speech:
             yield self._now() + _POLL
         if number_ not in self._waiting:
             return None
-        logger.info("the robot says: %.500s", spoken.plain)
+        logger.info("%s %.500r", SPOKEN, spoken.plain)
         self._raise("CurrentSentence", spoken.plain)
         self._raise("TextStarted", 1)
         self._raise("Status", [number_, "started"])
@@ -185,8 +187,9 @@ class Speech:
         return parameter
 
     def _set_voice(self, voice: Any) -> None:
-        if text(voice, "ALTextToSpeech.setVoice: voice") != VOICE:
-            raise NaoqiRefused(f"ALTextToSpeech.setVoice: {unknown_name('voice', voice, [VOICE])}.")
+        if text(voice, "ALTextToSpeech.setVoice: voice") not in VOICES:
+            raise NaoqiRefused(f"ALTextToSpeech.setVoice: {unknown_name('voice', voice, VOICES)}.")
+        self._voice_name = voice
 
     def _to_file(self, sentence: Any, path: Any) -> Future[Any]:
         spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
@@ -211,9 +214,9 @@ class Speech:
             "setLanguage": self._set_language,
             "getAvailableLanguages": lambda: list(LANGUAGES),
             "getSupportedLanguages": lambda: list(LANGUAGES),
-            "getVoice": lambda: VOICE,
+            "getVoice": lambda: self._voice_name,
             "setVoice": self._set_voice,
-            "getAvailableVoices": lambda: [VOICE],
+            "getAvailableVoices": lambda: list(VOICES),
             "getVolume": lambda: self._volume,
             "setVolume": self._set_volume,
             "getParameter": lambda name: self._parameters[self._parameter(name)],
@@ -222,6 +225,7 @@ class Speech:
             "locale": lambda: LANGUAGES[self._language],
             "enableNotifications": lambda: self._notify(True),
             "disableNotifications": lambda: self._notify(False),
+            "loadVoicePreference": lambda name: text(name, "ALTextToSpeech.loadVoicePreference: name") and None,
         }
 
     def animated_methods(self) -> Table:
@@ -243,6 +247,9 @@ class Speech:
             "isBodyLanguageEnabled": lambda: self._mode != 0,
             "setBodyTalkEnabled": enable,
             "isBodyTalkEnabled": lambda: self._mode != 0,
+            "addTagsToWords": _tags,
+            "declareTagForAnimations": _tags,
+            "addTagForAnimations": _tags,
         }
 
 
@@ -251,6 +258,12 @@ def _language(language: Any) -> str:
     if name not in LANGUAGES:
         raise NaoqiRefused(f"ALTextToSpeech: {unknown_name('language', name, LANGUAGES)}.")
     return name
+
+
+def _tags(tags: Any) -> None:
+    """Tags of animations or words: checked; there are no animations."""
+    if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
+        raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
 
 
 def _mode(mode: Any) -> int:

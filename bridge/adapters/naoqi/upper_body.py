@@ -40,13 +40,13 @@ class UpperBodyShare:
         moving = (joint for joint in self._upper if self._joints.waits(joint))
         self.taken = {*self._joints.names.resolve(kept), *moving}
 
-    def within(self, names: Any) -> tuple[str, ...]:
-        """Joints that a call names, if all of them are of the head and the arms; else none."""
+    def within(self, names: Any) -> tuple[str, ...] | None:
+        """Joints that a call names, if all of them are of the head and the arms; else None."""
         try:
             joints = self._joints.names.resolve(names)
         except NaoqiRefused:
-            return ()
-        return joints if set(joints) <= set(self._upper) else ()
+            return None
+        return joints if set(joints) <= set(self._upper) else None
 
     def order(self, *, walks: bool) -> UpperBody:
         """What the walker is told in this cycle.

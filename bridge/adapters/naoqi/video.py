@@ -31,6 +31,8 @@ PARAMETERS: Final = {
     **{22: 1, 24: 0, 33: 4000, 34: 1, 35: 0, 40: 0, 43: 0},
 }
 """Default by NAOqi's number; of 13, 17, 33, 40 and 43 assumed."""
+_SELECT: Final = 18
+"""`kCameraSelectID`"""
 NO_VALUE: Final = 233493508
 """What `getParameter` returns for a parameter that there is not (vendor's page)."""
 _MODELS: Final = {640: 1, 1280: 2, 2560: 3}
@@ -104,6 +106,7 @@ class VideoDevice:
         done: Future[Any] = Future()
 
         def took(picture: Future[Any]) -> None:
+            """Pass the picture, or its error, to the caller."""
             error = picture.exception()
             if error is not None:
                 done.set_exception(error)
@@ -206,6 +209,17 @@ class VideoDevice:
         self._parameters[which][parameter] = given
         return True
 
+    def _old_set(self, parameter: Any, value: Any) -> bool:
+        """`setParam` of the active camera; `kCameraSelectID` chooses it."""
+        if parameter == _SELECT:
+            return self._set_active(value)
+        return self._set_parameter(self._active, parameter, value)
+
+    def _unsubscribe_all(self, name: Any) -> None:
+        whose = text(name, "ALVideoDevice.unsubscribeAllInstances: name")
+        for handle in [h for h in self._subscriptions if whose in (h, h.rpartition("_")[0])]:
+            del self._subscriptions[handle]
+
     def _reset(self, camera: Any) -> bool:
         self._parameters[self._camera(camera, "ALVideoDevice")].update(PARAMETERS)
         return True
@@ -251,6 +265,11 @@ class VideoDevice:
             "subscribe": self.subscribe,
             "subscribeCamera": self.subscribe_camera,
             "unsubscribe": self.unsubscribe,
+            "unsubscribeAllInstances": self._unsubscribe_all,
+            "setParam": self._old_set,
+            "getParam": lambda parameter: (
+                self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
+            ),
             "getSubscribers": lambda: list(self._subscriptions),
             "getImageRemote": self.image,
             "getImageLocal": self.image,

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.events import Events
-from bridge.adapters.naoqi.extractor import Extractor
+from bridge.adapters.naoqi.extractor import VisionExtractor
 from bridge.adapters.naoqi.frames import RobotFrames, position6
 from bridge.adapters.naoqi.methods import Table
 from bridge.adapters.naoqi.stage import Sighting, Stage
@@ -35,14 +35,18 @@ class Detection:
     ) -> None:
         self._service, self._kind, self._event = service, kind, event
         self._stage, self._frames, self._events = stage, frames, events
-        self._extractor = Extractor(service, events, [event], period=PERIOD)
+        self._extractor = VisionExtractor(service, events, [event], PERIOD)
         events.declare(event, service, [])
-        self._camera, self._paused, self._seen = 0, False, False
+        self._seen = False
         self._due = 0
+
+    @property
+    def _camera(self) -> int:
+        return self._extractor.camera
 
     def update(self, now: int) -> None:
         """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
-        if not self._extractor.running or self._paused or now < self._due:
+        if not self._extractor.processing or now < self._due:
             return
         self._due = now + max(10, self._extractor.period)
         sightings = list(self._stage.seen(self._kind, self._camera))
@@ -64,22 +68,9 @@ class Detection:
         one = sightings[0]
         return [[one.alpha, one.beta, 0.5 * one.size, 0.5 * one.size]]  # a ball's sizes are its radii
 
-    def _set_camera(self, camera: Any) -> bool:
-        self._camera = round(number(camera, f"{self._service}.setActiveCamera: camera", 0, 1))
-        return True
-
-    def _pause(self, paused: Any) -> None:
-        self._paused = flag(paused, f"{self._service}.pause: paused")
-
     def methods(self) -> Table:
         """Methods of the service."""
-        return self._extractor.methods() | {
-            "getActiveCamera": lambda: self._camera,
-            "setActiveCamera": self._set_camera,
-            "isPaused": lambda: self._paused,
-            "pause": self._pause,
-            "isProcessing": lambda: self._extractor.running and not self._paused,
-        }
+        return self._extractor.methods()
 
 
 class LandMarks(Detection):

@@ -14,11 +14,11 @@ from concurrent.futures import Future
 from typing import Any, Final, Protocol
 
 from bridge.adapters.naoqi.motion_tasks import pass_on, robot_gone
-from bridge.errors import NaoHilError, NaoqiRefused
+from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused
 from bridge.link.walk_client import WalkClient
 from bridge.messages.walk import WalkStatus
 from bridge.realtime import leave_real_time
-from bridge.rotations import planar_point
+from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
 
 _POLL: Final = 0.1
@@ -27,6 +27,8 @@ _FAST_POLL: Final = 0.02
 """s, while a call waits for a change of the walker's state."""
 _MAX_WAIT: Final = 30.0
 """s that a walker may take to start, and to bring the robot to a stand."""
+_LEASE: Final = 5.0
+"""s for which a walker that was killed may hold the robot at most."""
 _MAX_CYCLES: Final = 200
 """Cycles from an accepted walk to its first step."""
 _WALKING: Final = ("walk", "stopping")
@@ -79,6 +81,8 @@ class WalkerHandover:
         """Where the present walker's plan begins."""
         self._stopping = False
         """Whether the walk was told to end."""
+        self._goal: Vec3 | None = None
+        """Where the walk that was ordered last is to end, as `position`; None: nowhere."""
         self._ends: dict[Future[Any], bool | None] = {}
         """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
@@ -124,6 +128,7 @@ class WalkerHandover:
         Args:
             velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
         """
+        self._goal = None
         return self._submit(lambda: self._walk({"velocity": velocity}))
 
     def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
@@ -142,10 +147,12 @@ class WalkerHandover:
             target: x, y (m) and yaw (rad) in the robot's frame.
             velocity: the walk makes use of as much of the gait's limits as this one.
         """
+        self._head_for(target)
         return self._walk_to_end({"velocity": velocity, "target": target} if any(target) else None)
 
     def go_to(self, target: Vec3, velocity: Vec3) -> Future[Any]:
         """As `walk_to`, but the future is done when the walker has accepted it."""
+        self._head_for(target)
         return self._submit(
             lambda: self._walk({"velocity": velocity, "target": target}) if any(target) else None
         )
@@ -155,6 +162,7 @@ class WalkerHandover:
         ended: Future[Any] = Future()
 
         def job() -> None:
+            """In the thread of walks."""
             if order is None:
                 ended.set_result(True)
                 return
@@ -190,6 +198,17 @@ class WalkerHandover:
         """Where the robot is by the odometry of its walks since the start: x, y, yaw; m and rad."""
         here = self._status.position if self._status else (0.0, 0.0, 0.0)
         return [*planar_point(self._origin, here), self._origin[2] + here[2]]
+
+    def to_go(self) -> Vec3 | None:
+        """The way to the end of the walk in the robot's frame, m and rad; None: no end was ordered."""
+        if self._goal is None:
+            return None
+        x, y, yaw = self.position()
+        return *planar_local((x, y, yaw), self._goal), self._goal[2] - yaw
+
+    def _head_for(self, target: Vec3) -> None:
+        x, y, yaw = self.position()
+        self._goal = (*planar_point((x, y, yaw), target), yaw + target[2]) if any(target) else None
 
     def velocity(self) -> list[float]:
         """Of the steps that are planned now: m/s, m/s, rad/s."""
@@ -234,7 +253,7 @@ class WalkerHandover:
             self._await_stand()
         except NaoHilError as error:
             reason = self._end_walker()
-            self._owner.take_back()
+            self._reclaim()
             raise NaoqiRefused(f"The walker did not start: {reason or error}") from None
 
     def _await_stand(self) -> None:
@@ -289,7 +308,7 @@ class WalkerHandover:
             if not self._walker.running:
                 reason = self._end_walker()
                 self._finish(NaoqiRefused(f"The walker ended: {reason or error}"))
-                self._owner.take_back()
+                self._reclaim()
             return
         if self._status.state == "fallen":
             self._finish(NaoqiRefused("The robot fell while it walked."))
@@ -297,7 +316,7 @@ class WalkerHandover:
             self._finish(None)
 
     def _finish(self, error: Exception | None) -> None:
-        ends, self._ends = self._ends, {}
+        ends, self._ends, self._goal = self._ends, {}, None
         for ended, told in ends.items():
             if error is None:
                 ended.set_result(told)
@@ -316,7 +335,20 @@ class WalkerHandover:
                 self._status = self._client.status()
         self._finish(None)
         self._end_walker()
-        self._owner.take_back()
+        self._reclaim()
+
+    def _reclaim(self) -> None:
+        """Take the joints back; a walker that was killed holds them until it has been silent for a while."""
+        deadline = time.monotonic() + _LEASE
+        while True:
+            try:
+                self._owner.take_back()
+            except LeaseRefused:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(_POLL)
+            else:
+                return
 
     def _end_walker(self) -> str:
         """End the walker, and keep the position it reached; the sentence it ended with, or nothing."""

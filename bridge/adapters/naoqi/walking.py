@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import number
 from bridge.adapters.naoqi.motion_tasks import pass_on
-from bridge.adapters.naoqi.move_config import FullSpeed, full_speed, move_config
+from bridge.adapters.naoqi.move_config import QUICKEST, FullSpeed, full_speed, move_config
 from bridge.adapters.naoqi.walker_handover import WalkerHandover
 from bridge.errors import NaoqiRefused
 from bridge.rotations import planar_local, planar_point
@@ -17,6 +17,8 @@ from bridge.types import Vec3
 
 _WIDTH: Final = 0.1
 """Distance of the feet where a robot stands, m."""
+_FIXED_STEPS: Final = 2
+"""Footsteps that can no longer be changed: as many as the vendor's preview of 0.8 s has."""
 _LONGEST: Final = 1.0
 """m and rad in a footstep; NAOqi's own bound is a tenth."""
 
@@ -56,7 +58,7 @@ class WalkingMethods:
         return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
 
     def move_to(self, *arguments: Any) -> Future[Any]:
-        """Walk to a place, m and rad from here, `x, y, theta`, or over several, `[[x, y, theta], ...]`.
+        """Walk to a place, m and rad from here, `x, y, theta`, or over several, each from the one before.
 
         A time and a configuration may follow; it waits for the end: true, or false if something else ended it.
         """
@@ -70,13 +72,7 @@ class WalkingMethods:
         if any(len(place) != 3 for place in places):
             raise NaoqiRefused(f"{method}: {places!r:.60} was given; [x, y, theta] of each place is expected.")
         targets = [self._possible(method, _three(method, place, 1e4)) for place in places]
-        full = full_speed(method, config)
-        here = (0.0, 0.0, 0.0)
-        ways = []
-        for target in targets:
-            ways.append(_composed(_inverse(here), target))
-            here = target
-        return self._walk_over(ways, full)
+        return self._walk_over(targets, full_speed(method, config))
 
     def _walk_over(self, ways: Sequence[Vec3], full: FullSpeed) -> Future[Any]:
         """Walk one way after the other, each from the end of the one before; at rest between them."""
@@ -130,6 +126,37 @@ class WalkingMethods:
             return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
         return self.handover.walk_to(target, full.towards(target) if any(target) else target)
 
+    def poses_ahead(self) -> list[Vec3]:
+        """Where the robot is after each step to come, from here, m and rad: by the vendor's length of steps."""
+        way, count = self.handover.to_go(), _FIXED_STEPS
+        if way is None:
+            x, y, turn = (_FIXED_STEPS * QUICKEST * speed for speed in self.handover.velocity())
+            way = (x, y, turn)
+        elif any(way):
+            count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICKEST))
+        x, y, turn = way
+        shares = [i / count for i in range(1, count + 1)] if any(way) else []
+        return [(share * x, share * y, share * turn) for share in shares]
+
+    def steps_ahead(self) -> list[list[Any]]:
+        """Footsteps that can no longer be changed, and those that can, each `[leg, s, [x, y, theta]]`.
+
+        The time counts from now; the pose is in the frame of the other foot, m and rad.
+        """
+        half, steps = 0.5 * _WIDTH, []
+        feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
+        for i, pose in enumerate(self.poses_ahead()):
+            leg, other = ("RLeg", "LLeg") if i % 2 else ("LLeg", "RLeg")
+            feet[leg] = _composed(pose, (0.0, half if leg == "LLeg" else -half, 0.0))
+            place = _composed(_inverse(feet[other]), feet[leg])
+            steps.append([leg, QUICKEST * (i + 1), list(place)])
+        return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
+
+    def _next_position(self) -> list[float]:
+        """Where the robot is after the footsteps that can no longer be changed, m and rad."""
+        here, ahead = self.handover.position(), self.poses_ahead()[:_FIXED_STEPS]
+        return list(_composed((here[0], here[1], here[2]), ahead[-1])) if ahead else here
+
     def _possible(self, method: str, wanted: Vec3) -> Vec3:
         """What is wanted, unless the gait walks straight only and it is not straight."""
         _, y, theta = wanted
@@ -163,7 +190,7 @@ class WalkingMethods:
             "waitUntilMoveIsFinished": handover.wait,
             "waitUntilWalkIsFinished": handover.wait,
             "getRobotPosition": lambda *_: handover.position(),
-            "getNextRobotPosition": lambda *_: handover.position(),
+            "getNextRobotPosition": self._next_position,
             "getRobotVelocity": handover.velocity,
         }
 
