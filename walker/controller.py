@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any
 
 from bridge.body import Body
-from bridge.body.joints import LEG_SLOTS
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
-from bridge.motion import GetUp, Lying, MotionPlayer, get_up_motions, lying
-from bridge.stance import stands
+from bridge.motion import GetUp, Lying, MotionPlayer, lying
 from bridge.types import Pose, Vec3
 from walker.estimation import Contacts, Corrections, Estimate, Estimator
 from walker.estimation.heading import GyroscopeHeading
 from walker.estimation.odometry import Odometry, middle_of_soles
+from walker.estimation.walk_end import WalkEnd
 from walker.model.floating_base import FloatingBase
 from walker.planning import Foothold, Gait, Plan, SolePose
 from walker.planning.order import WalkOrder
@@ -28,12 +27,10 @@ from walker.planning.steering import Steering
 from walker.stabilization.parameters import ControllerParameters, controller_parameters
 from walker.states import Approaching, Fallen, Moving, Resting, Standing, State, StateName, Walking
 from walker.states.ready import ReadyWalk, ready_walk
+from walker.states.recovery import Recovery
 from walker.states.upper_body import UpperBodyOrders
 
 __all__ = ["Controller", "WalkOrder"]
-
-REST: Final = 2.0
-"""s that a robot lies before it gets up: longer than its guard takes no command after a fall."""
 
 
 class Controller:
@@ -72,30 +69,23 @@ class Controller:
         self._state: State = Approaching(walk.goal, after, walk.stabilizer.holding)
         self._next: ReadyWalk | None = None
         self._hold = math.inf
-        self._fell = self._limp = False
-        self._motions = get_up_motions(body)
-        self._getting_up = recover and bool(self._motions)
-        """After a fall."""
-        self._gave_up = False
+        self._fell = False
+        """Since the last walk began."""
+        self._recovery = Recovery(body, after_falls=recover)
         self._player: MotionPlayer | GetUp | None = None
         """Of an ordered motion that has not begun."""
-        self._recovering = False
-        """The robot gets up from lying."""
-        self._resume = False
-        """The robot walked when it fell: the order goes on once it stands."""
         self._began = self.plan
         self.upper_body = UpperBodyOrders()
-        self.recoveries = 0
-        """How often the robot got up from lying."""
         self.interruptions = 0
         """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
         self._kinematics = FloatingBase(body)
         self._odometry = Odometry(self._kinematics, gyroscope=GyroscopeHeading.of(body))
+        self._walk_end = WalkEnd(p.deviation.latency, cycle)
         self._steering: Steering | None = None
         """To the order's target, once the walk has begun."""
         self.here = Foothold()
         """Middle between the feet by the odometry since the first tick."""
-        self._estimator = self._make_estimator(p)
+        self._estimator = self._make_estimator()
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
         self.below: Lying = "upright"
@@ -112,9 +102,15 @@ class Controller:
 
         Never, while the controller waits for orders.
         """
-        if self._serves or self._state.name not in ("stand", "fallen") or self._recovers:
+        state = self._state
+        if self._serves or state.name not in ("stand", "fallen") or self._recovery.pending(state):
             return False
-        return self._state.settled >= self._planner.order.settle
+        return state.settled >= self._planner.order.settle
+
+    @property
+    def recoveries(self) -> int:
+        """How often the robot got up from lying."""
+        return self._recovery.count
 
     @property
     def plan(self) -> Plan:
@@ -197,10 +193,12 @@ class Controller:
             x, y, turn = order.target
             goal = Foothold(*self.here.point(x, y), self.here.yaw + turn)
             self._steering = Steering(limits, goal, order.share)
-        if self._steering.arrived(self.here):
+            self._walk_end = WalkEnd(self._walk.parameters.deviation.latency, self._cycle)
+        ends = self._walk_end.update(self.here, self.plan)
+        if ends and self._steering.arrived(*ends):
             self._walking.stop()
-        else:
-            self.steer(self._steering.velocity(self.here))
+        elif ends:
+            self.steer(self._steering.velocity(ends[1]))
 
     def stop(self) -> None:
         """Close the feet and stand; drops a walk or a motion that has not begun."""
@@ -216,7 +214,7 @@ class Controller:
             player: at the beginning of its motion.
         """
         self.stop()
-        self._player, self._resume = player, False
+        self._player, self._recovery.resume = player, False
 
     def tick(self, frame: SensorFrame) -> ActuatorFrame:
         """One cycle.
@@ -227,8 +225,8 @@ class Controller:
                 goes on from a stand.
         """
         self.below = lying(frame.angle)
-        if self._seq is None and self._begins_down(frame):
-            self._get_up(frame)
+        if self._seq is None and self._recovery.begins_down(frame, self.below):
+            self._state = self._recovery.get_up(self._state, frame, self.below)
         dt = self._elapsed(frame.seq)
         self.here = middle_of_soles(self._kinematics, self._odometry.update(frame))
         walking = isinstance(self._state, Walking)
@@ -241,12 +239,11 @@ class Controller:
                 self.stop()
         if self._estimate.falling and self._state.name not in ("fallen", "motion", "rest"):
             self._next = self._player = None
-            self._limp = self._gave_up = False
-            self._resume = self._state.name in ("walk", "approach") and not self._stands_by(self._state)
-            self._state = Fallen(frame, self._walk.parameters.fall, braces=self._getting_up)
+            self._recovery.fell(walked=self._is_under_way())
+            self._state = self._fallen(frame, braces=self._recovery.after_falls)
         else:
             self._recover(frame)
-            if self._put_up(frame):
+            if self._serves and self._recovery.put_up(self._state, frame, self._walk.parameters.fall.angle):
                 self._stand_again()
             if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.max_gap:
                 self._interrupt(self._state)
@@ -262,56 +259,37 @@ class Controller:
         position, stiffness = self.upper_body.merged(self._state, dt)
         return ActuatorFrame(reply_to=frame.seq, position=position, stiffness=stiffness)
 
-    def _make_estimator(self, parameters: ControllerParameters) -> Estimator:
+    def _make_estimator(self) -> Estimator:
         """One that remembers nothing; a robot that can get up foresees its falls."""
-        on = parameters.switches
-        return Estimator(self._body, parameters, self._cycle, on, foresees=self._getting_up)
+        p = self._walk.parameters
+        return Estimator(self._body, p, self._cycle, p.switches, foresees=self._recovery.after_falls)
 
-    @property
-    def _recovers(self) -> bool:
-        """The robot lies, and is about to try to get up."""
-        return self._getting_up and self._state.name == "fallen" and not self._gave_up
+    def _is_under_way(self) -> bool:
+        """Whether the robot walks, or approaches the stand before its walk."""
+        state = self._state
+        to_stand = isinstance(state, Approaching) and isinstance(state.successor, Standing)
+        return state.name in ("walk", "approach") and not to_stand
 
-    def _stands_by(self, state: State) -> bool:
-        """It approaches a stand and no walk."""
-        return isinstance(state, Approaching) and isinstance(state.successor, Standing)
-
-    def _begins_down(self, frame: SensorFrame) -> bool:
-        """Whether the robot is to get up before anything else."""
-        may = self._getting_up or self.below == "upright"
-        return may and self.below in self._motions and not stands(self._body, frame)
-
-    def _get_up(self, frame: SensorFrame) -> None:
-        self._recovering = self._state.name == "fallen" or self.below != "upright"
-        self._state = Moving(GetUp(self._motions, self._body), frame.position)
+    def _fallen(self, frame: SensorFrame, *, braces: bool = False) -> Fallen:
+        return Fallen(frame, self._walk.parameters.fall, braces=braces)
 
     def _recover(self, frame: SensorFrame) -> None:
-        """Begin to get up, or see what came of a motion."""
-        state = self._state
+        """Begin to get up, or go on after a motion."""
+        state, recovery = self._state, self._recovery
         if isinstance(state, Moving) and state.player.done:
-            self._end_motion(state, frame)
-        elif (isinstance(state, Resting) and self._next is not None) or (
-            self._recovers and state.settled >= REST
-        ):
-            self._get_up(frame)
-
-    def _end_motion(self, state: Moving, frame: SensorFrame) -> None:
-        """Stand, rest where the motion ended, or lie where getting up was given up."""
-        gets_up, self._limp = isinstance(state.player, GetUp), False
-        self._gave_up = gets_up and state.player.failed
-        if self._gave_up:
-            self._state = Fallen(frame, self._walk.parameters.fall)
-        elif gets_up:
-            self.recoveries += self._recovering
-            self._go_on()
-        elif state.stiffness == 1.0 and stands(self._body, frame):
-            self._stand_again()
-        else:
-            self._state = Resting(state.position)
+            end = recovery.end(state, frame)
+            if end == "on its feet":
+                self._go_on()
+            elif end == "stands":
+                self._stand_again()
+            else:
+                self._state = self._fallen(frame) if end == "lies" else Resting(state.position)
+        elif recovery.due(state, ordered=self._next is not None):
+            self._state = recovery.get_up(state, frame, self.below)
 
     def _go_on(self) -> None:
         """On its feet again: to the end of the order, or stand and wait."""
-        if self._next is None and (self._resume or not self._serves):
+        if self._next is None and (self._recovery.resume or not self._serves):
             self._begin_anew(self._walking)
         else:
             self._stand_again()
@@ -335,19 +313,9 @@ class Controller:
     def _may_begin(self) -> bool:
         return self._state.name == "stand" or (self._state.name == "fallen" and not self._estimate.falling)
 
-    def _put_up(self, frame: SensorFrame) -> bool:
-        """Whether somebody put the robot that fell on its feet: it was limp, now it is stiff."""
-        if self._state.name not in ("fallen", "rest") or not self._serves:
-            return False
-        legs = min(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots)
-        stiff = legs > 2.0 * self._state.stiffness
-        self._limp = self._limp or not stiff
-        # by the robot's own angle: the walker's still turns up from where the robot lay
-        return self._limp and stiff and math.hypot(*frame.angle) < self._walk.parameters.fall.angle
-
     def _stand_again(self) -> None:
         """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""
-        self._estimator = self._make_estimator(self._walk.parameters)
+        self._estimator = self._make_estimator()
         self._planner = WalkPlanner(self._walk.gait, self._walk.order, self.place, self.plan.step)
         walk = self._walk
         standing = Standing(walk.goal, walk.stabilizer, Corrections())
@@ -368,7 +336,7 @@ class Controller:
         if walking.name == "stopping":
             self._walking.stop()
         self._state = Approaching(walk.goal, self._walking, walk.stabilizer.holding)
-        self._estimator = self._make_estimator(walk.parameters)
+        self._estimator = self._make_estimator()
 
     def _start(self, walk: ReadyWalk) -> None:
         """Begin a walk where the robot is: from its stand, or by way of the new gait's."""
@@ -389,7 +357,7 @@ class Controller:
             begin = walk.stabilizer.holding if lay else lambda _: held
             self._state = Approaching(walk.goal, self._walking, begin)
         if fell:
-            self._estimator = self._make_estimator(walk.parameters)
+            self._estimator = self._make_estimator()
 
     def _begin_capture_step(self, state: State) -> None:
         """Make a capture step, and stand again."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
@@ -33,6 +34,10 @@ _TIMEOUT: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
 _HALVINGS: Final = 7
 """Of the search for the fastest walk: to a hundredth of the velocity that was refused."""
+
+
+_REST: Final = 0.0005
+"""s of sleep after each pose of the check: else the controller waits for Python's lock and misses cycles."""
 
 
 class WalkRequest(NamedTuple):
@@ -312,7 +317,7 @@ class WalkService:
 
 def _walkable_gait(name: str, parameters: GaitParameters, body: Body) -> Gait[Any]:
     gait = make_gait(name, parameters, body)
-    check_walkable(body, gait)
+    check_walkable(body, gait, lambda: time.sleep(_REST))
     return gait
 
 

@@ -27,7 +27,13 @@ from walker.planning.plan import OTHER_SIDE, Foothold, Plan
 _PARTS: Final = 8
 """Of a step, each with a mean of its own."""
 _STEPS: Final = 6
-"""After so many steps the mean is there, and the deviation counts."""
+"""After so many steps the mean is there, and the whole deviation counts."""
+_FIRST_STEPS: Final = 2
+"""After so many steps counts what is beyond `_UNLEARNT`: a worn robot is thrown back in its third step."""
+_UNLEARNT: Final = 0.015
+"""m of the capture point's deviation that may be the joints' deflection and backlash, without their mean."""
+_CHANGE: Final = (0.1, 0.1, 1.0)
+"""Change of the velocity, m/s, m/s, rad/s, after which the mean is as good as not there."""
 _LARGEST_MISS: Final = 0.02
 """m of a miss that counts in one step."""
 
@@ -89,6 +95,8 @@ class DeviationEstimator:
         self._mean: dict[Side, Array] = {"L": np.zeros((_PARTS, 2, 2)), "R": np.zeros((_PARTS, 2, 2))}
         """Position, and rate over omega, of each part, m."""
         self._placement = 0.0
+        self._velocity: Array = np.zeros(3)
+        """At which the mean was learnt."""
 
     def update(self, position: Sequence[float], lean: Vec2, plan: Plan, dt: float) -> Feedback:
         """One cycle.
@@ -128,9 +136,16 @@ class DeviationEstimator:
         mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
         off = np.array([self._at, self._rate / omega]) - mean
         mean += p.mean_gain * np.clip(off, -p.max_innovation, p.max_innovation)
-        if not self._on or then.step - self._first < _STEPS:
+        steps = then.step - self._first
+        change = np.subtract(then.pendulum.velocity, self._velocity)
+        self._velocity += change * (p.mean_gain / _PARTS if steps >= _STEPS else 1.0)
+        if not self._on or steps < _FIRST_STEPS:
             return NONE.deviation
-        x, y = _turned(math.exp(omega * p.latency) * (off[0] + off[1]), self._yaw)
+        off = math.exp(omega * p.latency) * (off[0] + off[1])
+        share = min(float(np.max(np.abs(change) / _CHANGE)), 1.0) if steps >= _STEPS else 1.0
+        bound = share * _UNLEARNT
+        off -= np.clip(off, -bound, bound)
+        x, y = _turned(off, self._yaw)
         (a, b), (c, d) = now.pendulum.moved, then.pendulum.moved
         return float(x) - (a - c), float(y) - (b - d)
 

@@ -22,7 +22,3 @@ class UnreachableError(NaoHilError):
         super().__init__(sentence)
         self.side = side
         self.distance = distance
-
-
-class NoSupportError(NaoHilError):
-    """A zero moment point or support polygon was asked for where nothing presses on the ground."""

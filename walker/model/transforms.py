@@ -1,4 +1,4 @@
-"""Homogeneous transforms (Prenner 2011, 2.7 and 2.8)."""
+"""Homogeneous transforms (Prenner 2011, 2.7)."""
 
 from __future__ import annotations
 
@@ -28,9 +28,3 @@ def homogeneous(R: Array, d: Sequence[float] | Array) -> Transform:
 def translation(x: float, y: float, z: float) -> Transform:
     """The transform that only shifts, m (2.7 with R = E)."""
     return np.array([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
-
-
-def inverse(H: Transform) -> Transform:
-    """The inverse of a homogeneous transform, by transposing its rotation (2.8)."""
-    R_t = H[:3, :3].T
-    return homogeneous(R_t, -R_t @ H[:3, 3])

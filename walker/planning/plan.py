@@ -104,12 +104,14 @@ class Pendulum(NamedTuple):
     """Where the step under way ends."""
     moved: tuple[float, float] = (0.0, 0.0)
     """Way by which it was put elsewhere since the beginning, with footholds that feedback moved, m."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Commanded, of the step under way, m/s, m/s, rad/s."""
 
     def seen_from(self, origin: Foothold) -> Pendulum:
         """The same in the frame in which this one's origin is `origin`."""
         target = Foothold(*origin.point(*self.target[:2]), self.target.yaw + origin.yaw)
         moved = Foothold(yaw=origin.yaw).point(*self.moved)
-        return Pendulum(origin.point(*self.com), self.omega, target, moved)
+        return Pendulum(origin.point(*self.com), self.omega, target, moved, self.velocity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +137,9 @@ class Plan:
     """Of gaits that take `Feedback`; None: the others."""
     level: Side | None = None
     """In a capture step, the foot whose sole is to be level however the torso leans."""
+    ends: tuple[Foothold, ...] = ()
+    """Where `middle` comes to rest if the feet close after the step under way, and after one more. Empty but at
+    the end of a step of a gait that walks to a place."""
 
     @property
     def middle(self) -> Foothold:
@@ -157,4 +162,5 @@ class Plan:
             com=origin.point(*self.com),
             zmp=origin.point(*self.zmp),
             pendulum=self.pendulum.seen_from(origin) if self.pendulum else None,
+            ends=tuple(Foothold(*origin.point(*end[:2]), end.yaw + origin.yaw) for end in self.ends),
         )

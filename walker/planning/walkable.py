@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from bridge.body import Body
@@ -17,17 +18,21 @@ from walker.planning.pose import PoseMaker
 _STEPS = 4
 """Start, two regular steps and the closing one hold every pose of a gait."""
 _DT = 0.02
+"""Time between two poses that are looked at, s."""
+_DT_QUASI_STATIC = 0.1
+"""Of a gait that takes seconds for a step."""
 CLIPPED = math.radians(0.5)
 """Excess over a range that is clipped in silence: half the backlash of a good robot's ankle."""
 _SIDES: tuple[Side, Side] = ("L", "R")
 
 
-def check_walkable(body: Body, gait: Gait[Any]) -> None:
-    """Walk a gait dry, through the inverse kinematics.
+def check_walkable(body: Body, gait: Gait[Any], rest: Callable[[], None] = lambda: None) -> None:
+    """Walk a gait dry, through the inverse kinematics; takes some 25 ms.
 
     Args:
         body: data sheet.
         gait: to be walked.
+        rest: called after each pose, for other threads.
 
     Raises:
         ConfigurationError: a pose that the legs cannot reach or the joint limits forbid; names the phase, the
@@ -36,8 +41,9 @@ def check_walkable(body: Body, gait: Gait[Any]) -> None:
     plan = standing_plan(gait)
     try:
         pose = PoseMaker(body, plan, by_pose=gait.quasi_static)
-        for plan, _ in dry_walk(gait, _DT, _STEPS):
+        for plan, _ in dry_walk(gait, _DT_QUASI_STATIC if gait.quasi_static else _DT, _STEPS):
             _check_limits(body, pose.unlimited_angles(plan), plan, _where(gait, plan))
+            rest()
     except UnreachableError as error:
         raise ConfigurationError(
             f"{_where(gait, plan)}: {error}; shorten the step, narrow the feet or lower the gait height."

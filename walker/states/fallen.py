@@ -37,10 +37,10 @@ def brace(frame: SensorFrame) -> tuple[float, ...]:
 
 
 class Fallen:
-    """Lies limply, so that gears and limbs yield to the ground.
+    """Lies limply, so that gears and limbs yield to the ground: each joint is asked to be where it is.
 
     Args:
-        frame: as the fall was noticed; the joints are held where they are.
+        frame: as the fall was noticed.
         parameters: stiffness, and how long to brace.
         braces: first go into the pose of `brace`.
     """
@@ -55,9 +55,9 @@ class Fallen:
         self.settled = 0.0
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
-        """Go into the pose, then lie still where the joints are; nobody gets up by himself here."""
+        """Go into the pose, then lie where the joints are; nobody gets up by himself here."""
         self.settled += dt
-        if self._braces and self.settled >= self._p.brace_time:
+        if not self._braces or self.settled >= self._p.brace_time:
             self._braces = False
             self.position, self.stiffness = frame.position, self._p.stiffness
         return self

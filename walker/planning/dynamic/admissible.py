@@ -7,11 +7,11 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
+from bridge.polygon import convex_hull
 from walker.model.gravity import GRAVITY
 from walker.planning.dynamic.step import DynamicParameters, StepPlan
 from walker.planning.dynamic.transfer import Transfer
@@ -57,7 +57,7 @@ def check_balance(p: DynamicParameters, plan: StepPlan, transfer: Transfer, body
     outside = _beyond(_feet(p, body, plan.length), ends)
     if outside > 0.0:
         _refuse(f"with S_a0 = {p.S_a0} m the ZMP leaves the feet by {1e3 * outside:.1f} mm in double support")
-    together = ConvexHull(_feet(p, body, 0.0) - centre).equations
+    together = _edges(_feet(p, body, 0.0) - centre)
     outside = max(transfer.furthest(way * nx, ny) + d for nx, ny, d in together for way in (1.0, -1.0))
     if outside > 0.0:
         _refuse(
@@ -128,8 +128,16 @@ def _feet(p: DynamicParameters, body: Body, length: float) -> NDArray[np.float64
 
 def _beyond(corners: NDArray[np.float64], points: NDArray[np.float64]) -> float:
     """Largest distance of the points from the convex hull of the corners, m; negative inside."""
-    planes = ConvexHull(corners).equations
-    return float((points @ planes[:, :2].T + planes[:, 2]).max())
+    edges = _edges(corners)
+    return float((points @ edges[:, :2].T + edges[:, 2]).max())
+
+
+def _edges(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges of the convex hull of points: outward normals and offsets, n . x + d = 0, shape (n, 3)."""
+    hull = np.array(convex_hull(corners))
+    along = np.roll(hull, -1, axis=0) - hull
+    normals = np.column_stack((along[:, 1], -along[:, 0])) / np.linalg.norm(along, axis=1)[:, None]
+    return np.column_stack((normals, -np.einsum("ij,ij->i", normals, hull)))
 
 
 def _refuse(sentence: str) -> None:

@@ -275,6 +275,13 @@ class OmniGait:
             if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
                 return self._start(state)
             return replace(state, phase="stand", t=0.0, closing=False, capture_step=False, velocity=_REST)
+        landed = self._landed(state)
+        if state.capture_step:
+            return self._rest(landed)
+        return self._stop(landed) if state.closing else self._begin_step(landed, command)
+
+    def _landed(self, state: OmniState) -> OmniState:
+        """At the end of a step: the swing foot stands, and the pendulum goes with what feedback moved it by."""
         stance_side = OTHER_SIDE[state.swing]
         dx, dy = state.adjustment
         state = replace(
@@ -286,7 +293,7 @@ class OmniGait:
             adjustment=(0.0, 0.0),
         )
         old = zmp_under(self._p, stance_side, state.stance)
-        landed = replace(
+        return replace(
             state,
             stance=state.target,
             lifted=state.stance,
@@ -295,9 +302,6 @@ class OmniGait:
             zmp=(old[0] + dx, old[1] + dy),
             step=state.step + 1,
         )
-        if state.capture_step:
-            return self._rest(landed)
-        return self._stop(landed) if state.closing else self._begin_step(landed, command)
 
     def _begin_step(self, state: OmniState, command: GaitCommand) -> OmniState:
         """The next step; the last one is made at no velocity."""
@@ -362,11 +366,15 @@ class OmniGait:
     def _plan(self, state: OmniState, command: GaitCommand) -> Plan:
         stance = SolePose(state.stance.x, state.stance.y, yaw=state.stance.yaw)
         other = SolePose(state.lifted.x, state.lifted.y, yaw=state.lifted.yaw)
+        ends = self._ends(state)
         if state.single:
             other = self._swinging(state)
             ahead, way = command.feedback.placement, self._way(state)
             other = _ahead(other, state.stance.yaw, way * ahead)
             stance = _ahead(stance, state.stance.yaw, (1.0 - way) * ahead)
+            ends = tuple(
+                Foothold(*Foothold(e.x, e.y, state.stance.yaw).point(0.5 * ahead, 0.0), e.yaw) for e in ends
+            )
         left, right = (other, stance) if state.swing == "L" else (stance, other)
         return Plan(
             phase=state.phase,
@@ -378,9 +386,35 @@ class OmniGait:
             com=(state.com[0] + state.behind[0], state.com[1] + state.behind[1]),
             zmp=self._zmp(state, state.t),
             hip_height=self._hip_height,
-            pendulum=Pendulum(state.com, self._omega, state.target, state.moved),
+            pendulum=Pendulum(state.com, self._omega, state.target, state.moved, state.velocity),
             level=state.swing if state.capture_step and state.single else None,
+            ends=ends,
         )
+
+    def _ends(self, state: OmniState) -> tuple[Foothold, ...]:
+        """See `Plan.ends`. Feedback is taken to move the next foothold as far as it does the one under way."""
+        left = self._duration(state) - state.t
+        if left > _LANDING or state.closing or state.capture_step or state.phase in ("stop", "stand"):
+            return ()
+        now = self._side_by_side(state.target, state.swing)
+        if not state.single:
+            return now, now
+        p_0 = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
+        grow = math.exp(self._omega * left)
+        x, y = (p + (xi - p) * grow for xi, p in zip(state.xi, p_0, strict=True))
+        dx, dy = state.adjustment
+        landed = self._landed(replace(state, xi=(x, y)))
+        p_1 = zmp_under(self._p, state.swing, landed.stance)
+        # The ZMP is on its way there for T_DSP: as if the capture point were off by rho times that way.
+        x, y = (xi + self._rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, p_1, strict=True))
+        after = self._target(replace(landed, xi=(x, y), t=0.0, velocity=_REST, correction=0.0))
+        later = self._side_by_side(Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)
+        closes = approached(self._p, state.velocity, _REST) == _REST
+        return now if closes else later, later
+
+    def _side_by_side(self, foothold: Foothold, side: Side) -> Foothold:
+        """Middle between the feet of which one is on a foothold."""
+        return Foothold(*foothold.point(0.0, -0.5 * SIGN[side] * self._p.l_FA), foothold.yaw)
 
 
 def _ahead(sole: SolePose, yaw: float, by: float) -> SolePose:

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from scipy.linalg import expm
 
 from bridge.body import Body
 from bridge.types import NotNegative, Positive, Side, Vec3
@@ -81,8 +80,8 @@ class AnkleAdmittance:
     def __init__(self, parameters: AnkleParameters, body: Body, side: Side) -> None:
         p = self._p = parameters
         self._places = body.fsr.L if side == "L" else body.fsr.R
-        self._roll = _Axis(p.M_roll, p.D_roll, p.K_roll, p.max_rate)
-        self._pitch = _Axis(p.M_pitch, p.D_pitch, p.K_pitch, p.max_rate)
+        self._roll = _Axis(p.M_roll, p.D_roll, p.K_roll, p.max_rate, body.cycle)
+        self._pitch = _Axis(p.M_pitch, p.D_pitch, p.K_pitch, p.max_rate, body.cycle)
 
     def update(
         self, fsr: Sequence[float], role: Role, dt: float, limits: AnkleLimits, *, progress: float = 1.0
@@ -135,8 +134,9 @@ class AnkleAdmittance:
 class _Axis:
     """(4.9) about one axis, with hold and release."""
 
-    def __init__(self, M: float, D: float, K: float, max_rate: float) -> None:
+    def __init__(self, M: float, D: float, K: float, max_rate: float, cycle: float) -> None:
         self._system = (M, D, K)
+        zero_order_hold(M, D, K, cycle)  # loads SciPy, which takes longer than a cycle
         self._max_rate = max_rate
         self._angle = 0.0
         self._velocity = 0.0
@@ -189,6 +189,8 @@ def zero_order_hold(
         K: stiffness, N m/rad.
         dt: cycle time, s.
     """
+    from scipy.linalg import expm
+
     rates = np.array([[0.0, 1.0, 0.0], [-K / M, -D / M, 1.0 / M], [0.0, 0.0, 0.0]])
     (a, v, _) = expm(rates * dt).tolist()
     return tuple(a), tuple(v)
