@@ -15,6 +15,7 @@ from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import ConfigurationError
 from bridge.recording.canonical import TOPICS
 from bridge.recording.playback import read_recording, recorded_config
+from nao_hil.runs.folder import recording_of
 
 Array = NDArray[Any]
 _NO_DATA: Final = ("version", "wall", "lease")
@@ -105,11 +106,12 @@ def load(file: str | Path) -> Recording:
         sensors.to_pandas().plot(y="position.LKneePitch")
 
     Args:
-        file: Path.
+        file: Its path, or that of a run's folder.
 
     Raises:
         ConfigurationError: no such file, not a recording, or a damaged one.
     """
+    file = recording_of(Path(file))
     messages: dict[str, list[msgspec.Struct]] = {topic: [] for topic in TOPICS.values()}
     times: dict[str, list[float]] = {topic: [] for topic in TOPICS.values()}
     for topic, when, message in read_recording(file):

@@ -12,12 +12,14 @@ from nao_hil.bench import (
     batch,
     campaign,
     campaign_faults,
+    campaign_speed_up,
     cycles,
     huang_search,
     lateness,
     lola,
     naoqi,
     page,
+    pictures,
     round_trip,
     servos,
     walk,
@@ -32,10 +34,12 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "servos": servos.measure,
     "huang-search": huang_search.measure,
     "page": page.measure,
+    "pictures": pictures.measure,
     "lola": lola.measure,
     "naoqi": naoqi.measure,
     "campaign": campaign.measure,
     "campaign-faults": campaign_faults.measure,
+    "campaign-speed-up": campaign_speed_up.measure,
 }
 
 

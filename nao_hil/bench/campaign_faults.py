@@ -61,6 +61,7 @@ def _attempt(walks: int, cut: float) -> tuple[int, int]:
         (folder / "campaign.toml").write_text(_CAMPAIGN.format(walks=walks))
 
         def start(prefix: Sequence[str], module: str, *arguments: str) -> subprocess.Popen[bytes]:
+            """A module as a process, killed at the end."""
             with (folder / "log").open("ab") as log:
                 process = subprocess.Popen(
                     [*prefix, sys.executable, "-m", module, *arguments], cwd=folder, stdout=log, stderr=log

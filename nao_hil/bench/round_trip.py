@@ -79,6 +79,7 @@ def _alternate(walker_at: str, echo_at: str) -> dict[str, Any]:
         seq = 0
 
         def by_link() -> None:
+            """A sensor frame, and the walker's answer."""
             nonlocal seq
             seq += 1
             link.publish_sensors(standing_frame(seq))

@@ -13,7 +13,7 @@ import numpy as np
 from bridge.errors import ConfigurationError
 from nao_hil.analysis.statistics import wilson
 from nao_hil.campaigns.file import with_seed
-from nao_hil.campaigns.quantities import changed
+from nao_hil.campaigns.quantities import UNITS, changed
 from nao_hil.campaigns.refinement import Cell, Survey
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.walk import Walk
@@ -26,6 +26,11 @@ class Axis(NamedTuple):
 
     name: str
     values: tuple[float, ...]
+
+    @property
+    def label(self) -> str:
+        """With its unit, for a plot."""
+        return f"{self.name}, {UNITS[self.name]}" if self.name in UNITS else self.name
 
 
 def parse_axis(text: str) -> Axis:
@@ -65,6 +70,7 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
     }
 
     def attempt(asked: Sequence[tuple[Cell, int]]) -> list[bool]:
+        """Whether each walk that is asked for, the k-th of a cell, survives."""
         walks = [
             msgspec.structs.replace(
                 with_seed(cells[cell], first_seed + k),
@@ -133,7 +139,7 @@ def draw(found: Survey, x: Axis, y: Axis, title: str, path: Path) -> Path:
             values.T, origin="lower", extent=extent, aspect="auto", cmap=colours, vmin=0, vmax=most
         )
         figure.colorbar(image, ax=axes)
-        axes.set(xlabel=x.name, ylabel=y.name)
+        axes.set(xlabel=x.label, ylabel=y.label)
         axes.set_title(words, fontsize=8)
     walked = np.array([(x.values[i], y.values[j]) for i, j in found.tried])
     share.plot(*walked.T, "k.", markersize=2)

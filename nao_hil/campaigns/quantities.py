@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import msgspec
 
@@ -11,7 +11,7 @@ from bridge.body import Body, load_body
 from bridge.body.check import check_body
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError
-from bridge.validation import unknown_name
+from bridge.validation import Invalid, convert, unknown_name
 from emulator.scenarios import Scenario, load_scenario
 from emulator.scenarios.events import PushEvent
 from emulator.wear import WearProfile, load_wear
@@ -22,6 +22,7 @@ from walker.stabilization.parameters import controller_parameters
 
 PUSH_TIME: Final = 4.0
 """s of robot time at which the quantity `push` pushes."""
+_Duration = Annotated[float, msgspec.Meta(gt=0.0)]
 
 
 def changed(task: Walk, name: str, value: Any) -> Walk:
@@ -38,12 +39,14 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
         ConfigurationError: no such quantity, or an impossible value.
     """
     if name in QUANTITIES:
-        return QUANTITIES[name](task, value)
+        return QUANTITIES[name](task, _checked(name, value, float))
     head, _, rest = name.partition(".")
     if name == "duration":
-        return msgspec.structs.replace(task, duration=float(value))
+        return msgspec.structs.replace(task, duration=_checked(name, value, _Duration))
     if head == "scenario":
-        world = _set(task.scenario, rest, value, Scenario) if rest else load_scenario(value)
+        if not rest:
+            return msgspec.structs.replace(task, scenario=load_scenario(_checked(name, value, str)))
+        world = _set(task.scenario, rest, value, Scenario)
         return msgspec.structs.replace(task, scenario=world)
     if head == "wear" and rest:
         profile = task.wear or load_wear(task.config.wear, task.body or load_body(task.config.robot))
@@ -53,12 +56,19 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
         check_body(body)
         return msgspec.structs.replace(task, body=body)
     if head not in RunConfig.__struct_fields__:
-        known = (*RunConfig.__struct_fields__, "duration", "body", *QUANTITIES)
+        known = (*RunConfig.__struct_fields__, "body", *QUANTITIES)
         raise ConfigurationError(unknown_name("quantity", head, known))
     config = _set(task.config, name, value, RunConfig)
     gait_parameters(config.gait, config.parameters)
     controller_parameters(config.gait, config.controller)
     return msgspec.structs.replace(task, config=config)
+
+
+def _checked(name: str, value: Any, kind: Any) -> Any:
+    try:
+        return convert(value, kind)
+    except Invalid as error:
+        raise ConfigurationError(f"{name}: {error}") from None
 
 
 def _set(struct: Any, path: str, value: Any, kind: type[Any]) -> Any:
@@ -106,3 +116,12 @@ QUANTITIES: Final[dict[str, Callable[[Walk, Any], Walk]]] = {
 }
 """Short names. `push`: impulse forward at 4 s, N s; `slope`: uphill, degrees; `friction`: of the floor;
 `delay`: of the drives, s; `backlash`: factor on that of the wear profile."""
+UNITS: Final = {
+    "push": "N s",
+    "slope": "deg uphill",
+    "delay": "s",
+    "duration": "s",
+    "scenario.floor.roll": "deg",
+    "scenario.floor.pitch": "deg",
+}
+"""Of quantities, for the axes of a map; others have none, or that of their table."""

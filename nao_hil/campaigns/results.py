@@ -56,6 +56,8 @@ def ask(query: str, folder: Path) -> QueryResult:
         connection.execute(view)
         try:
             answer = connection.execute(query)
+            if answer is None:
+                raise ConfigurationError("the query is empty; ask such as `SELECT count(*) FROM walks`.")
             columns = [column[0] for column in answer.description or []]
             return QueryResult(columns, answer.fetchall())
         except duckdb.Error as error:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
+import re
+import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
@@ -17,6 +21,7 @@ from nao_hil.runs.walk import Walk, WalkEnd
 
 HEARTBEAT: Final = 30
 """s between signs of life of a trial; one without them for twice as long is done again by somebody else."""
+_ATTEMPTS: Final = 10
 _DONE: Final = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
 
 
@@ -42,14 +47,8 @@ def open_study(storage: str, space: Mapping[str, Range], ensemble: Ensemble) -> 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     what = repr((sorted(space.items()), ensemble, source_hash()))
     try:
-        kept = optuna.storages.RDBStorage(
-            storage,
-            heartbeat_interval=HEARTBEAT,
-            grace_period=2 * HEARTBEAT,
-            heartbeat_stale_trial_callback=optuna.storages.RetryHeartbeatStaleTrialCallback(),
-        )
         study = optuna.create_study(
-            storage=kept,
+            storage=_database(storage),
             study_name=f"tune-{hashlib.sha256(what.encode()).hexdigest()[:32]}",
             direction="maximize",
             load_if_exists=True,
@@ -62,6 +61,24 @@ def open_study(storage: str, space: Mapping[str, Range], ensemble: Ensemble) -> 
     # Without a seed: processes that share a study would draw the same points.
     study.sampler = optuna.samplers.TPESampler(constant_liar=True)
     return study
+
+
+def _database(url: str) -> optuna.storages.RDBStorage:
+    """The database. Of processes that begin together all make its tables, and all but one may fail."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        for attempt in itertools.count():
+            try:
+                return optuna.storages.RDBStorage(
+                    url,
+                    heartbeat_interval=HEARTBEAT,
+                    grace_period=2 * HEARTBEAT,
+                    heartbeat_stale_trial_callback=_try_again,
+                )
+            except Exception as error:
+                if attempt == _ATTEMPTS or not re.search("exists|duplicate|UNIQUE", str(error)):
+                    raise
+                time.sleep(0.3)
 
 
 def enqueue(study: optuna.Study, point: Mapping[str, float]) -> None:
@@ -91,6 +108,7 @@ def improve(
     """
 
     def objective(trial: optuna.Trial) -> float:
+        """Of one trial, to be maximized."""
         point = {name: trial.suggest_float(name, r.low, r.high, log=r.log) for name, r in space.items()}
         best = max((t.value for t in study.trials if t.value is not None), default=0.0)
 
@@ -109,16 +127,35 @@ def improve(
             raise optuna.TrialPruned
         return score_bounds(total, n)[0]
 
-    def end(study: optuna.Study, _: optuna.trial.FrozenTrial) -> None:
+    def end(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
+        if trial.state == optuna.trial.TrialState.FAIL:  # stopped in its middle
+            _try_again(study, trial)
         if stopped() or count(study) >= trials:
             study.stop()
 
-    if count(study) < trials and not stopped():
-        study.optimize(objective, callbacks=[end], catch=(Stopped,))
+    while count(study) < trials and not stopped():
+        try:
+            study.optimize(objective, callbacks=[end], catch=(Stopped,))
+        except ValueError as error:
+            # This process slept for longer than the heartbeat allows: its trial is somebody else's.
+            if str(error) != "Cannot tell a FAIL trial.":
+                raise
+
+
+def _try_again(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
+    """Have the point of a trial that failed tried by whoever asks next."""
+    study.add_trial(
+        optuna.create_trial(
+            state=optuna.trial.TrialState.WAITING,
+            params=trial.params,
+            distributions=trial.distributions,
+            system_attrs=trial.system_attrs,
+        )
+    )
 
 
 class Stopped(Exception):
-    """The command was stopped in the middle of a trial, which fails."""
+    """The command was stopped in the middle of a trial, which is tried again."""
 
 
 def count(study: optuna.Study) -> int:

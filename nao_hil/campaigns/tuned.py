@@ -39,13 +39,16 @@ def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
 def compare(
     ensemble: Ensemble, point: dict[str, float], attempt: Callable[[Sequence[Walk]], Sequence[WalkEnd]]
 ) -> dict[str, Any]:
-    """Before and after on seeds that the study never saw, the same for both."""
+    """Shipped parameters of the gait, those before, those after, on the same seeds that the study never saw."""
     first = ensemble.first_seed + UNSEEN
+    bare = msgspec.structs.replace(ensemble.base, parameters={}, controller={})
+    shipped = attempt(msgspec.structs.replace(ensemble, base=bare).walks({}, first))
     before = list(attempt(ensemble.walks({}, first)))
     after = list(attempt(ensemble.walks(point, first)))
     pair = paired([end.survived for end in after], [end.survived for end in before])
     return {
         "seeds": f"{first} to {first + ensemble.seeds - 1}{few_words(ensemble.seeds)}",
+        "shipped": _arm(shipped, ensemble.duration),
         "before": _arm(before, ensemble.duration),
         "after": _arm(after, ensemble.duration),
         "p_value": pair.p_value,

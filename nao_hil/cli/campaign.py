@@ -11,6 +11,7 @@ import msgspec
 import typer
 from rich.table import Table
 
+from bridge.errors import NaoHilError
 from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
@@ -26,7 +27,8 @@ def campaign(
 ) -> int:
     """Walk every combination of the axes in a file with every seed, and count who walks on.
 
-    The same command with the same --out goes on where it was stopped. Exit code 130: it was stopped.
+    The same command with the same --out goes on where it was stopped. Exit code 130: it was stopped. A walk
+    that fails is named at the end; the others count.
 
     Example: nao-hil campaign slopes.toml --out runs/slopes --cluster tcp://10.0.0.1:8786
     """
@@ -42,24 +44,35 @@ def campaign(
     on_signals(stop.set)
     console = open_console()
     counts = [CampaignCell(point) for point, _ in cells]
+    failure: NaoHilError | None = None
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as running,
     ):
         progress.begin(file.stem)
         progress.expect(len(cells) * asked.seeds)
-        for place, result in running.stream(asked.walks(cells)):
-            counts[place % len(cells)].add(result.end)
+        try:
+            for place, result in running.stream(asked.walks(cells)):
+                counts[place % len(cells)].add(result.end)
+        except NaoHilError as error:
+            if not any(cell.n for cell in counts):
+                raise
+            failure = error
     title = f"{file.stem}{few_words(asked.seeds)}"
     data: dict[str, Any] = {
         "name": title,
         "interrupted": stop.is_set(),
+        "error": None if failure is None else str(failure),
         "cells": [cell.summary() for cell in counts],
     }
     directory.write_summary(data)
     open_console(stderr=False).print(_table(title, data["cells"]))
     if as_json:
         print(json.dumps(data), flush=True)
+    if failure is not None:
+        raise failure
+    if stop.is_set():
+        console.print(f"Stopped; the same command with --out {directory.path} goes on.", highlight=False)
     return 130 if stop.is_set() else 0
 
 

@@ -58,6 +58,10 @@ class CampaignProgress:
                 f"{self._title}: {self._done} of {self._expected} runs; last {words}", highlight=False
             )
 
+    def say(self, text: str) -> None:
+        """A sentence for the person who waits."""
+        self._console.print(text, highlight=False)
+
     def __enter__(self) -> CampaignProgress:
         self._bar.start()
         return self

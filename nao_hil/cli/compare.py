@@ -12,10 +12,16 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
 from nao_hil.runs.config import run_config
-from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.folder import RunDirectory, recording_of
 
 RecordingOrCsv = Annotated[
-    Path, typer.Argument(help="Recording (.mcap or .csv).", metavar="RECORDING", show_default=False)
+    Path,
+    typer.Argument(
+        help="Recording (.mcap or .csv), or the folder of a run.",
+        metavar="RECORDING",
+        show_default=False,
+        callback=recording_of,
+    ),
 ]
 
 

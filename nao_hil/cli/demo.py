@@ -7,6 +7,7 @@ from typing import Annotated, Final
 import typer
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.link.session import check_free
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
@@ -39,6 +40,7 @@ def demo(
     """
     settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
     settings = chosen_engine(settings, open_console())
+    check_free(listen)  # the demo would command the robot that is there
     directory = new_folder(settings, out)
     with Demo(DEFAULT_ROBOT, listen) as play:
         code = both_sides(

@@ -12,7 +12,6 @@ from typer.core import TyperGroup
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
-from nao_hil.runs.folder import recording_of
 
 
 class RunUnlessNamed(TyperGroup):
@@ -25,10 +24,7 @@ class RunUnlessNamed(TyperGroup):
 
 
 def export_run(
-    run: Annotated[
-        Path,
-        typer.Argument(help="Folder of a run, or a recording (.mcap).", metavar="RUN", show_default=False),
-    ],
+    recording: options.Recording,
     page: Annotated[
         Path | None,
         typer.Option("--html", help="Write a page that any browser plays from the disk.", metavar="FILE"),
@@ -62,7 +58,6 @@ def export_run(
     for file in (page, video):
         if file is not None and not file.parent.is_dir():
             raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")
-    recording = recording_of(run)
     written: dict[str, Path] = {}
     if page is not None:
         from nao_hil.view.export.page import exported_page

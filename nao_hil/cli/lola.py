@@ -68,9 +68,7 @@ def bridge(
     listen: options.Listen = DEFAULT_ENDPOINT,
     robot: options.Body = None,
     mode: options.Mode = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
-    ] = False,
+    dry_run: options.DryRun = False,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
     as_json: options.Json = False,

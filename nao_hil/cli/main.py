@@ -61,7 +61,7 @@ _ClickException: Any = typer.BadParameter.__mro__[2]
 
 app = typer.Typer(
     name="nao-hil",
-    help="The NAO robot that nobody has to own: an emulated DCM, and a walking controller for it.",
+    help="An emulator of the humanoid robot NAO, and a walking controller for it.",
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,

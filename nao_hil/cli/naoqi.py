@@ -142,9 +142,7 @@ def bridge(
             metavar="MS",
         ),
     ] = 1000.0 * LOOK_AHEAD,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
-    ] = False,
+    dry_run: options.DryRun = False,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
     as_json: options.Json = False,

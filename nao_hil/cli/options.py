@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from bridge.errors import ConfigurationError
+from nao_hil.runs.folder import recording_of
 
 
 def _among(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
@@ -198,6 +199,9 @@ Listen = Annotated[
     str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
 ]
 Connect = Annotated[str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
+]
 RealtimePriority = Annotated[
     bool,
     typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time."),
@@ -206,7 +210,15 @@ Serve = Annotated[
     bool,
     typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
 ]
-Recording = Annotated[Path, typer.Argument(help="Recording (.mcap).", metavar="FILE", show_default=False)]
+Recording = Annotated[
+    Path,
+    typer.Argument(
+        help="Recording (.mcap), or the folder of a run.",
+        metavar="FILE",
+        show_default=False,
+        callback=recording_of,
+    ),
+]
 Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.", min=0.0, metavar="S")]
 End = Annotated[
     float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")

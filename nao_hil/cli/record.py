@@ -45,7 +45,8 @@ def record(
     from nao_hil.runs.capture import Capture, described, free_name
 
     if out is not None and not os.access(out.parent, os.W_OK):
-        raise ConfigurationError(f"{out}: cannot be written; give a place with --out.")
+        why = "not writable" if out.parent.is_dir() else "no such folder"
+        raise ConfigurationError(f"{out}: cannot be written ({why}); give another place with --out.")
     if out is not None and out.exists():
         raise ConfigurationError(f"{out}: there is such a file already; give another with --out, or remove it.")
     console = open_console()

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 
@@ -24,6 +25,8 @@ def results(
     """
     from nao_hil.campaigns.results import ask
 
+    if Path(query).is_dir():
+        raise ConfigurationError(f"{query}: is a folder; the query comes first, then the folder.")
     answer = ask(query, folder)
     if as_json:
         rows = [dict(zip(answer.columns, row, strict=True)) for row in answer.rows]

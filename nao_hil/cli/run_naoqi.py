@@ -20,6 +20,7 @@ from typing import Annotated
 import typer
 
 from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
+from bridge.adapters.naoqi.speech import SPOKEN
 from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint
@@ -27,7 +28,7 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import on_signals
 from nao_hil.naoqi_programs.runner import ADDRESS
-from nao_hil.naoqi_programs.source import require_python3
+from nao_hil.naoqi_programs.source import program_code
 from nao_hil.runs.supervisor import Child
 
 START = 60.0
@@ -42,7 +43,7 @@ Url = Annotated[
 
 
 def run_naoqi(
-    program: Annotated[Path, typer.Argument(help="The program, Python 3.", metavar="PROGRAM.py")],
+    program: Annotated[Path, typer.Argument(help="The program, Python 2 or 3.", metavar="PROGRAM.py")],
     arguments: Annotated[
         list[str] | None, typer.Argument(help="Its own arguments and options.", metavar="[ARGS]")
     ] = None,
@@ -58,7 +59,7 @@ def run_naoqi(
     Starts an emulated robot and `serve naoqi` when none runs, and ends with the program's exit code. Any
     address in the program leads to this robot. Options of this command come before the program.
     """
-    require_python3(program)
+    program_code(program)
     code, started = run_program(program, arguments or [], robot, url, connect)
     if as_json:
         print(json.dumps({"exit_code": code, "started": started}), flush=True)
@@ -71,7 +72,7 @@ def run_program(
     """Run a program at a served robot, and start what is missing of both.
 
     Args:
-        program: in Python 3.
+        program: in Python 2 or 3.
         arguments: its own.
         robot: body of a robot that is started; None: a V5.
         url: of NAOqi.
@@ -96,14 +97,17 @@ def run_program(
                 ends.callback(child.end, GRACE)
                 started.append(child)
             with open_console().status("starting the robot"):
-                _await(lambda: _answers(host, port), started)
+                # the port is open before all services are there
+                _await(lambda: f"is served at {url}" in started[-1].stderr, started)
         process = subprocess.Popen(
             [sys.executable, "-m", "nao_hil.naoqi_programs.runner", str(program), *arguments],
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
         )
         on_signals(stop.set)
+        told = 0
         while process.poll() is None and not stop.wait(0.05):
-            pass
+            if started:
+                told = _tell_spoken(started[-1].stderr, told)
         if process.poll() is None:
             process.terminate()
         code = process.wait()
@@ -128,6 +132,19 @@ def _answers(host: str, port: int) -> bool:
     except OSError:
         return False
     return True
+
+
+def _tell_spoken(log: str, told: int) -> int:
+    """Print the texts that the robot spoke, but for those told before; the number of all.
+
+    Args:
+        log: of the server, perhaps with a line half written.
+        told: number of texts.
+    """
+    spoken = [line[line.index(SPOKEN) :] for line in log.split("\n")[:-1] if SPOKEN in line]
+    for line in spoken[told:]:
+        print(line, file=sys.stderr, flush=True)
+    return len(spoken)
 
 
 def _await(ready: Callable[[], bool], children: list[Child]) -> None:

@@ -41,6 +41,8 @@ def takes_run(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]
     chosen = names or tuple(OPTIONS)
 
     def decorate(function: Callable[..., int]) -> Callable[..., int]:
+        """The command with the run's options before its own."""
+
         def command(**given: Any) -> int:
             settings = run_config(given.pop("config"), **{name: given.pop(name) for name in chosen})
             return function(settings, **given)

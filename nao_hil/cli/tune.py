@@ -6,8 +6,9 @@ import json
 import threading
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
@@ -20,6 +21,9 @@ from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
 
 if TYPE_CHECKING:
+    from optuna import Study
+    from rich.console import Console
+
     from nao_hil.campaigns.study import Range
     from nao_hil.runs.walk import Walk, WalkEnd
 
@@ -37,6 +41,10 @@ def tune(
     robot: Annotated[list[str] | None, typer.Option("--robot", help="Body; may be repeated.")] = None,
     wear: Annotated[list[str] | None, typer.Option("--wear", help="Wear; may be repeated.")] = None,
     scenario: Annotated[list[str] | None, typer.Option("--scenario", help="World; may be repeated.")] = None,
+    unseen_wear: Annotated[
+        list[str] | None,
+        typer.Option("--unseen-wear", help="Wear of the comparison; may be repeated; default: --wear."),
+    ] = None,
     trials: Annotated[int, typer.Option("--trials", help="Of the whole study.", min=1, metavar="N")] = 100,
     seeds: Annotated[int, typer.Option("--seeds", help="Per robot and world.", min=1, metavar="N")] = 20,
     first_seed: Annotated[int, typer.Option("--first-seed", help="The first seed.", min=0, metavar="N")] = 0,
@@ -77,7 +85,9 @@ def tune(
         seeds=seeds,
         duration=duration,
     )
-    ensemble.walks({name: r.low for name, r in dimensions.items()})  # a wrong name is an error before all else
+    others = msgspec.structs.replace(ensemble, wears=tuple(unseen_wear or ensemble.wears))
+    for each in (ensemble, others):
+        each.walks({name: r.low for name, r in dimensions.items()})  # a wrong name is an error before all else
     directory = RunDirectory(out)
     directory.write_config(base)
     storage = study or f"sqlite:///{(directory.path / 'study.db').absolute()}"
@@ -104,25 +114,41 @@ def tune(
             return 130
         best = kept.best_params
         tuned.write_tuned(directory.path / "tuned.toml", ensemble, best)
-        unseen = tuned.compare(ensemble, best, attempt)
-    shares = tuned.importances(kept)
-    tuned.draw(kept, shares, directory.path / "importance.png")
-    data = {
-        "name": "tune",
-        "parameters": best,
-        "objective": kept.best_value,
-        "trials": studies.count(kept),
-        "pruned": sum(trial.state.name == "PRUNED" for trial in kept.trials),
-        "importance": shares,
-        "unseen": unseen,
-    }
+        unseen = tuned.compare(others, best, attempt)
+    data = {"name": "tune", "parameters": best} | _summary(kept, len(ensemble.walks({}))) | {"unseen": unseen}
+    tuned.draw(kept, data["importance"], directory.path / "importance.png")
     directory.write_summary(data)
-    for when in ("before", "after"):
-        arm = unseen[when]
-        console.print(
-            f"{when:6} {arm['survived']} of {arm['n']} walk on, mean score {arm['score']:.3f}", highlight=False
-        )
-    console.print(f"parameters: {directory.path / 'tuned.toml'}", highlight=False, soft_wrap=True)
+    _show(console, data, directory.path / "tuned.toml")
     if as_json:
         print(json.dumps(data), flush=True)
     return 0
+
+
+def _summary(kept: Study, walks_of_a_trial: int) -> dict[str, Any]:
+    """What the study found; `walks_of_a_trial` is the number of those that are not pruned."""
+    from nao_hil.campaigns import study as studies
+    from nao_hil.campaigns import tuned
+
+    trials = studies.count(kept)
+    walks = sum(trial.user_attrs.get("walks", 0) for trial in kept.trials)
+    return {
+        "objective": kept.best_value,
+        "trials": trials,
+        "pruned": sum(trial.state.name == "PRUNED" for trial in kept.trials),
+        "walks": walks,
+        "share": walks / (trials * walks_of_a_trial),
+        "importance": tuned.importances(kept),
+    }
+
+
+def _show(console: Console, data: dict[str, Any], parameters: Path) -> None:
+    """The comparison on seeds the study never saw, what pruning saved, and where the parameters are."""
+    for which in ("shipped", "before", "after"):
+        arm = data["unseen"][which]
+        console.print(
+            f"{which:7} {arm['survived']} of {arm['n']} walk on, mean score {arm['score']:.3f}", highlight=False
+        )
+    console.print(
+        f"{data['walks']} walks, {100 * data['share']:.0f} % of those without pruning.", highlight=False
+    )
+    console.print(f"parameters: {parameters}", highlight=False, soft_wrap=True)

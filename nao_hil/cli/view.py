@@ -14,6 +14,7 @@ from bridge.recording.playback import read_recording
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import on_signals
+from nao_hil.runs.folder import recording_of
 from nao_hil.view.child import READY
 from nao_hil.view.door import open_door
 from nao_hil.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
@@ -32,7 +33,11 @@ def view(
     ] = DEFAULT_HOST,
     replay: Annotated[
         Path | None,
-        typer.Option("--replay", help="Show a recording with a timeline instead.", metavar="FILE"),
+        typer.Option(
+            "--replay",
+            help="Show a recording, or that of a run's folder, with a timeline instead.",
+            metavar="FILE",
+        ),
     ] = None,
     run: Annotated[
         Path | None,
@@ -43,14 +48,15 @@ def view(
 
     Example: nao-hil view --replay runs/20260101T120000Z/frames.mcap
     """
+    os.nice(NICENESS)  # of this thread, and of those that it starts from here on
     if replay is not None:
+        replay = recording_of(replay)
         read_recording(replay)  # says so where it is none, before there is a page
     stop = threading.Event()
     on_signals(stop.set)
     console = open_console()
     door = open_door(host)
     server = open_server(host, port, "nao-hil", door.access, door.tls)
-    os.nice(NICENESS)
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
     if door.fingerprint:
         console.print(

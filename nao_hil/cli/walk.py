@@ -7,6 +7,7 @@ import logging
 import math
 import sys
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Final
 
 import msgspec
@@ -74,7 +75,8 @@ def walk(
     log_to_stderr()
     if clipped := clipped_velocity(settings):
         logging.getLogger(__name__).warning("%s", clipped)
-    stop = threading.Event()
+    body = settings.robot if robot is not None or config is not None else None
+    priority = CONTROLLER_PRIORITY if realtime_priority else None
     # made first, so that a wrong parameter is told before anyone waits
     service = None
     if serve:
@@ -84,15 +86,28 @@ def walk(
         if service is not None:
             link.serve(COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
+        result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
+    return _report(result, serve, as_json)
 
-        def end() -> None:
-            stop.set()
-            link.wake()
 
-        on_signals(end)
-        body = settings.robot if robot is not None or config is not None else None
-        priority = CONTROLLER_PRIORITY if realtime_priority else None
-        result = WalkerProcess(link, make, body, stop.is_set, priority, service).run()
+def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
+    """Whether a signal has asked for the end; the link waits no longer then."""
+    stop = threading.Event()
+
+    def end() -> None:
+        stop.set()
+        link.wake()
+
+    on_signals(end)
+    return stop.is_set
+
+
+def _report(result: WalkResult, serve: bool, as_json: bool) -> int:
+    """Print the result; returns the exit code.
+
+    Raises:
+        LinkError: answers came too late for a walk.
+    """
     if as_json:
         print(json.dumps(msgspec.to_builtins(result)), flush=True)
     elif not serve:

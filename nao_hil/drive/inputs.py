@@ -47,9 +47,7 @@ class Inputs:
     def __init__(self, gamepad: Path | None = None) -> None:
         self._terminal = sys.stdin.fileno()
         if not os.isatty(self._terminal):
-            raise ConfigurationError(
-                "Driving takes a terminal; from a program, use bridge.link.walk_client.WalkClient."
-            )
+            raise ConfigurationError("Driving takes a terminal; from a program, use nao_hil.WalkClient.")
         self._gamepad: int | None = None
         if gamepad is not None:
             try:

@@ -20,8 +20,6 @@ from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.stabilization.parameters import controller_parameters, merged
 from walker.stabilization.switches import differing
 
-ENOUGH: Final = 20
-"""Seeds for a comparison, unless told otherwise."""
 BLOCK: Final = 5
 """Seeds that `Context.run_until_certain` walks between two looks."""
 

@@ -5,6 +5,7 @@ All else is as shipped, damping by the gyroscope included; a fourth arm has the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -27,6 +28,7 @@ from nao_hil.experiments.arms import (
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.thesis_arms import ThesisArms, thesis_arms
+from nao_hil.runs.walk import WalkOutcome
 
 SWITCHES: Final[dict[str, dict[str, Any]]] = {
     "none": {"torso": "none", "gyroscope_damping": True},
@@ -98,7 +100,19 @@ def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outc
         thesis_alone=alone,
         paired=pair,
     )
-    page = ReportPage(
+    return Outcome(result, _page(context, setup, result, claims, (with_[0], without[0]), findings))
+
+
+def _page(
+    context: Context,
+    setup: DynamicTorsoSetup,
+    result: DynamicTorsoResult,
+    claims: tuple[Claim, ...],
+    pictured: tuple[WalkOutcome, WalkOutcome],
+    findings: Sequence[str],
+) -> ReportPage:
+    """The report; figure 4.16 shows a walk with the robust torso control and one without."""
+    return ReportPage(
         name="dynamic-torso",
         title="R5: the dynamic gait with three torso controls, all else as shipped",
         source=(
@@ -120,27 +134,26 @@ def experiment(context: Context, setup: DynamicTorsoSetup | None = None) -> Outc
         pictures=(
             Picture(
                 axes.pitch_and_roll(
-                    context.out / "dynamic-torso-4.16.png", with_[0].track, without[0].track, phases=True
+                    context.out / "dynamic-torso-4.16.png", pictured[0].track, pictured[1].track, phases=True
                 ),
                 "Figure 4.16: pitch of the torso, and its roll",
-                f"Seed {with_[0].seed}; blue without, red with the robust torso control; phases black: 0 "
+                f"Seed {pictured[0].seed}; blue without, red with the robust torso control; phases black: 0 "
                 "DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR.",
             ),
         ),
         tables=(
             arms_table(
-                alone.table("torso control off")
+                result.thesis_alone.table("torso control off")
                 | {
-                    f"none, at {setup.falls_by:g} s": arms[1],
-                    "thesis": arms[2],
-                    "robust": arms[0],
-                    "robust, no damping": arms[3],
+                    f"none, at {setup.falls_by:g} s": result.without,
+                    "thesis": result.thesis,
+                    "robust": result.with_,
+                    "robust, no damping": result.undamped,
                 }
             ),
         ),
         findings=tuple(text for text in findings if text),
     )
-    return Outcome(result, page)
 
 
 def _claims(setup: DynamicTorsoSetup, with_: Arm, without: Arm) -> tuple[Claim, ...]:

@@ -220,13 +220,3 @@ def write_ensemble(path: Path, ensemble: RobotEnsemble) -> None:
         values = ", ".join(f"{value!r}" for value in member.values)
         lines += ["", "[[members]]", f"values = [{values}]", f"figures = {{{figures}}}"]
     path.write_text("\n".join(lines) + "\n")
-
-
-def nearest_to_median(ensemble: RobotEnsemble) -> int:
-    """The member whose unknowns are nearest to the ensemble's medians, in shares of their ranges."""
-    ranges = [unknowns()[name] for name in ensemble.unknowns]
-    shares = np.array(
-        [[r.share(v) for r, v in zip(ranges, each.values, strict=True)] for each in ensemble.members]
-    )
-    away = np.linalg.norm(shares - np.median(shares, axis=0), axis=1)
-    return int(np.argmin(away))

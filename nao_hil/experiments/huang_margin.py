@@ -33,6 +33,7 @@ from walker.planning.huang import HuangParameters
 from walker.planning.huang.hip import Choice
 
 SCENARIO: Final = "step"
+FLAT: Final = Scenario()
 
 
 @dataclass(frozen=True)
@@ -85,14 +86,7 @@ def experiment(context: Context, setup: HuangMarginSetup | None = None) -> Outco
         _walks(context, "searched", setup.duration, found.choice._asdict()),
         _walks(context, "badly chosen", setup.duration, bad._asdict()),
     )
-    scenario = load_scenario(SCENARIO)
-    ground = {"ground": msgspec.to_builtins(known_ground(scenario, body))}
-    planned, unknown = context.run(
-        _walks(context, "step, planned", setup.step_duration, found.choice._asdict() | ground, scenario),
-        _walks(
-            context, "step, unknown", setup.step_duration, found.choice._asdict() | {"ground": {}}, scenario
-        ),
-    )
+    planned, unknown = _step_walks(context, setup, found.choice, body)
     matches = zmp_match(best, body), zmp_match(worse, body)
     arms = {
         "searched": arm(best),
@@ -113,45 +107,51 @@ def experiment(context: Context, setup: HuangMarginSetup | None = None) -> Outco
         step_planned=arms["1 cm step, planned"],
         step_unknown=arms["1 cm step, unknown"],
     )
+    chosen = [
+        ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {setup.duration:g} s"),
+        ("searched", _motion(found.choice, margins[0])),
+        ("badly chosen", _motion(bad, margins[1])),
+    ]
+    findings = (
+        pair_words(result.paired),
+        _match_words("Searched", matches[0]),
+        _match_words("Badly chosen", matches[1]),
+        falls_finding("Searched", best, body),
+        falls_finding("Badly chosen", worse, body),
+        falls_finding("Step, unknown", unknown, None),
+    )
+    picture = Picture(
+        _plot(context.out / "huang-margin-zmp.png", (best[0], worse[0]), body),
+        "ZMP, planned and true, in the frame of the stance sole",
+        f"Single supports of seed {best[0].seed}; the outline is the sole's.",
+    )
     page = ReportPage(
         name="huang-margin",
         title="The searched hip motion of Huang's gait beside a badly chosen one",
         source="Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
-        setup=setup_rows(
-            context,
-            [
-                ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {setup.duration:g} s"),
-                ("searched", _motion(found.choice, margins[0])),
-                ("badly chosen", _motion(bad, margins[1])),
-            ],
-        ),
+        setup=setup_rows(context, chosen),
         claims=claims,
-        pictures=(
-            Picture(
-                _plot(context.out / "huang-margin-zmp.png", (best[0], worse[0]), body),
-                "ZMP, planned and true, in the frame of the stance sole",
-                f"Single supports of seed {best[0].seed}; the outline is the sole's.",
-            ),
-        ),
+        pictures=(picture,),
         tables=(arms_table(arms),),
-        findings=tuple(
-            text
-            for text in (
-                pair_words(result.paired),
-                _match_words("Searched", matches[0]),
-                _match_words("Badly chosen", matches[1]),
-                falls_finding("Searched", best, body),
-                falls_finding("Badly chosen", worse, body),
-                falls_finding("Step, unknown", unknown, None),
-            )
-            if text
-        ),
+        findings=tuple(text for text in findings if text),
     )
     return Outcome(result, page)
 
 
+def _step_walks(
+    context: Context, setup: HuangMarginSetup, choice: Choice, body: Body
+) -> list[list[WalkOutcome]]:
+    """Over the step of the scenario, by a plan that knows of it and by one that does not."""
+    scenario, motion = load_scenario(SCENARIO), choice._asdict()
+    ground = msgspec.to_builtins(known_ground(scenario, body))
+    return context.run(
+        _walks(context, "step, planned", setup.step_duration, motion | {"ground": ground}, scenario),
+        _walks(context, "step, unknown", setup.step_duration, motion | {"ground": {}}, scenario),
+    )
+
+
 def _walks(
-    context: Context, name: str, duration: float, parameters: dict[str, Any], scenario: Scenario | None = None
+    context: Context, name: str, duration: float, parameters: dict[str, Any], scenario: Scenario = FLAT
 ) -> list[Walk]:
     """One walk per seed with these parameters of the gait."""
     return [

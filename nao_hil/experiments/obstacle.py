@@ -133,7 +133,19 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
         survived_plate=survived,
         felling_plate=felling,
     )
-    page = ReportPage(
+    return Outcome(result, _page(context, setup, result, claims, (with_[0], without[0]), findings))
+
+
+def _page(
+    context: Context,
+    setup: ObstacleSetup,
+    result: ObstacleResult,
+    claims: tuple[Claim, ...],
+    pictured: tuple[WalkOutcome, WalkOutcome],
+    findings: Sequence[str],
+) -> ReportPage:
+    """The report; its figures show a walk with the leg admittance and one without."""
+    return ReportPage(
         name="obstacle",
         title="R1: plates of 1 cm under the swing foot, leg admittance on and off, all else as shipped",
         source=(
@@ -156,11 +168,11 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
             ],
         ),
         claims=claims,
-        pictures=_pictures(context, setup, with_[0], without[0]),
+        pictures=_pictures(context, setup, *pictured),
         tables=(
             arms_table(
-                thesis.table("leg admittance off")
-                | {"as shipped": arms[0], "leg admittance off": arms[1], "both off": result.neither}
+                result.thesis.table("leg admittance off")
+                | {"as shipped": result.with_, "leg admittance off": result.without, "both off": result.neither}
                 | {
                     "as shipped, sole covered": result.covered_with,
                     "leg admittance off, sole covered": result.covered_without,
@@ -169,7 +181,6 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
         ),
         findings=tuple(text for text in findings if text),
     )
-    return Outcome(result, page)
 
 
 def _claims(setup: ObstacleSetup, plate: str, arms: tuple[Arm, Arm]) -> tuple[Claim, ...]:

@@ -106,7 +106,19 @@ def experiment(context: Context, setup: TorsoDriftSetup | None = None) -> Outcom
         pitch_max_deg=pitch,
         roll_max_deg=roll,
     )
-    page = ReportPage(
+    return Outcome(result, _page(context, setup, result, claims, (with_[0], without[0]), findings))
+
+
+def _page(
+    context: Context,
+    setup: TorsoDriftSetup,
+    result: DriftResult,
+    claims: tuple[Claim, ...],
+    pictured: tuple[WalkOutcome, WalkOutcome],
+    findings: Sequence[str],
+) -> ReportPage:
+    """The report; figure 4.9 shows a walk with torso control and one without."""
+    return ReportPage(
         name="torso-drift",
         title="R2: the static gait with torso control on and off, all else as shipped",
         source=(
@@ -132,22 +144,21 @@ def experiment(context: Context, setup: TorsoDriftSetup | None = None) -> Outcom
         pictures=(
             Picture(
                 axes.pitch_and_roll(
-                    context.out / "torso-drift-4.9.png", with_[0].track, without[0].track, phases=True
+                    context.out / "torso-drift-4.9.png", pictured[0].track, pictured[1].track, phases=True
                 ),
                 "Figure 4.9: pitch of the torso, and its roll",
-                f"Seed {with_[0].seed}; blue without, red with torso control, cyan what it adds to the "
+                f"Seed {pictured[0].seed}; blue without, red with torso control, cyan what it adds to the "
                 "AnklePitch of the leg that stands; phases black: 0 DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR.",
             ),
         ),
         tables=(
             arms_table(
-                thesis.table("torso control off")
-                | {"with torso control": arms[0], f"without, at {setup.falls_by:g} s": arms[1]}
+                result.thesis.table("torso control off")
+                | {"with torso control": result.with_, f"without, at {setup.falls_by:g} s": result.without}
             ),
         ),
         findings=tuple(text for text in findings if text),
     )
-    return Outcome(result, page)
 
 
 def _claims(

@@ -62,6 +62,7 @@ def plot_spectra(path: Path, sensors: Sequence[SensorComparison]) -> None:
         for name in ("recorded", "replayed"):
             density = np.maximum(getattr(sensor, f"{name}_density")[1:], 1e-12)
             axes.loglog(sensor.frequency[1:], density, lw=1.0, label=name)
+        axes.minorticks_off()  # they take most of the time
         axes.set_title(sensor.sensor, fontsize=9)
         axes.grid(alpha=0.3)
     for axes in panels[len(sensors) :]:

@@ -10,6 +10,7 @@ from threading import RLock
 from typing import Any, Final
 
 from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.extractor import QUIET, QUIET_VISION
 from bridge.adapters.naoqi.methods import VENDOR
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.naoqi.walking import WalkingMethods
@@ -30,6 +31,9 @@ EXTRACTORS: Final = (
     "ALFaceDetection",
     "ALLandMarkDetection",
     "ALRedBallDetection",
+    "ALVisualCompass",
+    *QUIET,
+    *QUIET_VISION,
 )
 """Services whose common methods the table has once."""
 _STANDING: Final = SensorFrame(

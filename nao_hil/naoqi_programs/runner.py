@@ -7,18 +7,32 @@ with the program's exit code at once: qi can take seconds to be taken apart.
 from __future__ import annotations
 
 import os
-import runpy
 import sys
 import traceback
+from importlib.machinery import FileFinder, SourceFileLoader
 from pathlib import Path
+from types import CodeType, ModuleType
 from typing import Any, Final
+
+from bridge.adapters.naoqi.device import connected
+from bridge.errors import LinkError
+from nao_hil.naoqi_programs.source import compiled, program_code
 
 ADDRESS: Final = "NAO_HIL_NAOQI"
 MODULES: Final = Path(__file__).parent / "modules"
+PATIENCE: Final = 20.0
+"""s that NAOqi has to answer, on a busy machine; qi itself would wait for ever for what is no NAOqi."""
 
 
 def _redirect(url: str) -> None:
-    """Lead every session and application of qi to one address."""
+    """Lead every session and application of qi to one address.
+
+    Raises:
+        LinkError: no NAOqi answers there.
+    """
+    # It would warn of each program that makes no application.
+    os.environ.setdefault("QI_LOG_FILTERS", "qi.path.sdklayout=error")
+    connected(url, PATIENCE).close()
     import qi
 
     from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
@@ -26,6 +40,7 @@ def _redirect(url: str) -> None:
     session, application = qi.Session, qi.Application
 
     def session_here(*_: Any) -> Any:
+        """A session that connects to the served robot, whatever address it is given."""
         made = session()
         connect = made.connect
         made.connect = lambda *_, **options: connect(url, **options)
@@ -41,13 +56,29 @@ def _redirect(url: str) -> None:
     qi.Application = qi.ApplicationSession = application_here
 
 
+class ProgramLoader(SourceFileLoader):
+    """Of modules beside the program, which may be in Python 2 as well."""
+
+    def source_to_code(self, data: Any, path: Any, **_: Any) -> CodeType:  # type: ignore[override]
+        """The code of a source."""
+        return compiled(bytes(data), str(path))
+
+
 def main(program: str, arguments: list[str]) -> int:
     """Run a program; its exit code."""
-    sys.path[0:0] = [str(Path(program).resolve().parent), str(MODULES)]
-    _redirect(os.environ[ADDRESS])
-    sys.argv = [program, *arguments]
     try:
-        runpy.run_path(program, run_name="__main__")
+        _redirect(os.environ[ADDRESS])
+    except LinkError as error:
+        print(f"error: {error} Stop what listens there, or give another --url.", file=sys.stderr)
+        return error.exit_code
+    beside = str(Path(program).resolve().parent)
+    sys.path[0:0] = [beside, str(MODULES)]
+    sys.path_importer_cache[beside] = FileFinder(beside, (ProgramLoader, [".py"]))
+    sys.argv = [program, *arguments]
+    module = sys.modules["__main__"] = ModuleType("__main__")
+    module.__file__ = program
+    try:
+        exec(program_code(Path(program)), vars(module))
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):
             return end.code or 0

@@ -59,8 +59,6 @@ class EmulatedLink:
         self._channels = (Channel(NetworkConditions(), first), Channel(NetworkConditions(), second))
         self._ends = open_tunnel(ends[0]), open_tunnel(ends[1])
         self._wake, self._woken = os.pipe()
-        self.carried, self.dropped = 0, 0
-        """Packets."""
         self._thread = threading.Thread(target=self._run, name="emulated link", daemon=True)
         self._thread.start()
 
@@ -103,10 +101,7 @@ class EmulatedLink:
             except OSError:  # no more for now, or the end is down
                 return
             at = self._channels[side].arrival(time.monotonic(), len(packet))
-            if at is None:
-                self.dropped += 1
-            else:
-                self.carried += 1
+            if at is not None:
                 heapq.heappush(waiting, (at, next(number), side, packet))
 
     def close(self) -> None:

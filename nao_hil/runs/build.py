@@ -98,8 +98,8 @@ def controller_maker(settings: RunConfig, *, waits: bool = False) -> MakeControl
 
     def make(body: Body, cycle: float) -> Controller:
         parameters = _moving(settings, ground_parameters(settings, body))
-        check_walkable(body, make_gait(settings.gait, parameters, body))
         gait = make_gait(settings.gait, parameters, body)
+        check_walkable(body, gait)
         wanted = None if waits else order
         return Controller(body, gait, wanted, cycle, controllers, recover=settings.recover)
 

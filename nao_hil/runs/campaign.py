@@ -46,6 +46,10 @@ class Progress(Protocol):
         """One of them is done; the note says how it ended."""
         ...
 
+    def say(self, text: str) -> None:
+        """A sentence for the person who waits."""
+        ...
+
 
 class NoProgress:
     """Progress that nobody sees."""
@@ -54,6 +58,9 @@ class NoProgress:
         """Nothing."""
 
     def done(self, name: str, note: str) -> None:
+        """Nothing."""
+
+    def say(self, text: str) -> None:
         """Nothing."""
 
 
@@ -81,10 +88,10 @@ class Campaign:
         progress: Progress | None = None,
     ) -> None:
         self._stop = stop or threading.Event()
-        self._executor = open_executor(cluster, self._stop)
+        self._progress = progress or NoProgress()
+        self._executor = open_executor(cluster, self._stop, self._progress.say)
         self._at_once = local_workers(cluster)
         self._dataset = _open_dataset(folder) if folder is not None else None
-        self._progress = progress or NoProgress()
         self._telling = threading.Lock()
 
     @property
@@ -189,6 +196,7 @@ class Campaign:
         failed = threading.Event()
 
         def call(argument: Argument) -> Result | None:
+            """One job; None when the campaign ends before it."""
             if self.interrupted or failed.is_set():
                 return None
             try:
@@ -232,7 +240,11 @@ def _emptied(results: deque[tuple[int, WalkOutcome]]) -> Iterator[tuple[int, Wal
 def _named(error: NaoHilError, task: Walk) -> NaoHilError:
     """The error with the configuration of its walk."""
     words = f"{error}\nconfiguration of {task.name}: {msgspec.json.encode(task.config).decode()}"
-    return RunFailed(words) if isinstance(error, RunFailed) else error
+    if isinstance(error, RunFailed):
+        return RunFailed(words)
+    if isinstance(error, ConfigurationError):
+        return ConfigurationError(f"{task.name} (seed {task.config.seed}): {error}")
+    return error
 
 
 def _raise_first(failures: Sequence[NaoHilError]) -> None:

@@ -8,6 +8,8 @@ from typing import Final
 import msgspec
 
 from bridge.body.joints import N_JOINTS
+from bridge.guard import Guard
+from bridge.guard.config import FallSettings, GuardSettings
 from bridge.messages import ActuatorFrame
 from bridge.motion import GetUp, MotionPlayer, lying
 from emulator.robot import EmulatedRobot
@@ -53,7 +55,7 @@ def play(
     longest: float = LONGEST,
     watch: Callable[[EmulatedRobot], None] | None = None,
 ) -> MotionResult:
-    """Play a motion to its end.
+    """Play a motion to its end, through the guard.
 
     Args:
         robot: where it lies; moved.
@@ -62,15 +64,19 @@ def play(
         longest: time after which it is given up, s.
         watch: called after each cycle.
     """
+    # a single motion may lie down, as ordered; getting up must not look like a fall
+    guard = Guard(robot.body, GuardSettings(fall=FallSettings(enabled=isinstance(player, GetUp))))
     began = lying(robot.frame.angle)
     start, overlap = robot.time, 0.0
     temperature = current = 0.0
     for cycle in range(round(longest / robot.body.cycle)):
-        position = player.advance(robot.frame, robot.body.cycle)
+        frame = robot.frame
+        position = player.advance(frame, robot.body.cycle)
         if player.done:
             break
         stiffness = (player.stiffness,) * N_JOINTS
-        robot.advance(ActuatorFrame(reply_to=robot.seq, position=position, stiffness=stiffness))
+        command = ActuatorFrame(reply_to=robot.seq, position=position, stiffness=stiffness)
+        robot.advance(guard.cycle(frame, guard.check(command, robot.seq), supervised=True))
         temperature = max(temperature, *robot.frame.temperature)
         current = max(current, float((robot.servo.current() / robot.servo.stall_current).max()))
         if cycle % 10 == 0:

@@ -44,8 +44,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Mean of the torso's in its own heading, forward and to the left, m/s, and turn, rad/s, from 2 s after the
     walk began until it closes its feet, or falls; of the last walk, zeros where it was shorter."""
     displacement: Vec3 = (0.0, 0.0, 0.0)
-    """From the torso's first pose to its last, or to the fall, in the heading of the first: forward and to the
-    left, m, and turn, rad; since the last reset."""
+    """From the torso's pose as the first walk began to its last, or to the fall, in the heading of the first:
+    forward and to the left, m, and turn, rad; since the last reset. Without a walk from its first pose."""
     heading_change: float = 0.0
     """Turn of the torso from the first frame to the last, or to the fall, rad; a full turn counts."""
     torso_max: float
@@ -101,6 +101,8 @@ class RunStatistics(Observer):
     def _begin(self) -> None:
         self._first: TruthFrame | None = None
         self._last: TruthFrame | None = None
+        self._way_begin: TruthFrame | None = None
+        """Where the first walk began: on the way into its first posture the torso moves over the feet."""
         self._way_end: TruthFrame | None = None
         """The last, or where it fell: what it slides after that is no walk."""
         self._fell = False
@@ -162,10 +164,11 @@ class RunStatistics(Observer):
         )
 
     def _displacement(self) -> Vec3:
-        if self._first is None or self._way_end is None:
+        first = self._way_begin or self._first
+        if first is None or self._way_end is None:
             return 0.0, 0.0, 0.0
-        yaw, end = (float(yaw_of(truth.torso_orientation)) for truth in (self._first, self._way_end))
-        x, y, _ = self._first.torso_position
+        yaw, end = (float(yaw_of(truth.torso_orientation)) for truth in (first, self._way_end))
+        x, y, _ = first.torso_position
         return *planar_local((x, y, yaw), self._way_end.torso_position), math.remainder(end - yaw, math.tau)
 
     def command(self, frame: ActuatorFrame) -> None:
@@ -187,6 +190,7 @@ class RunStatistics(Observer):
         self._step = message.step
         now = self._last_frame.time
         if message.state in ("walk", "stopping"):
+            self._way_begin = self._way_begin or self._last
             self._has_walked = True
             if self._walk is None:
                 self._motion.begin(now)

@@ -10,6 +10,7 @@ import msgspec
 
 from bridge import rotations
 from bridge.body import BODIES, Body, load_body
+from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.observer import Observer
@@ -113,7 +114,8 @@ def walk(task: Walk) -> WalkOutcome:
     """Walk it; the same task gives the same result wherever it runs.
 
     Raises:
-        ConfigurationError: no such body or wear, or parameters that cannot be walked.
+        ConfigurationError: no such body or wear, parameters that cannot be walked, or a walk that ends before
+            the first push of its world.
     """
     config = msgspec.structs.replace(task.config, scenario="flat", steps=0, duration=0.0)
     make = controller_maker(config, waits=task.stand)
@@ -124,7 +126,15 @@ def walk(task: Walk) -> WalkOutcome:
         observer = _WalkObserver(task, robot, controller)
         most = round((LONGEST_START + task.duration) / body.cycle)
         run(robot, Guard(body), controller, [observer], most, ended=observer.ended)
-    return WalkOutcome(task, observer.end(), observer.track())
+        last = robot.frame.time
+    end = observer.end()
+    pushed = min((push.time for push in task.scenario.pushes), default=-math.inf)
+    if end.survived and last < pushed:
+        raise ConfigurationError(
+            f"the walk ended at {last:.1f} s of robot time, before the push at {pushed:g} s; walk longer than "
+            f"{task.duration:g} s."
+        )
+    return WalkOutcome(task, end, observer.track())
 
 
 class _WalkObserver(Observer):
@@ -175,7 +185,7 @@ class _WalkObserver(Observer):
     def ended(self) -> bool:
         """Walked to the end, or fallen a little while ago."""
         if self._fallen is not None:
-            return self._time >= self._fallen[0] + AFTER_FALL
+            return self._truth.time >= self._fallen[1].time + AFTER_FALL - 1e-9
         return self._time >= self._task.duration - 1e-9
 
     def end(self) -> WalkEnd:

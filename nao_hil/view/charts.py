@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_hil.analysis.diagnosis import Symptom
+from nao_hil.view.gaps import with_breaks, with_gaps
 from nao_hil.view.history import COLUMNS, History
 from nao_hil.view.looks import Floats
 
@@ -99,9 +100,9 @@ CHARTS: Final = (
 """All that can be chosen."""
 FIRST_CHARTS: Final = 4
 """So many of them are shown at first."""
-AXES_HEIGHT: Final = 20
+AXES_HEIGHT: Final = 24
 """Of a chart beyond its curves, pixels."""
-PHASE_HEIGHT: Final = 64
+PHASE_HEIGHT: Final = 68
 """Of the chart of the phase with the seconds below it, pixels."""
 TOLD: Final = 3
 """Signs that are listed under the charts."""
@@ -146,7 +147,7 @@ class Charts:
             first: The one that is to stand out.
             ahead: How much of what comes after `now` is shown, s.
         """
-        rows, phases = history.window(now + ahead, WINDOW)
+        rows, phases = with_breaks(*history.window(now + ahead, WINDOW))
         if not len(rows):
             return
         self._drawn = history, now, symptoms, first, ahead
@@ -163,10 +164,10 @@ class Charts:
             if plot.visible != visible:
                 plot.visible = visible
             if visible:
-                plot.data = (rows[:, 0].copy(), *(rows[:, column].copy() for column in columns), *marks)
+                plot.data = with_gaps([rows[:, 0], *rows[:, columns].T, *marks])
         phase = np.array(phases)[order]
         shown = [np.isin(phase, name.split(", ")).astype(float) for name in SHOWN_PHASES]
-        self._phase.data = (rows[:, 0].copy(), *shown, *marks)
+        self._phase.data = [rows[:, 0].copy(), *shown, *marks]
         known = sorted((s for s in symptoms if s.time <= now), key=lambda s: s.time)
         self._told.content = _told(known[-TOLD:])
 
@@ -232,7 +233,7 @@ def _plot(gui: Any, title: str, lines: list[dict[str, Any]], scale: Any, y: Any,
         axes=(x, y),
         cursor={"sync": {"key": "charts"}, "y": False},
         height=round(height),
-        padding=(4, 8, 12, 0),
+        padding=(8, 8, 12, 0),
     )
 
 

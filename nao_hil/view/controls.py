@@ -35,6 +35,7 @@ from nao_hil.view.driving import Driving
 from nao_hil.view.live import Commands
 from nao_hil.view.pad import Pad
 from nao_hil.view.page import TOP
+from nao_hil.view.scene.lines import show
 from nao_hil.view.slow_motion import SPEEDS, SlowMotion
 from walker.planning.catalogue import GAITS, gait_parameters
 
@@ -102,6 +103,7 @@ class Controls:
             order=TOP,
         )
         with tabs.add_tab("Walk"):
+            self._steer()
             walk = self._walk()
             self._drive()
             self._motors()
@@ -115,10 +117,7 @@ class Controls:
                 self._faults()
         sit = self._other(lambda: self._commands.walk(WalkCommand(op="motion", motion="sit-down")).text)
         acts: dict[str, Act] = {"Walk": walk, "Stop": self._stop, "Sit": sit}
-        hint = (
-            "Walk: as set in the tab below, from a seat after getting up. Sit: closes the feet, then sits down."
-        )
-        self._go = self._buttons("walk", acts, hint, order=TOP + 0.1)
+        self._go = self._buttons("walk", acts, order=TOP + 0.1)  # a hint would cover the emergency stop
         arm = self._other(lambda: self._of_guard(self._commands.arm()))
         self._arm = self._button(
             "Arm", arm, "Take commands again after a stop.", color="green", order=TOP + 0.1, visible=False
@@ -145,8 +144,8 @@ class Controls:
         everywhere = _everywhere(gait)
         self._velocity.show(everywhere)
         for row in self._rows:
-            if row.visible != everywhere:
-                row.visible = everywhere
+            show(row, everywhere)
+        show(self._speed, not everywhere)
 
     def _of_guard(self, status: GuardStatus) -> str:
         self.show_armed(status.armed)
@@ -196,17 +195,18 @@ class Controls:
         gui = self._gui
 
         def command(op: Any) -> WalkCommand:
-            walks = op == "walk"
+            """As the fields of the tab say."""
+            walks, speed = op == "walk", float(self._speed.value) if self._speed.visible else 0.0
             return WalkCommand(
                 op=op,
-                velocity=(float(speed.value), 0.0, 0.0) if walks and speed.value else None,
+                velocity=(speed, 0.0, 0.0) if walks and speed else None,
                 steps=int(steps.value) if walks else None,
                 gait=_chosen(gait.value),
                 torso=cast("TorsoName | None", _chosen(torso.value)),
                 admittance={"on": True, "off": False}.get(admittance.value),
             )
 
-        speed = gui.add_slider(
+        self._speed = gui.add_slider(
             "speed, m/s",
             min=0.0,
             max=0.25,
@@ -229,16 +229,19 @@ class Controls:
         )
         return self._other(lambda: self._commands.walk(command("walk")).text)
 
-    def _drive(self) -> None:
-        """A pad for the velocity, and buttons of the wheel, which keys and a gamepad press too."""
-        gui = self._gui
+    def _steer(self) -> None:
+        """A pad for the velocity."""
 
         def steer(velocity: tuple[float, ...]) -> None:
             x, y, turn = velocity
             self._tell(lambda: self._driving.steer((x, y, turn)))
 
-        hint = "drag: up is ahead, the strip turns; forward and to the left, m/s, and turn, rad/s"
-        self._velocity = Pad(gui, "velocity", PAD_VELOCITY, (0.0, 0.0, 0.0), hint, steer)
+        hint = "forward and to the left, m/s, and turn, rad/s"
+        self._velocity = Pad(self._gui, "velocity", PAD_VELOCITY, (0.0, 0.0, 0.0), hint, steer)
+
+    def _drive(self) -> None:
+        """Buttons of the wheel, which keys and a gamepad press too."""
+        gui = self._gui
 
         def acts(*names: str) -> dict[str, Act]:
             return {name: partial(self._driving.press, name) for name in names}
@@ -253,10 +256,10 @@ class Controls:
             keys = gui.add_checkbox("keys, gamepad", initial_value=False, hint=BY_KEYS)
             words = gui.add_markdown(f'<span class="keys-drive">{BY_KEYS}</span>', visible=False)
 
-        def show(_: object) -> None:
+        def explain(_: object) -> None:
             words.visible = keys.value
 
-        keys.on_update(show)
+        keys.on_update(explain)
 
     def _motors(self) -> None:
         with self._gui.add_folder("Motors"):
@@ -273,7 +276,7 @@ class Controls:
 
     def _push(self) -> None:
         with self._gui.add_folder("Push"):
-            hint = "drag: up is ahead; an arrow shows it; forward and to the left, N s"
+            hint = "an arrow shows it; forward and to the left, N s"
 
             def aim(impulse: tuple[float, ...]) -> None:
                 self._aim((impulse[0], impulse[1]))
@@ -342,6 +345,7 @@ class Controls:
         targets = {"joint": joint, "sensor": sensor}
 
         def start() -> str:
+            """Start the fault that is chosen."""
             target, number = FAULTS[kind.value]
             fields: dict[str, Any] = {"kind": kind.value}
             if target:

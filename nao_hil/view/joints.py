@@ -10,6 +10,7 @@ import numpy as np
 
 from bridge.body.joints import INDEX, JOINTS
 from nao_hil.analysis.diagnosis import Moment
+from nao_hil.view.gaps import with_gaps
 
 NONE: Final = "none"
 EVERY: Final = 15
@@ -116,7 +117,7 @@ class JointView:
                     height=HEIGHT,
                 )
         else:
-            self._plot.data = tuple(data)
+            self._plot.data = with_gaps(data)
 
 
 def joint_table(moment: Moment) -> str:

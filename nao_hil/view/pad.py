@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
+from nao_hil.view.scene.lines import show
+
 SIDE: Final = 132
 """Of the pad, pixels."""
 STYLE: Final = (
@@ -18,6 +20,12 @@ KNOB: Final = (
     '<b class="nao-knob" style="position:absolute;left:50%;top:50%;width:18px;height:18px;margin:-9px;'
     'border-radius:50%;background:#339af0;pointer-events:none"></b>'
 )
+WORD: Final = (
+    '<span style="position:absolute;left:4px;right:4px;top:{top}px;text-align:{side};font-size:10px;'
+    'opacity:0.7;pointer-events:none">{text}</span>'
+)
+AHEAD: Final = WORD.format(top=3, side="center", text="ahead")
+TURN: Final = WORD.format(top=5, side="left", text="turn")
 
 
 class Pad:
@@ -54,8 +62,7 @@ class Pad:
     def show(self, visible: bool) -> None:
         """Show pad and field, or hide them."""
         for handle in (self._html, self._field):
-            if handle.visible != visible:
-                handle.visible = visible
+            show(handle, visible)
 
     def reset(self) -> None:
         """Back to zeros, without a word to whoever is told."""
@@ -81,8 +88,9 @@ def pad_html(most: Sequence[float]) -> str:
         most: As of `Pad`.
     """
     limits = " ".join(f"{value:g}" for value in most)
-    square = f'<div class="nao-square" style="{STYLE};width:{SIDE}px;height:{SIDE}px">{CROSS}{KNOB}</div>'
-    strip = f'<div class="nao-strip" style="{STYLE};width:{SIDE}px;height:26px">{CROSS}{KNOB}</div>'
+    place = f"{STYLE};width:{SIDE}px"
+    square = f'<div class="nao-square" style="{place};height:{SIDE}px">{CROSS}{AHEAD}{KNOB}</div>'
+    strip = f'<div class="nao-strip" style="{place};height:26px">{CROSS}{TURN}{KNOB}</div>'
     return f'<div class="nao-pad" data-most="{limits}">{square}{strip if len(most) > 2 else ""}</div>'
 
 

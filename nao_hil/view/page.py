@@ -15,7 +15,9 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.charts import CHARTS, Charts
 from nao_hil.view.history import History
 from nao_hil.view.joints import JointView
-from nao_hil.view.scene import POINTS, Dragged, RobotScene
+from nao_hil.view.scene.palette import POINTS
+from nao_hil.view.scene.push import Dragged
+from nao_hil.view.scene.robot import RobotScene
 from walker.estimation.odometry import GroundPlane
 
 CAMERA: Final = ((0.50, -0.66, 0.42), (0.0, 0.0, 0.2))
@@ -34,6 +36,8 @@ MOST: Final = 200
 """Symptoms that are kept."""
 CHAIN: Final = 6
 """Of the signs that led to a fall, so many are told: the first, and the last."""
+AGAIN: Final = 3.0
+"""A robot that walks this long after its fall has got up, s."""
 HEADLINE: Final = '<span class="nao-headline"></span>{}'
 """First line of the panel's text, which `page.js` finds."""
 LEGEND: Final = (
@@ -127,7 +131,7 @@ class Page:
         self._dark = dark
         self.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
         if self._scene is not None:
-            self._scene.dress(dark)
+            self._scene.ground.dress(dark)
 
     def add_joint_tab(self) -> Any:
         """Add the table and the plot of the joints; returns the tab."""
@@ -147,10 +151,10 @@ class Page:
     def aim(self, impulse: tuple[float, float]) -> None:
         """Show for a while, by an arrow, the impulse of a push, N s, ahead and to the left of the robot."""
         if self._scene is not None:
-            self._scene.aim(impulse)
+            self._scene.arrow.aim(impulse)
 
     def on_drag(self, act: Dragged) -> None:
-        """What is done when a person drags the robot; as of `RobotScene.on_drag`."""
+        """What is done when a person drags the robot; as of `PushArrow.on_drag`."""
         self._dragged = act
         if self._scene is not None:
             self._scene.on_drag(act)
@@ -184,7 +188,7 @@ class Page:
     def forget(self) -> None:
         """Footprints go: what is shown next was before what is shown now."""
         if self._scene is not None:
-            self._scene.forget()
+            self._scene.marks.forget()
 
     def show(self) -> None:
         """Draw the newest moment, if anybody looks."""
@@ -212,8 +216,10 @@ class Page:
             first = diagnosis.first if diagnosis else None
             self._charts.draw(history, time, symptoms, first, ahead)
             title, *rest = verdict(diagnosis).split("\n\n") if diagnosis is not None else ("",)
-            self._headline.content = f"{HEADLINE.format(headline(self._title, balance))}\n\n{title}"
-            self._verdict.content = "\n\n".join(rest)
+            lies = diagnosis is None or not walks_again(balance.moment, diagnosis)
+            head = HEADLINE.format(headline(self._title, balance))
+            self._headline.content = f"{head}\n\n{title}" if lies else head
+            self._verdict.content = "\n\n".join(rest if lies else [f"**{title.strip('# ')}**", *rest])
             self._verdict.visible = bool(rest)
 
     def set_world(self, world: WorldReply) -> None:
@@ -223,10 +229,10 @@ class Page:
         floor = GroundPlane(*world.floor, 0.0)
         self._observer.ground = floor
         with self.server.atomic():
-            self._scene.set_floor(floor)
-            self._scene.set_objects(world.objects)
+            self._scene.ground.set_floor(floor)
+            self._scene.ground.set_objects(world.objects)
             if world.terrain is not None:
-                self._scene.set_terrain(world.terrain)
+                self._scene.ground.set_terrain(world.terrain)
 
 
 def _aim(client: Any) -> None:
@@ -243,6 +249,12 @@ def headline(title: str, balance: Balance) -> str:
         words += [f"step {walk.step}{of}"] if walk.step else []
     words += [f"cycles missed: {frame.missed}"] if frame.missed else []
     return " · ".join(words)
+
+
+def walks_again(moment: Moment, diagnosis: Diagnosis) -> bool:
+    """Whether the robot got up after its fall and walks."""
+    late = moment.sensors.time > diagnosis.fell + AGAIN
+    return late and moment.walk is not None and moment.walk.state == "walk"
 
 
 def verdict(diagnosis: Diagnosis) -> str:

@@ -107,6 +107,8 @@ def _door(access: Access, page: str) -> Callable[[Any, Any], Any]:
         return Response(answer.status.value, answer.status.phrase, Headers(headers), body)
 
     def door(_: Any, request: Any) -> Response | None:
+        """The refusal of a request; None: it may pass."""
+
         def only(name: str) -> str:
             values = request.headers.get_all(name)
             return values[0] if len(values) == 1 else ""

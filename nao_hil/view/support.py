@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from bridge.polygon import SupportPolygon, convex_hull
 from nao_hil.analysis.diagnosis import Stand
 from walker.model.floating_base import SIDES, FloatingBase
-from walker.model.support_polygon import SupportPolygon, convex_hull
 
 FAR: Final = 0.03
 """A capture point this far outside the support polygon is marked, m."""

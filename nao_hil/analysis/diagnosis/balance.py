@@ -11,6 +11,7 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
+from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, matrix
 from bridge.types import Array, Pose, Side
 from nao_hil.analysis.diagnosis.moment import Moment
@@ -19,7 +20,6 @@ from walker.estimation.contact import ContactEstimator, ContactParameters, Conta
 from walker.estimation.heading import GyroscopeHeading
 from walker.estimation.odometry import GroundPlane, Odometry, middle_of_soles, on_ground
 from walker.model.floating_base import SIDES, FloatingBase, RobotPose
-from walker.model.support_polygon import SupportPolygon, convex_hull
 from walker.model.transforms import homogeneous
 from walker.model.zmp import FootForces
 from walker.planning.plan import Foothold

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from bridge.body.sole import sole_hull
 from bridge.messages import WalkTelemetry
+from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import R_yaw, pitch, roll
 from bridge.types import Pose, Side
 from nao_hil.analysis.plots.tables import Array, Tables, column
 from nao_hil.analysis.plots.time_axes import plot_line, time_axes
-from walker.model.support_polygon import SupportPolygon, convex_hull
 
 MM: Final = 1e3
 DOWN: Final = 1e-4

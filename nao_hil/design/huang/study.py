@@ -63,6 +63,7 @@ def improve(
     study.sampler = optuna.samplers.TPESampler(seed=len(study.trials))
 
     def objective(trial: optuna.Trial) -> float:
+        """Of one trial; a gait that cannot be walked is pruned."""
         tried = _tried(p, {name: trial.suggest_float(name, *_range(p, name)) for name in _vector(p)})
         try:
             found = search(Cycle(tried, body, ARMS), COARSE)

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Diagram
+from nao_hil.naoqi_programs.source import compiled
 
 MAX_THREADS: Final = 200
 """Scripts that run at once."""
@@ -105,13 +106,10 @@ class Player:
             return None
         scope = dict(self._modules) | {"GeneratedClass": _generated(box)}
         try:
-            exec(compile(box.box.script, f"<box {name}>", "exec"), scope)
+            exec(compiled(box.box.script.encode(), f"<box {name}>"), scope)
             return scope["MyClass"]()
-        except SyntaxError as error:
-            reason = f"its script is no Python 3 (line {error.lineno}: {error.msg}); convert it with 2to3"
         except Exception as error:
-            reason = f"its script failed ({error})"
-        self.cannot(FORBIDDEN.format(name=name, reason=reason))
+            self.cannot(FORBIDDEN.format(name=name, reason=f"its script failed ({error})"))
         return None
 
 

@@ -1,3 +1,4 @@
+# ruff: noqa: N801  the vendor's names
 """The module `almath` of the vendor's Python SDK, as far as samples use it: poses, positions, transforms.
 
 Rotations are Rz(wz) Ry(wy) Rx(wx). Lengths in m, angles in rad.
@@ -92,6 +93,8 @@ class Position2D(_Vector):
     """x, y."""
 
     NAMES = ("x", "y")
+    x: float
+    y: float
 
 
 class Position3D(_Vector):
@@ -127,7 +130,7 @@ class Position6D(_Vector):
 
 
 class Pose2D(_Vector):
-    """x, y, theta; `a * b` is the pose b in the frame of pose a."""
+    """x, y, theta; `a * b` is the pose or position b of the frame a, where a is."""
 
     NAMES = ("x", "y", "theta")
     x: float
@@ -135,11 +138,11 @@ class Pose2D(_Vector):
     theta: float
 
     def __mul__(self, other: Any) -> Any:
-        if not isinstance(other, Pose2D):
+        if not isinstance(other, Pose2D | Position2D):
             return super().__mul__(other)
         c, s = math.cos(self.theta), math.sin(self.theta)
         place = (self.x + c * other.x - s * other.y, self.y + s * other.x + c * other.y)
-        return Pose2D([*place, self.theta + other.theta])
+        return Pose2D([*place, self.theta + other.theta]) if isinstance(other, Pose2D) else Position2D(place)
 
     def inverse(self) -> Pose2D:
         """The pose of the frame of reference in this pose's frame."""
@@ -154,6 +157,29 @@ class Pose2D(_Vector):
     def getAngle(self) -> float:
         """Direction from the origin to the pose, rad."""
         return math.atan2(self.y, self.x)
+
+
+class _List(list[Any]):
+    """A list with the names of C++'s vector."""
+
+    push_back = list.append
+    size = list.__len__
+
+
+class vectorFloat(_List):
+    """Numbers."""
+
+
+class vectorPosition2D(_List):
+    """Positions on the floor."""
+
+
+class vectorPose2D(_List):
+    """Poses on the floor."""
+
+
+class vectorPosition6D(_List):
+    """Positions with angles."""
 
 
 class Transform:
@@ -233,6 +259,9 @@ class Transform:
         if isinstance(other, Position3D):
             return Position3D((self.matrix @ (*other, 1.0))[:3].tolist())
         return Transform.of(self.matrix @ other.matrix)
+
+    def __repr__(self) -> str:
+        return "\n".join(" ".join(f"{value:g}" for value in row) for row in self.matrix.tolist())
 
     def __getattr__(self, name: str) -> float:
         """`r1_c4` and its like: the element of a row and a column."""
@@ -350,3 +379,75 @@ def modulo2PI(angle: float) -> float:
 def clipData(lower: float, upper: float, value: float) -> float:
     """The value within the bounds."""
     return max(lower, min(upper, value))
+
+
+def clipFootWithEllipse(maxFootX: float, maxFootY: float, move: Pose2D) -> bool:
+    """Bring a step back onto an ellipse, along its direction; whether it was outside.
+
+    Args:
+        maxFootX: half axis of the ellipse along x, m.
+        maxFootY: half axis along y, m.
+        move: the step; changed.
+    """
+    norm = math.hypot(move.x / maxFootX, move.y / maxFootY)
+    if norm < 1.00001:
+        return False
+    move.x, move.y = move.x / norm, move.y / norm
+    return True
+
+
+def avoidFootCollision(
+    lFootBox: Sequence[Any], rFootBox: Sequence[Any], isLeftSupport: bool, move: Pose2D
+) -> bool:
+    """Turn a step back until the foot does not touch the other one, to 1/32 of its turn; whether it did.
+
+    Args:
+        lFootBox: corners of the left foot in its own frame, around it clockwise, m.
+        rFootBox: those of the right foot.
+        isLeftSupport: the left foot stands, and the right one moves.
+        move: the step, in the frame of the foot that stands; changed.
+    """
+    fixed, moving = (lFootBox, rFootBox) if isLeftSupport else (rFootBox, lFootBox)
+
+    def touches(turn: float) -> bool:
+        """Whether no line parts the feet: one along a side of either would (separating axes)."""
+        pose = Pose2D(move.x, move.y, turn)
+        boxes = [[(p.x, p.y) for p in fixed], [(q.x, q.y) for q in (pose * p for p in moving)]]
+        sides = [(a, b) for box in boxes for a, b in zip(box, box[1:] + box[:1], strict=True)]
+        for (ax, ay), (bx, by) in sides:
+            spans = [[(x - ax) * (by - ay) - (y - ay) * (bx - ax) for x, y in box] for box in boxes]
+            if max(spans[0]) < min(spans[1]) or max(spans[1]) < min(spans[0]):
+                return False
+        return True
+
+    if not touches(move.theta):
+        return False
+    free, touching = 0.0, move.theta
+    for _ in range(5):
+        middle = 0.5 * (free + touching)
+        free, touching = (free, middle) if touches(middle) else (middle, touching)
+    move.theta = free
+    return True
+
+
+def getDubinsSolutions(goal: Pose2D, radius: float) -> list[Pose2D]:
+    """The shortest way from the origin to a pose by an arc, a line and an arc of this radius (Dubins 1957).
+
+    Returns:
+        Poses at the line's beginning and end, and the goal.
+    """
+    found = []
+    for a in (1.0, -1.0):
+        for b in (1.0, -1.0):
+            x = goal.x - b * radius * math.sin(goal.theta)
+            y = goal.y + b * radius * math.cos(goal.theta) - a * radius
+            length, across = math.hypot(x, y), radius * abs(a - b)
+            if length < across:
+                continue
+            line = math.sqrt(length**2 - across**2)
+            heading = math.atan2(y, x) + a * math.atan2(across, line)
+            turn = (a * heading) % math.tau + (b * (goal.theta - heading)) % math.tau
+            begin = (a * radius * math.sin(heading), a * radius * (1.0 - math.cos(heading)))
+            end = (begin[0] + line * math.cos(heading), begin[1] + line * math.sin(heading))
+            found.append((line + radius * turn, [Pose2D(*begin, heading), Pose2D(*end, heading), Pose2D(goal)]))
+    return min(found, key=lambda way: way[0])[1]

@@ -13,6 +13,7 @@ from typing import Any
 
 import qi
 
+from bridge.validation import unknown_name
 from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
 
 __all__ = ["ALBroker", "ALModule", "ALProxy"]
@@ -75,9 +76,9 @@ class ALProxy:
         """
         found = getattr(self._service, method, None)
         if found is None:
-            known = ", ".join(self._service.getMethodList())
-            raise RuntimeError(f"{self._name} has no method {method}; it has {known}.")
-        return found(*arguments)
+            known = self._service.getMethodList()
+            raise RuntimeError(f"{self._name}: {unknown_name('method', method, known)}.")
+        return found(*(a.decode() if isinstance(a, bytes) else a for a in arguments))  # qi sends no bytes
 
 
 class ALBroker:
@@ -136,8 +137,14 @@ class ALModule:
 
 
 def _forward(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A method that takes no more than an event and its value is called without the message."""
+    """A method of an event and its value is called without the message, one of sound with bytes."""
     parameters = inspect.signature(method).parameters.values()
     named = [p for p in parameters if p.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
     most = 2 if len(named) == len(parameters) == 2 else None
-    return lambda _, *arguments: method(*arguments[:most])
+    sound = method.__name__ == "processRemote"
+    return lambda _, *arguments: method(*map(_as_bytes, arguments[:most]) if sound else arguments[:most])
+
+
+def _as_bytes(argument: Any) -> Any:
+    """Sound as a robot sends it, where the server sends text for bytes."""
+    return argument.encode("latin-1") if isinstance(argument, str) else argument

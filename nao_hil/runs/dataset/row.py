@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from datetime import datetime, timezone
+from typing import Any
 
 import msgspec
 
@@ -91,6 +92,14 @@ def row(result: WalkOutcome, seconds: float) -> Row:
 
 
 def _configuration(task: Walk) -> str:
-    table = msgspec.to_builtins(task)
+    table = _fields(task)
+    table["config"] = _fields(task.config)
     del table["name"], table["config"]["seed"]
-    return json.dumps(table, sort_keys=True)
+    return json.dumps(table, sort_keys=True, default=_fields)
+
+
+def _fields(struct: msgspec.Struct) -> dict[str, Any]:
+    """All fields: `to_builtins` omits a scenario's defaults by identity, which a worker's copy has lost."""
+    config = struct.__struct_config__
+    tag = {config.tag_field: config.tag} if config.tag_field else {}
+    return {**tag, **msgspec.structs.asdict(struct)}

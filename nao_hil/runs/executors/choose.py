@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import threading
+from collections.abc import Callable
 from typing import Final
 
 from bridge.errors import ConfigurationError
@@ -20,13 +21,16 @@ def local_workers(cluster: str) -> int:
     return 1 if cluster == "inline" else int(named[1]) if named else len(os.sched_getaffinity(0))
 
 
-def open_executor(cluster: str, stop: threading.Event | None = None) -> Executor:
+def open_executor(
+    cluster: str, stop: threading.Event | None = None, say: Callable[[str], None] = lambda _: None
+) -> Executor:
     """An executor; its processes are started, or its scheduler is looked for, with the first job.
 
     Args:
         cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
             the scheduler of a dask cluster.
         stop: Once set, what is under way is given up.
+        say: Told in a sentence what is waited for.
 
     Raises:
         ConfigurationError: none of these, or dask is not installed.
@@ -44,4 +48,4 @@ def open_executor(cluster: str, stop: threading.Event | None = None) -> Executor
         raise ConfigurationError(
             f"--cluster {cluster} needs {error.name}; install nao-hil[campaign], or say --cluster inline."
         ) from None
-    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop)
+    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop, say)

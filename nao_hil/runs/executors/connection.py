@@ -24,6 +24,14 @@ _SETTINGS: Final = {
     "distributed.worker.memory.spill": False,
     # A worker's restart takes longer than dask's 15 s on a busy machine; afterwards dask would start none.
     "distributed.deploy.lost-worker-timeout": "365 days",
+    # How it watches itself took 5 % of a core, and 5 % of each worker's time.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1 s",
+    "distributed.admin.system-monitor.interval": "10 s",
+    "distributed.admin.system-monitor.gil.enabled": False,
+    # Logs for dask's developers, which grow with each walk for its first 10,000.
+    "distributed.admin.log-length": 100,
+    "distributed.admin.low-level-log-length": 100,
 }
 
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import contextlib
 import queue
 import threading
 import time
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
+from itertools import islice
 from typing import Any, Final
 
+from distributed.client import ClosedClientError
 from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
@@ -19,13 +22,15 @@ from bridge.errors import ConfigurationError, LinkError
 from nao_hil.runs.executors.base import POLL, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
 from nao_hil.runs.executors.connection import SchedulerConnection
 
-SPARE: Final = 8
-"""Jobs under way beyond two for each worker: none waits for this process."""
+SPARE: Final = 16
+"""Jobs under way beyond two for each worker, when new ones were submitted."""
+FEW: Final = 4
+"""Jobs under way beyond one for each worker, when new ones are submitted: none waits for this process."""
 RECONNECT: Final = 300.0
 """s for which a lost scheduler is looked for, and a worker awaited."""
 COUNT_INTERVAL: Final = 5.0
 """s between looks at how many workers there are."""
-_LOST: Final = (CancelledError, CommClosedError, OSError, TimeoutError)
+_LOST: Final = (CancelledError, ClosedClientError, CommClosedError, OSError, TimeoutError)
 
 
 class _Lost(Exception):
@@ -42,14 +47,17 @@ class DaskExecutor:
     Args:
         connection: To the scheduler.
         stop: Once set, what is under way is given up.
+        say: Told in a sentence what is waited for.
     """
 
-    def __init__(self, connection: SchedulerConnection, stop: threading.Event) -> None:
-        self._connection, self._stop = connection, stop
+    def __init__(
+        self, connection: SchedulerConnection, stop: threading.Event, say: Callable[[str], None]
+    ) -> None:
+        self._connection, self._stop, self._say = connection, stop, say
         self._client: Any = None
-        self._window = SPARE
+        self._threads = 0
         self._counted = -COUNT_INTERVAL
-        self._deserted: float | None = None
+        self._alone: float | None = None
         """Since when there is no worker, s."""
 
     def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
@@ -62,8 +70,9 @@ class DaskExecutor:
             while not self._stop.is_set():
                 try:
                     self._count()
-                    for place, job in self._few(waiting, flight):
-                        flight.submit(place, job)
+                    few = len(flight.jobs) <= self._threads + FEW
+                    missing = 2 * self._threads + SPARE - len(flight.jobs) if few else 0
+                    flight.submit(dict(islice(waiting, missing)))
                     if not flight.jobs:
                         return
                     found = flight.finished()
@@ -89,28 +98,28 @@ class DaskExecutor:
             return
         self._counted = now
         try:
-            threads = sum(self._client.nthreads().values())
-        except _LOST:
+            self._threads = sum(self._client.nthreads().values())
+        except (*_LOST, AttributeError):  # a client that has given up has no `scheduler`
             raise _Lost from None
-        self._window = 2 * threads + SPARE
-        if threads:
-            self._deserted = None
-        elif self._deserted is None:
-            self._deserted = now
-        elif now - self._deserted > RECONNECT:
+        if self._threads:
+            self._alone = None
+        elif self._alone is None:
+            self._alone = now
+            self._say(
+                f"{self._connection.address} has no worker; one is waited for, {RECONNECT:.0f} s at most."
+            )
+        elif now - self._alone > RECONNECT:
             raise LinkError(
                 f"the scheduler at {self._connection.address} has had no worker for {RECONNECT:.0f} s; "
                 "what was done is kept, the same command goes on."
             )
 
-    def _few(self, waiting: Iterator[tuple[int, Job]], flight: _Flight) -> Iterator[tuple[int, Job]]:
-        """Jobs until enough are under way."""
-        while len(flight.jobs) < self._window and (job := next(waiting, None)) is not None:
-            yield job
-
     def _reach(self, first: bool = False) -> Any:
         """A client; None: stopped meanwhile."""
         until = time.monotonic() + (0.0 if first else RECONNECT)
+        if not first:
+            address = self._connection.address
+            self._say(f"The scheduler at {address} is gone; it is looked for, {RECONNECT:.0f} s at most.")
         while not self._stop.is_set():
             try:
                 return self._connection.open()
@@ -130,9 +139,11 @@ class DaskExecutor:
         return None
 
     def _drop(self) -> None:
-        self._deserted = None
+        self._alone = None
         if self._client is not None:
-            self._client.close(timeout=1)
+            # a busy machine, or a client that was about to look for its scheduler; results are in
+            with contextlib.suppress(TimeoutError, asyncio.TimeoutError, OSError, RuntimeError):
+                self._client.close(timeout=1)
             self._client = None
 
     def close(self) -> None:
@@ -153,32 +164,45 @@ class _Flight:
     def __init__(self, client: Any) -> None:
         self._client = client
         self._versions = Versions.here()
-        self.jobs: dict[int, tuple[Job, Any]] = {}
-        """By place: the job and its future."""
+        self.jobs: dict[int, Job] = {}
+        """By place."""
+        self._futures: dict[int, Any] = {}
+        """Of those that the scheduler was given."""
         self._done: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
         self._coming: list[tuple[int, Any]] = []
         """Of those whose results are fetched: the place and the future."""
         self._fetch: concurrent.futures.Future[list[Finished]] | None = None
 
-    def submit(self, place: int, job: Job) -> None:
-        """Give a job to the scheduler."""
-        key = f"{job.function.__name__}-{uuid.uuid4().hex}"
+    def submit(self, jobs: Mapping[int, Job]) -> None:
+        """Give the scheduler these and all others that it lacks, at once: it keeps a note of each submission.
+
+        Args:
+            jobs: By place.
+
+        Raises:
+            _Lost: the scheduler is gone.
+        """
+        self.jobs |= jobs
+        new = {place: job for place, job in self.jobs.items() if place not in self._futures}
+        if not new:
+            return
+        keys = [f"{job.function.__name__}-{uuid.uuid4().hex}" for job in new.values()]
         try:
-            future = self._client.submit(carry_out, place, job, self._versions, key=key, pure=False)
+            futures = self._client.map(
+                carry_out, list(new), list(new.values()), asked=self._versions, key=keys, pure=False
+            )
         except _LOST:
-            future = None
-        self.jobs[place] = (job, future)
-        if future is None:
-            raise _Lost
-        future.add_done_callback(lambda done, place=place: self._done.put((place, done)))
+            raise _Lost from None
+        for place, future in zip(new, futures, strict=True):
+            self._futures[place] = future
+            future.add_done_callback(lambda done, place=place, to=self._done: to.put((place, done)))
 
     def again(self, client: Any) -> None:
-        """Give all of them to another scheduler."""
+        """Another scheduler, which was given nothing."""
         self._client = client
         self._done = queue.SimpleQueue()
         self._fetch = None
-        for place, (job, _) in list(self.jobs.items()):
-            self.submit(place, job)
+        self._futures.clear()
 
     def finished(self) -> list[Finished]:
         """What is done by now; waits a moment for it.
@@ -202,7 +226,7 @@ class _Flight:
         if not found and self._client.status == "closed":
             raise _Lost
         for each in found:
-            del self.jobs[each.place]
+            del self.jobs[each.place], self._futures[each.place]
         return found
 
     def _begin_to_fetch(self) -> list[Finished]:
@@ -227,7 +251,7 @@ class _Flight:
     def _failed(self, place: int, future: Any) -> Finished:
         if future.status != "error":  # cancelled or lost with its scheduler
             raise _Lost
-        error, job = future.exception(), self.jobs[place][0]
+        error, job = future.exception(), self.jobs[place]
         if isinstance(error, WorkerRefused):
             raise error
         if isinstance(error, KilledWorker):
@@ -242,7 +266,6 @@ class _Flight:
         """Cancel them."""
         if self._fetch:
             self._fetch.cancel()
-        futures = [future for _, future in self.jobs.values() if future is not None]
-        if futures and self._client.status == "running":
-            self._client.cancel(futures, force=True)
+        if self._futures and self._client.status == "running":
+            self._client.cancel(list(self._futures.values()), force=True)
         self.jobs.clear()

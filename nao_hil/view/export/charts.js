@@ -3,6 +3,7 @@
 
 const LEFT = 34, RIGHT = 8, TITLE = 17, BELOW = 6, PHASE = 14, SECONDS = 18; // pixels
 const AHEAD = 0.3; // share of what is shown that comes after the moment
+const BREAK = 5; // multiple of the usual time between two moments from which on a curve ends
 
 class Charts {
   constructor(canvas, data, seek) {
@@ -94,7 +95,7 @@ class Charts {
     c.clip();
     c.lineWidth = 1.3;
     let right = width - RIGHT;
-    const at = this.data.row(read), words = [];
+    const at = this.data.row(read), words = [], far = BREAK * (time.at(1, 0) - time.at(0, 0));
     chart.lines.forEach((line, i) => {
       c.strokeStyle = line.colour;
       c.beginPath();
@@ -102,7 +103,7 @@ class Charts {
       for (let k = from; k <= to; k++) {
         const value = curves.at(k, columns[i]);
         if (!Number.isNaN(value)) c[down ? "lineTo" : "moveTo"](this.x(time.at(k, 0)), y(value));
-        down = !Number.isNaN(value);
+        down = !Number.isNaN(value) && (k === to || time.at(k + 1, 0) - time.at(k, 0) < far);
       }
       c.stroke();
       const value = curves.at(at, columns[i]);

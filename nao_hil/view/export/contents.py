@@ -17,18 +17,8 @@ from nao_hil.view.footprints import Footprints
 from nao_hil.view.history import COLUMNS
 from nao_hil.view.looks import ColouredMesh, Floats, link_parts, terrain_meshes
 from nao_hil.view.recorded_run import RecordedRun
-from nao_hil.view.scene import (
-    BARS_OVER,
-    GROUND,
-    LOST,
-    NEWTON,
-    OBSTACLE,
-    OVER,
-    POINTS,
-    PRINTS,
-    SAFE,
-    quaternions,
-)
+from nao_hil.view.scene.lines import quaternions
+from nao_hil.view.scene.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
 from nao_hil.view.support import soles_that_touch, tips
 from walker.estimation.odometry import GroundPlane
 from walker.model.floating_base import SIDES, FloatingBase

@@ -1,0 +1,1 @@
+"""What the page draws in 3-D."""
