@@ -255,10 +255,10 @@ def test_a_disarmed_robot_is_left_alone_and_takes_nothing() -> None:
 
 
 def test_a_falling_robot_goes_limp_and_takes_commands_again_when_it_lies() -> None:
-    robot = Robot(Guard(BODY))
-    robot.command()
+    robot, fall = Robot(Guard(BODY)), SETTINGS.fall
+    for _ in range(fall.stood_cycles):
+        robot.command()
     robot.angle = (0.0, 0.9)
-    fall = SETTINGS.fall
     for _ in range(fall.cycles - 1):
         robot.command()
         assert robot.guard.state == "active"
@@ -277,6 +277,11 @@ def test_a_falling_robot_goes_limp_and_takes_commands_again_when_it_lies() -> No
     for robot.angle in ((0.0, -0.9), (0.1, 0.0), (0.0, -0.9)):  # leans on its hands, sits, leans
         for _ in range(100):
             robot.command(POSTURES["SitRelax"])
+    assert robot.guard.state == "active"
+    # a V3 draws a foot in under its hip, upright for 0.22 s, and leans by 44 degrees on its hand after that
+    for robot.angle, time in (((0.1, 0.0), 0.22), ((0.7, -0.3), 0.5)):
+        for _ in range(round(time / BODY.cycle)):
+            robot.command()
     assert robot.guard.state == "active"
     robot.angle = (0.1, 0.0)
     for _ in range(200):

@@ -120,6 +120,22 @@ def test_getting_up_waits_for_rest_plays_what_fits_and_tries_again() -> None:
     assert player.done and player.failed and len(player.began) == 2
 
 
+def test_a_try_begins_when_the_robot_obeys_and_ends_when_it_is_released() -> None:
+    """As under a guard that takes no command after a fall."""
+    nod = motion(Phase(frames=(Frame(duration=0.5, joints={"HeadYaw": 0.2}),)))
+    player = GetUp({"back": nod}, BODY)
+    lies = {"position": (0.0,) * N_JOINTS, "angle": (0.0, -1.5)}
+    released = standing_frame(stiffness=(0.1,) * N_JOINTS, **lies)
+    asked = [player.advance(released, DT)[INDEX["HeadYaw"]] for _ in range(150)]
+    assert not player.began and not any(asked) and player.stiffness > 0.2
+    asked = [player.advance(standing_frame(**lies), DT)[INDEX["HeadYaw"]] for _ in range(26)]
+    assert asked[25] == pytest.approx(0.1)  # half of the way in half of the time
+    for _ in range(20):
+        player.advance(released, DT)
+    player.advance(standing_frame(**lies), DT)
+    assert player.began == ["back", "back"]
+
+
 def test_a_robot_on_its_feet_has_got_up() -> None:
     player = GetUp({"back": motion(Phase(frames=(Frame(duration=0.1),)))}, BODY)
     for _ in range(30):

@@ -16,8 +16,9 @@ from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Contact, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import FrameHash, Recordable
-from bridge.recording.playback import frames_sha256, read_recording, recorded_config
+from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
+from nao_hil.analysis.inspection import inspect
 from tests.frames import standing_frame
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
@@ -211,7 +212,7 @@ def test_the_hash_is_that_of_the_recorded_lines(tmp_path: Path) -> None:
         for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
             if channel.topic in ("sensors", "actuators"):
                 by_hand.update(message.data + b"\n")
-    assert digest(run(60)) == by_hand.hexdigest() == frames_sha256(path)
+    assert digest(run(60)) == by_hand.hexdigest() == inspect(path).frames_sha256
 
 
 def test_wall_clock_lease_and_other_topics_do_not_touch_the_hash() -> None:
@@ -246,7 +247,7 @@ def test_order_of_frames_matters_to_the_hash() -> None:
 def test_an_empty_recording_is_a_recording(tmp_path: Path) -> None:
     path = record(tmp_path / "run.mcap", [])
     assert list(read_recording(path)) == []
-    assert frames_sha256(path) == hashlib.sha256().hexdigest()
+    assert inspect(path).frames_sha256 == hashlib.sha256().hexdigest()
 
 
 def test_closing_twice_is_allowed(tmp_path: Path) -> None:

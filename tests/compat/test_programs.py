@@ -8,13 +8,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from bridge.errors import ConfigurationError
 from bridge.messages.world_state import WorldThing
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
-from nao_hil.naoqi_programs.source import require_python3
+from nao_hil.naoqi_programs.source import compiled
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
 from tests.system.naoqi_robot import obedient_robot, serve, wait_for
@@ -55,24 +56,25 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
 @pytest.mark.parametrize(
     ("name", "arguments", "code", "lines"),
     [
-        ("hello", ["nao.local"], 7, ["said"]),
+        ("old.py.txt", ["nao.local"], 7, ["said 3"]),
+        ("old_ear.py.txt", [], 0, ["heard (1, 1365) False"]),
         (
-            "joints",
+            "joints.py",
             ["192.168.1.2"],
             0,
             ["set 0.3 -0.2", "through 0.2 0.1", "runs True", "runs False", "limits 26 names 26"],
         ),
-        ("module_events", [], 0, ["touched FrontTactilTouched 1.0", "subscribers []"]),
-        ("qi_events", ["--ip", "nao.local"], 0, ["heard ['yes']", "said False"]),
-        ("application", [], 1, ["data [1, 'two', 3.0]", "life disabled"]),
+        ("module_events.py", [], 0, ["touched FrontTactilTouched 1.0", "subscribers []"]),
+        ("qi_events.py", ["--ip", "nao.local"], 0, ["heard ['yes']", "said False"]),
+        ("application.py", [], 1, ["data [1, 'two', 3.0]", "life disabled"]),
         (
-            "cartesian",
+            "cartesian.py",
             ["nao.local"],
             0,
             ["near True", "camera up True", "moved [0.0, 0.0, 0.0]", "half turn 180"],
         ),
         (
-            "pictures",
+            "pictures.py",
             [],
             0,
             [
@@ -82,17 +84,59 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "red True",
             ],
         ),
-        ("ball", [], 0, ["ball left True below", "followed True", "lost False"]),
-        ("sensors", [], 0, ["sonar 0.5 weight 2.0 None", "battery 90", "red 1.0"]),
+        ("ball.py", [], 0, ["ball left True below", "followed True", "lost False"]),
         (
-            "errors",
+            "photos.py",
+            [],
+            0,
+            [
+                "names ['image_0.jpg', 'image_1.jpg']",
+                "one single.jpg",
+                "picture JPEG (320, 240) True",
+                "records True",
+                "film film.avi True b'RA'",
+            ],
+        ),
+        (
+            "facts.py",
+            [],
+            0,
+            [
+                "memory True 1",
+                "body Nao True",
+                "network ready ['Wired'] ['ethernet']",
+                "users 0 -1",
+                "diagnosis [0, []] [0, []]",
+                "launched []",
+                "help ['setStiffnesses', [['names', ''], ['stiffnesses', '']]]",
+                "free True",
+                "free False [['newResource', 'mine']]",
+                "voice True",
+            ],
+        ),
+        (
+            "quiet.py",
+            [],
+            0,
+            [
+                "ALDarknessDetection [] me",
+                "ALBarcodeReader [] me",
+                "ALMovementDetection [] me",
+                "ALSoundDetection [] me",
+                "topics ['greeting'] ['greeting']",
+                "turned True 3 2",
+            ],
+        ),
+        ("sensors.py", [], 0, ["sonar 0.5 weight 2.0 None", "battery 90", "red 1.0"]),
+        (
+            "errors.py",
             [],
             1,
             [
                 "ALProxy: there is no service ALNothing (Cannot find service",
-                "ALMotion has no method setAngels; it has angleInterpolation",
-                "ALMotion.wbEnable is not offered by nao-hil: whole-body",
-                "'Nose' is no joint of nao-v5 and no chain",
+                "ALMotion: unknown method 'setAngels' (did you mean 'setAngle",
+                "ALMotion.animation is not offered by nao-hil: no anim",
+                "nao-v5: unknown joint or chain 'Nose'",
                 "ALMemory: there is no data under 'Nothing'.",
                 "ALBehaviorManager.runBehavior: the behaviour 'dance' is",
             ],
@@ -102,29 +146,41 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
 def test_a_program_does_what_it_does_on_a_robot(
     url: str, name: str, arguments: list[str], code: int, lines: list[str]
 ) -> None:
-    done = run(url, PROGRAMS / f"{name}.py", *arguments)
-    said = [line for line in done.stdout.splitlines() if not line.startswith("[")]  # qi writes there, too
+    done = run(url, PROGRAMS / name, *arguments)
+    said = done.stdout.splitlines()
     assert done.returncode == code, done.stderr
     assert [line[: len(start)] for line, start in zip(said, lines, strict=True)] == lines
-    assert ("the program's own" in done.stderr) == (name == "errors")
+    assert ("the program's own" in done.stderr) == (name == "errors.py")
+
+
+def meaning(source: str) -> dict[str, Any]:
+    """The names that a program leaves."""
+    scope: dict[str, Any] = {"__name__": "__main__"}
+    exec(compiled(source.encode(), "program.py"), scope)
+    return scope
 
 
 @pytest.mark.parametrize(
-    ("text", "sentence"),
+    ("source", "value"),
     [
-        (
-            (PROGRAMS / "old.py.txt").read_text(),
-            r"is written for Python 2 \(line 4\); convert it first, with `2to3",
-        ),
-        ("if True:\n\tx = 1\n        y = 2\n", "is written for Python 2"),
-        ("def (:\n", "line 1: invalid syntax; this is no Python program"),
+        ("print\nx = 7 / 2, -7 / 2, 7.0 / 2", (3, -4, 3.5)),
+        ("from __future__ import division\nprint\nx = 7 / 2", 3.5),
+        ("def f():\n\tn = 8\n        global n\n\tn /= 3\nf()\nx = n", 2),
+        ("x = sum(xrange(4))", 6),
+        ("print ''\nx = map(ord, bytearray('ab', 'ascii')) + [ord('c')]", [97, 98, 99]),
+        ("x = {1: 2}.has_key(1)", True),
+        ("try:\n    raise ValueError, 'bad'\nexcept ValueError, e:\n    x = str(e)", "bad"),
+        ("x = 7 / 2", 3.5),  # Python 3 reads it: it is Python 3
     ],
 )
-def test_a_program_in_python_2_is_told_from_a_broken_one(tmp_path: Path, text: str, sentence: str) -> None:
-    program = tmp_path / "program.py"
-    program.write_text(text)
-    with pytest.raises(ConfigurationError, match=sentence):
-        require_python3(program)
+def test_a_program_in_python_2_means_what_it_meant(source: str, value: Any) -> None:
+    assert meaning(source)["x"] == value
+
+
+@pytest.mark.parametrize("source", ["def (:\n", "print 'a' 'b\n", "x = \0"])
+def test_what_is_no_python_is_told_with_its_line(source: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"program.py, line \d+: .*this is no Python program"):
+        compiled(source.encode(), "program.py")
 
 
 def test_a_choregraphe_project_is_played_and_what_it_could_not_do_is_listed(url: str) -> None:
@@ -137,13 +193,17 @@ def test_a_choregraphe_project_is_played_and_what_it_could_not_do_is_listed(url:
         cwd=PROGRAMS.parents[2],
         stdin=subprocess.DEVNULL,
     )
-    *said, last = [line for line in done.stdout.splitlines() if not line.startswith("[")]
-    # the last key of the head is at -5 degrees
-    assert said == ["Greeting: said hello", "Beep: at frame 5", "Check: head -0.09 counted 3"], done.stderr
+    *said, last = done.stdout.splitlines()
+    assert said == [
+        "Greeting: said hello",
+        "Beep: at frame 5",
+        "Check: head -0.09 counted 3",  # the last key of the head is at -5 degrees
+        "half of 7 3",  # in Python 2
+    ], done.stderr
     report = json.loads(last)
     assert report["exit_code"] == done.returncode == 1
     assert sorted(sentence[:36] for sentence in report["could_not"]) == [
-        "the box Old was not played: its scri",
+        "the box Old failed in onInput_onStar",
         "the timeline of Nod: this robot has ",
     ]
 

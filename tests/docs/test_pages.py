@@ -77,8 +77,9 @@ def follow(page: Path, clone: Path, folder: Path) -> str:
     }
     script, said = folder / "page.sh", folder / "said"
     script.write_text(script_of(page, folder))
-    with said.open("w") as out:
-        process = subprocess.Popen(
+    with (
+        said.open("w") as out,
+        subprocess.Popen(
             ["bash", str(script)],
             cwd=clone,
             env=environment,
@@ -86,7 +87,8 @@ def follow(page: Path, clone: Path, folder: Path) -> str:
             stdout=out,
             stderr=subprocess.STDOUT,
             start_new_session=True,
-        )
+        ) as process,
+    ):
         try:
             code = process.wait(TIMEOUT)
         finally:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
+from io import BytesIO
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from bridge.adapters.naoqi.pipe import Pipe
 from bridge.body import load_body
@@ -18,11 +24,13 @@ from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.messages import Contact, TruthFrame, encode
 from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
+from bridge.realtime import leave_real_time
 from bridge.types import Vec3
 from emulator.camera import process
-from emulator.camera.colours import encode_picture
+from emulator.camera.colours import encode_picture, picture_file
 from emulator.camera.picture import draw, hidden
 from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
+from tests.loops import until
 
 NOTHING = Contact(force=(0.0, 0.0, 0.0), cop=None)
 LOOKS = {
@@ -186,6 +194,17 @@ def test_colour_spaces_of_red(space: int, expected: list[int]) -> None:
     assert len(data) == 4 * (2 if space == 9 else len(expected))
 
 
+@pytest.mark.parametrize("kind", ["bmp", "jpeg", "png", "ppm", "tiff"])
+@pytest.mark.parametrize(("space", "mode", "middle"), [(13, "RGB", (255, 0, 0)), (0, "L", 76)])
+def test_a_picture_as_a_file_is_read_by_others(kind: str, space: int, mode: str, middle: Any) -> None:
+    """Grey is luma (ITU-R BT.601)."""
+    red_ = np.zeros((12, 16, 3), dtype=np.uint8)
+    red_[..., 0] = 255
+    with Image.open(BytesIO(picture_file(red_, space, kind))) as read:
+        assert (read.size, read.mode) == ((16, 12), mode)
+        assert read.getpixel((8, 6)) == pytest.approx(middle, abs=2)
+
+
 def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """Anybody may publish on an unencrypted link; the next good frame is drawn."""
     received: list[Callable[[bytes], None]] = []
@@ -198,9 +217,30 @@ def test_a_garbled_ground_truth_is_passed_over(monkeypatch: pytest.MonkeyPatch) 
     cameras = process.CameraProcess("nao", "", "nao-v6", Pipe(theirs))
     received[0](b"\x01")
     threading.Thread(target=cameras.serve, daemon=True).start()
-    pipe.send([1, 0, 40, 30, 11])
+    pipe.send([1, 0, 40, 30, 11, ""])
     time.sleep(0.1)
     received[0](encode(truth(0.0, 0.0)))
     answer = pipe.receive()
     assert answer is not None and answer[:2] == [1, True]
     pipe.close()
+
+
+def test_pictures_are_drawn_without_a_real_time_priority() -> None:
+    """Started by a thread under SCHED_FIFO, which hands it on; nobody answers at the endpoint."""
+    ours, theirs = socket.socketpair()
+    of = ["nao", "tcp/127.0.0.1:9", "nao-v5", str(theirs.fileno())]
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except PermissionError:
+        pytest.skip("real-time priorities are not permitted here")
+    try:
+        drawing = subprocess.Popen([sys.executable, "-m", "emulator.camera", *of], pass_fds=[theirs.fileno()])
+    finally:
+        leave_real_time()
+    try:
+        until(lambda: os.sched_getscheduler(drawing.pid) == os.SCHED_OTHER, "an ordinary priority")
+    finally:
+        drawing.kill()
+        drawing.wait()
+        ours.close()
+        theirs.close()

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from bridge.body import BODIES, Body, joint_tree, load_body
+from bridge.body.sole import sole_hull
 from bridge.types import Vec3
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.mujoco.engine import MujocoEngine
-from emulator.engine.shapes import FOOT_LINKS, sole_outline
+from emulator.engine.shapes import FOOT_LINKS
 from emulator.engine.values import PhysicsSettings
 from emulator.poses import Pose, compose, matrix, quaternion
 from emulator.world import World
@@ -33,7 +34,7 @@ def mean_distance(length: float, width: float) -> float:
 
 def sides(body: Body) -> tuple[float, float]:
     """Length and width of a sole, m."""
-    length, width = np.ptp(sole_outline(body, "L"), axis=0)
+    length, width = np.ptp(sole_hull(body, "L"), axis=0)
     return float(length), float(width)
 
 
@@ -54,7 +55,7 @@ class PressedFoot:
         self.engine.add_robot(body, np.full(joints, 1e-3))
         self.none = np.zeros(joints)
         robot = self.engine.robot
-        outline = sole_outline(body, "L")
+        outline = sole_hull(body, "L")
         middle = 0.5 * (outline.max(axis=0) + outline.min(axis=0))
         self._middle: Vec3 = (float(middle[0]), float(middle[1]), -body.lengths.FootHeight)
         # the right leg out of the way, the left sole just over the floor

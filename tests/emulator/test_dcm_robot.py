@@ -21,7 +21,9 @@ COMMAND = f"{ELBOW}/Position/Actuator/Value"
 
 
 def held_robot(body: str = "nao-v3") -> EmulatedRobot:
-    return EmulatedRobot(load_body(body), seed=0, posture="Stand", held=True, lift=0.3, settle=0.1)
+    return EmulatedRobot(
+        load_body(body), seed=0, engine="mujoco", posture="Stand", held=True, lift=0.3, settle=0.1
+    )
 
 
 def frame(robot: EmulatedRobot, angle: float) -> ActuatorFrame:
@@ -43,8 +45,8 @@ def test_a_timed_ramp_moves_the_joint_as_frames_along_the_same_line_do() -> None
 def test_an_alias_command_and_a_frame_of_the_same_values_give_the_same_robot() -> None:
     """Bit for bit, standing on its feet: the frame is ClearAll at the time of now."""
     with (
-        EmulatedRobot(load_body("nao-v3"), seed=0) as by_frames,
-        EmulatedRobot(load_body("nao-v3"), seed=0) as by_alias,
+        EmulatedRobot(load_body("nao-v3"), seed=0, engine="mujoco") as by_frames,
+        EmulatedRobot(load_body("nao-v3"), seed=0, engine="mujoco") as by_alias,
     ):
         joints = [actuator.name for actuator in by_alias.dcm.table if "/Position/" in actuator.name]
         stiff = [name.replace("Position", "Hardness") for name in joints]

@@ -48,13 +48,13 @@ KNEE = INDEX["LKneePitch"]
 
 @pytest.fixture
 def robot() -> Iterator[EmulatedRobot]:
-    with EmulatedRobot(BODY, seed=0) as standing:
+    with EmulatedRobot(BODY, seed=0, engine="mujoco") as standing:
         yield standing
 
 
 @pytest.fixture
 def held() -> Iterator[EmulatedRobot]:
-    with EmulatedRobot(BODY, seed=0, held=True, lift=0.5, settle=0.2) as hanging:
+    with EmulatedRobot(BODY, seed=0, engine="mujoco", held=True, lift=0.5, settle=0.2) as hanging:
         yield hanging
 
 
@@ -284,7 +284,7 @@ def test_a_pause_without_an_end_is_refused(robot: EmulatedRobot) -> None:
 
 def test_a_planned_fault_begins_and_ends_in_time_and_is_told() -> None:
     planned = FaultEvent(time=0.1, duration=0.05, fault=SensorDead(sensor="sonar"))
-    with EmulatedRobot(BODY, seed=0, scenario=Scenario(faults=(planned,))) as robot:
+    with EmulatedRobot(BODY, seed=0, engine="mujoco", scenario=Scenario(faults=(planned,))) as robot:
         frames = [robot.advance(None) for _ in range(30)]
         # in force in the cycles that begin at 0.10 ... 0.14 s, and therefore in the frames that end them
         assert [frame.seq for frame in frames if frame.sonar == (0.0, 0.0)] == [11, 12, 13, 14, 15]

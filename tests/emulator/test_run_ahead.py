@@ -34,7 +34,7 @@ def squat(frame: SensorFrame) -> ActuatorFrame | None:
 
 
 def frames(wear: str, *, ahead: bool) -> list[SensorFrame]:
-    with EmulatedRobot(V6, seed=4, wear=load_wear(wear)) as robot:
+    with EmulatedRobot(V6, seed=4, engine="mujoco", wear=load_wear(wear)) as robot:
         robot.faults.start(CommandLost(probability=0.2), robot.time, 0.0)
         seen = [robot.frame]
         for cycle in range(150):
@@ -55,7 +55,7 @@ def test_the_same_frames_with_the_physics_before_or_after_the_command(wear: str)
 
 @pytest.mark.parametrize(("wear", "moves"), [("nominal", True), ("ideal", False)])
 def test_the_world_moves_before_the_command_only_where_that_cannot_act_yet(wear: str, moves: bool) -> None:
-    with EmulatedRobot(V6, seed=4, wear=load_wear(wear)) as robot:
+    with EmulatedRobot(V6, seed=4, engine="mujoco", wear=load_wear(wear)) as robot:
         for _ in range(20):
             robot.advance(squat(robot.frame))
         before = robot.engine.robot.position.copy()

@@ -53,9 +53,9 @@ def cycles(robot: EmulatedRobot, n: int) -> list[tuple[SensorFrame, TruthFrame]]
 def test_the_same_seed_and_scenario_give_the_same_frames_and_another_seed_others() -> None:
     scenario = parse_toml(BUSY, "busy", Scenario)
     with (
-        EmulatedRobot(BODY, seed=3, scenario=scenario) as a,
-        EmulatedRobot(BODY, seed=3, scenario=scenario) as b,
-        EmulatedRobot(BODY, seed=4, scenario=scenario) as c,
+        EmulatedRobot(BODY, seed=3, engine="mujoco", scenario=scenario) as a,
+        EmulatedRobot(BODY, seed=3, engine="mujoco", scenario=scenario) as b,
+        EmulatedRobot(BODY, seed=4, engine="mujoco", scenario=scenario) as c,
     ):
         first = cycles(a, 60)
         assert cycles(b, 60) == first
@@ -65,7 +65,7 @@ def test_the_same_seed_and_scenario_give_the_same_frames_and_another_seed_others
 
 def test_a_reset_restores_everything() -> None:
     scenario = parse_toml(BUSY, "busy", Scenario)
-    with EmulatedRobot(BODY, seed=3, scenario=scenario) as robot:
+    with EmulatedRobot(BODY, seed=3, engine="mujoco", scenario=scenario) as robot:
         first = cycles(robot, 60)
         said = robot.take_notices()
         for command in (
@@ -86,8 +86,8 @@ def test_a_reset_restores_everything() -> None:
 
 def test_a_plain_scenario_does_not_touch_the_frames() -> None:
     with (
-        EmulatedRobot(BODY, seed=0) as without,
-        EmulatedRobot(BODY, seed=0, scenario=load_scenario("flat")) as flat,
+        EmulatedRobot(BODY, seed=0, engine="mujoco") as without,
+        EmulatedRobot(BODY, seed=0, engine="mujoco", scenario=load_scenario("flat")) as flat,
     ):
         assert cycles(without, 20) == cycles(flat, 20)
 
@@ -96,7 +96,7 @@ def test_a_plain_scenario_does_not_touch_the_frames() -> None:
 def test_every_shipped_scenario_loads_and_the_robot_stands_at_its_start(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.title
-    with EmulatedRobot(BODY, seed=0, scenario=scenario) as robot:
+    with EmulatedRobot(BODY, seed=0, engine="mujoco", scenario=scenario) as robot:
         cycles(robot, 5)
         assert not robot.truth().fell
 

@@ -171,7 +171,7 @@ def test_sensors_do_not_share_draws() -> None:
     frames = []
     for parameters in (base, with_cells):
         wear = WearProfile(name="test", sensors=parameters)
-        with EmulatedRobot(load_body("nao-v3"), seed=4, wear=wear, settle=0.05) as robot:
+        with EmulatedRobot(load_body("nao-v3"), seed=4, engine="mujoco", wear=wear, settle=0.05) as robot:
             frames.append([robot.advance(None) for _ in range(10)])
     for one, other in zip(*frames, strict=True):
         assert one.fsr != other.fsr
@@ -180,11 +180,11 @@ def test_sensors_do_not_share_draws() -> None:
 
 def test_same_seed_same_frames_also_after_a_reset() -> None:
     wear = load_wear("worn")
-    with EmulatedRobot(load_body("nao-v6"), seed=5, wear=wear, settle=0.05) as robot:
+    with EmulatedRobot(load_body("nao-v6"), seed=5, engine="mujoco", wear=wear, settle=0.05) as robot:
         first = [robot.frame, *(robot.advance(None) for _ in range(25))]
         robot.reset()
         assert [robot.frame, *(robot.advance(None) for _ in range(25))] == first
-    with EmulatedRobot(load_body("nao-v6"), seed=6, wear=wear, settle=0.05) as robot:
+    with EmulatedRobot(load_body("nao-v6"), seed=6, engine="mujoco", wear=wear, settle=0.05) as robot:
         other = [robot.frame, *(robot.advance(None) for _ in range(25))]
         assert all(a.accelerometer != b.accelerometer for a, b in zip(first, other, strict=True))
 
@@ -193,7 +193,7 @@ def test_same_seed_same_frames_also_after_a_reset() -> None:
 def test_the_inertial_unit_never_repeats_a_sample(name: str) -> None:
     body = load_body(name)
     wear = WearProfile(name="test", sensors=load_wear("nominal").sensors)
-    with EmulatedRobot(body, seed=0, wear=wear, held=True, lift=0.3, settle=0.0) as robot:
+    with EmulatedRobot(body, seed=0, engine="mujoco", wear=wear, held=True, lift=0.3, settle=0.0) as robot:
         frames = [robot.advance(None) for _ in range(200)]
     assert len({(f.accelerometer, f.gyroscope, f.angle) for f in frames}) == len(frames)
     for frame in frames:

@@ -128,7 +128,14 @@ def test_the_sum_of_all_cells_is_the_weight_once_the_robot_stands() -> None:
 def test_angle_at_rest_with_nominal_sensors(name: str, tilt: tuple[float, float], seed: int) -> None:
     x, y, z, w = Rotation.from_euler("ZYX", [40.0, tilt[1], tilt[0]], degrees=True).as_quat().tolist()
     with EmulatedRobot(
-        load_body(name), seed=seed, wear=SENSORS, held=True, lift=0.3, settle=0.0, orientation=(x, y, z, w)
+        load_body(name),
+        seed=seed,
+        engine="mujoco",
+        wear=SENSORS,
+        held=True,
+        lift=0.3,
+        settle=0.0,
+        orientation=(x, y, z, w),
     ) as robot:
         angles = np.degrees([robot.advance(None).angle for _ in range(50)])
     np.testing.assert_allclose(angles, np.tile(tilt, (50, 1)), atol=0.3)

@@ -55,7 +55,7 @@ def test_thresholds_must_rise() -> None:
 def test_a_hot_knee_reports_what_is_left_of_its_stiffness_and_a_critical_one_falls_limp() -> None:
     wear = WearProfile(name="warm", servo=ServoParameters(heating=HEATING))
     start = POSTURES["StandInit"]
-    with EmulatedRobot(load_body("nao-v3"), seed=0, wear=wear, held=True, lift=0.5) as robot:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, engine="mujoco", wear=wear, held=True, lift=0.5) as robot:
         servo = robot.servo
         knee = robot.engine.robot.joints.index("LKneePitch")
         command = ActuatorFrame(reply_to=0, position=start, stiffness=(0.8,) * 25)
@@ -72,7 +72,7 @@ def test_a_hot_knee_reports_what_is_left_of_its_stiffness_and_a_critical_one_fal
 
 
 def test_standing_warms_the_loaded_legs_and_not_the_head() -> None:
-    with EmulatedRobot(load_body("nao-v3"), seed=0, wear=load_wear("nominal")) as robot:
+    with EmulatedRobot(load_body("nao-v3"), seed=0, engine="mujoco", wear=load_wear("nominal")) as robot:
         for _ in range(200):
             frame = robot.advance(None)
     assert 25.001 < frame.temperature[INDEX["LKneePitch"]] < 30.0

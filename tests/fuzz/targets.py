@@ -81,6 +81,10 @@ class Unwalking:
         """None."""
         return {}
 
+    def steps_ahead(self) -> list[list[Any]]:
+        """None, of either kind."""
+        return [[], []]
+
 
 def frames(data: bytes) -> None:
     """Every message of the contract; what is accepted encodes and decodes to itself."""

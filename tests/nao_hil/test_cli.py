@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -144,7 +145,10 @@ def test_info_ends_with_one_json_object(capsys: pytest.CaptureFixture[str], tmp_
 
 def test_info_says_what_went_wrong_first(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = tmp_path / "fall.mcap"
-    with EmulatedRobot(load_body("nao-v3"), seed=0) as robot, Recorder(file, RunConfig()) as recorder:
+    with (
+        EmulatedRobot(load_body("nao-v3"), seed=0, engine="mujoco") as robot,
+        Recorder(file, RunConfig()) as recorder,
+    ):
         robot.world_events.execute(Push(impulse=(0.0, 5.0, 0.0)))
         for _ in repeat_while(lambda: not robot.truth().fell, 500):
             robot.advance(None)
@@ -162,7 +166,7 @@ def test_info_names_no_gait_of_a_controller_that_is_none_of_ours(
     telemetry = Controller(body, gait, WalkOrder(steps=2), body.cycle).telemetry
     for name, ours in (("ours", True), ("theirs", False)):
         with (
-            EmulatedRobot(body, seed=0) as robot,
+            EmulatedRobot(body, seed=0, engine="mujoco") as robot,
             Recorder(tmp_path / name, RunConfig(gait="static")) as recorder,
         ):
             recorder.sensors(robot.frame, robot.truth())
@@ -281,6 +285,28 @@ def test_a_run_that_cannot_begin_leaves_its_folder_as_it_was(
     said = refused(capsys, command, wrong, "bogus", "--out", str(tmp_path))
     assert "'bogus'" in said and "is replaced" not in said
     assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
+@pytest.mark.parametrize("command", [["info"], ["plot"], ["replay"], ["compare"], ["view", "--replay"]])
+def test_the_folder_of_a_run_stands_for_its_recording(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "frames.mcap").write_text("no recording")
+    assert f"{tmp_path}/frames.mcap: is not an MCAP file" in refused(capsys, *command, str(tmp_path))
+
+
+def test_a_demo_beside_another_robot_commands_neither(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        listen = f"tcp/127.0.0.1:{other.getsockname()[1]}"
+        assert run(["demo", "--no-view", "--listen", listen, "--out", str(tmp_path / "run")]) == 3
+    assert f"Cannot listen on {listen}: Address already in use" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_in_place_of_a_query_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "is a folder; the query comes first" in refused(capsys, "results", str(tmp_path))
 
 
 def test_an_unknown_motion_names_all_that_can_be_played(capsys: pytest.CaptureFixture[str]) -> None:

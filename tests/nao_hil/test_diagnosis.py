@@ -35,7 +35,6 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
 from walker.estimation.odometry import GroundPlane, Odometry
 from walker.model.floating_base import FloatingBase
-from walker.model.transforms import inverse
 from walker.planning.plan import Foothold
 
 BODY = load_body("nao-v3")
@@ -134,7 +133,7 @@ def test_a_robot_on_a_slope_stands_on_it(quiet: list[Moment], roll: float, pitch
     frame = quiet[0].sensors
     floor = GroundPlane(roll, pitch, 0.02)
     upright = kinematics.place(kinematics.in_torso(frame.position), np.eye(4)).feet["L"]
-    torso = rotation(roll, pitch, 0.0) @ inverse(upright)[:3, :3]
+    torso = rotation(roll, pitch, 0.0) @ np.linalg.inv(upright)[:3, :3]
     angle = (math.atan2(torso[2, 1], torso[2, 2]), -math.asin(torso[2, 0]))
     placed = Odometry(kinematics, Foothold(0.3, -0.2, 0.0)).update(
         msgspec.structs.replace(frame, angle=angle, fsr=(10.0,) * 8), floor

@@ -70,13 +70,13 @@ def test_a_study_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     file = tmp_path / "study.db"
     margins = []
     for trials in (1, 1):
-        assert run(["plan", *QUICK, "--trials", str(trials), "--study", str(file), "--json"]) == 0
+        assert run(["plan", *NAMED, "--trials", str(trials), "--study", str(file), "--json"]) == 0
         margins.append(json.loads(capsys.readouterr().out.splitlines()[-1])["margin_m"])
     (name,) = optuna.get_all_study_names(f"sqlite:///{file}")
     trials_made = optuna.load_study(study_name=name, storage=f"sqlite:///{file}").trials
     assert len({tuple(trial.params.values()) for trial in trials_made}) == 2  # none twice
     # without trials: the best of what the file has
-    assert run(["plan", *QUICK, "--study", str(file), "--json"]) == 0
+    assert run(["plan", *NAMED, "--study", str(file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["margin_m"] == margins[1]
     assert margins[1] > margins[0] - 1e-3
     file.write_text("no study")

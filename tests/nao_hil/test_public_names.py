@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import nao_hil
-from bridge.recording.playback import frames_sha256
+from nao_hil.analysis.inspection import inspect
 from tests.loops import TIMEOUT
 
 REPOSITORY = Path(__file__).parents[2]
@@ -79,7 +79,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Path]:
 
 def test_a_recording_is_arrays(recorded: tuple[Any, Path]) -> None:
     summary, file = recorded
-    assert frames_sha256(file) == summary.frames_sha256
+    assert inspect(file).frames_sha256 == summary.frames_sha256
     recording = nao_hil.load(file)
     assert isinstance(recording, Mapping) and recording.config["gait"] == "dynamic"
     sensors, truth = recording["sensors"], recording["world/truth"]

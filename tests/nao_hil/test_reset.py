@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from bridge.body import load_body
 from bridge.guard import Guard
-from bridge.recording.playback import frames_sha256, read_recording
+from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.analysis.inspection import inspect
@@ -29,7 +29,7 @@ def walk(robot: EmulatedRobot, recorder: Recorder, statistics: RunStatistics, mo
 
 
 def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: Path) -> None:
-    with EmulatedRobot(BODY, seed=5) as robot:
+    with EmulatedRobot(BODY, seed=5, engine="mujoco") as robot:
         statistics = RunStatistics(5, "pybullet")
         with Recorder(tmp_path / "frames.mcap", {}) as recorder:
             walk(robot, recorder, statistics, 320)
@@ -38,7 +38,7 @@ def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: 
             walk(robot, recorder, statistics, 2000)
         both = statistics.summary(wall_seconds=1.0)
         assert recorder.paths == [tmp_path / "frames.mcap", tmp_path / "frames-2.mcap"]
-    with EmulatedRobot(BODY, seed=5) as robot:
+    with EmulatedRobot(BODY, seed=5, engine="mujoco") as robot:
         alone = RunStatistics(5, "pybullet")
         with Recorder(tmp_path / "alone.mcap", {}) as recorder:
             walk(robot, recorder, alone, 2000)
@@ -49,14 +49,14 @@ def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: 
         assert getattr(both, field) == pytest.approx(total), field
     assert both.torso_max == max(before.torso_max, fresh.torso_max)
     assert (tmp_path / "frames-2.mcap").read_bytes() == (tmp_path / "alone.mcap").read_bytes()
-    assert frames_sha256(tmp_path / "frames-2.mcap") == fresh.frames_sha256 != both.frames_sha256
+    assert inspect(tmp_path / "frames-2.mcap").frames_sha256 == fresh.frames_sha256 != both.frames_sha256
     for name in ("frames.mcap", "frames-2.mcap"):
         times = [item.time for item in read_recording(tmp_path / name)]
         assert times == sorted(times)
 
 
 def test_a_fall_before_a_reset_is_not_forgotten() -> None:
-    with EmulatedRobot(BODY, seed=5) as robot:
+    with EmulatedRobot(BODY, seed=5, engine="mujoco") as robot:
         statistics = RunStatistics(5, "pybullet")
 
         def stand(cycles: int) -> None:
@@ -76,7 +76,10 @@ def test_a_fall_before_a_reset_is_not_forgotten() -> None:
 
 
 def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) -> None:
-    with EmulatedRobot(BODY, seed=5) as robot, Recorder(tmp_path / "frames.mcap", {}) as recorder:
+    with (
+        EmulatedRobot(BODY, seed=5, engine="mujoco") as robot,
+        Recorder(tmp_path / "frames.mcap", {}) as recorder,
+    ):
         gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
         old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
         recorder.sensors(robot.frame, robot.truth())

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from nao_hil.cli.run_naoqi import _missing
+from nao_hil.cli.run_naoqi import _missing, _tell_spoken
+from nao_hil.naoqi_programs.runner import ADDRESS, main
 
 
 @pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:{}", "tls/127.0.0.1:{}#keys=keys/controller"])
@@ -18,3 +19,24 @@ def test_a_robot_that_runs_is_not_started_again(tmp_path: Path, endpoint: str) -
     missing = _missing(None, "tcp://127.0.0.1:9559", place, tmp_path)
     assert [name for name, _ in missing] == ["robot", "server"]
     assert all(place in command for _, command in missing)
+
+
+def test_each_text_that_the_robot_spoke_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+    log = "10:00 INFO the robot says: Commands are in force.\n10:01 INFO the robot speaks: 'Hello'\n"
+    told = _tell_spoken(log + "10:02 INFO the robot speaks: 'B", 0)
+    assert _tell_spoken(log + "10:02 INFO the robot speaks: 'Bye'\n", told) == 2
+    assert capsys.readouterr().err == "the robot speaks: 'Hello'\nthe robot speaks: 'Bye'\n"
+
+
+def test_what_is_no_naoqi_is_told_in_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("qi")
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        monkeypatch.setenv(ADDRESS, url)
+        monkeypatch.setattr("nao_hil.naoqi_programs.runner.PATIENCE", 0.2)
+        assert main("hello.py", []) == 3
+    assert capsys.readouterr().err.endswith(
+        f"error: No NAOqi answers at {url} (no answer). Stop what listens there, or give another --url.\n"
+    )

@@ -26,7 +26,7 @@ def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
     gait = make_gait("dynamic", gait_parameters("dynamic"), body)
     controller = Controller(body, gait, WalkOrder(steps=8, settle=0.0), body.cycle)
     told, seen = RunStatistics(3, "pybullet"), Deaf(3, "pybullet")
-    with EmulatedRobot(body, seed=3) as robot:
+    with EmulatedRobot(body, seed=3, engine="mujoco") as robot:
         in_process.run(robot, Guard(body), controller, [told, seen], 1500)
     expected, found = told.summary(1.0), seen.summary(1.0)
     assert expected.steps == 8

@@ -49,13 +49,14 @@ from nao_hil.drive.driver import HOLD, SPEED_STEPS, TURN
 from nao_hil.view.charts import CHARTS, MARKS, Charts, mark
 from nao_hil.view.controls import FAULTS, Controls
 from nao_hil.view.driving import KEYS, Driving
+from nao_hil.view.gaps import with_breaks, with_gaps
 from nao_hil.view.hand import SPEED, Hand
 from nao_hil.view.history import History
 from nao_hil.view.joints import joint_table
 from nao_hil.view.looks import link_parts, terrain_meshes
-from nao_hil.view.page import verdict
+from nao_hil.view.page import verdict, walks_again
 from nao_hil.view.recorded_run import first_run
-from nao_hil.view.scene import level_way
+from nao_hil.view.scene.push import level_way
 from nao_hil.view.slow_motion import SlowMotion
 from nao_hil.view.surroundings import initial_world
 from tests.loops import TIMEOUT, until
@@ -392,6 +393,7 @@ def test_the_pad_shows_the_directions_that_the_gait_can_go(
     controls.show_gait(gait)
     assert gui.widgets["turn (Turn left, Turn right)"].visible == everywhere
     assert gui.widgets["velocity"].visible == everywhere
+    assert gui.widgets["speed, m/s"].visible != everywhere  # one place for the speed
     assert gui.widgets["sideways (Left, Right)"].visible == everywhere
     assert gui.widgets["ahead (Slower, Faster)"].visible
     gui.press("Turn left")
@@ -499,6 +501,18 @@ def test_charts_draw_each_number_where_it_belongs_and_mark_what_went_wrong(stand
     assert gui.plots["gyroscope, deg/s"].visible and not gui.plots["torso, deg"].visible
 
 
+def test_a_curve_ends_where_no_value_is_known_and_at_a_break_of_the_recording() -> None:
+    cycles = np.delete(0.01 * np.arange(100), slice(40, 60))
+    rows = np.column_stack([cycles, np.where(cycles < 0.1, np.nan, 1.0), np.ones(80)])
+    broken, phases = with_breaks(rows, ["SSL"] * 80)
+    times, late, always = with_gaps(list(broken.T))
+    assert list(times) == pytest.approx([*cycles[:40], 0.495, *cycles[40:]])
+    assert late == [*[None] * 10, *[1.0] * 30, None, *[1.0] * 40]
+    assert always == [*[1.0] * 40, None, *[1.0] * 40]
+    assert phases == [*["SSL"] * 40, "", *["SSL"] * 40]
+    assert isinstance(times, np.ndarray)  # a curve without a gap is sent as numbers
+
+
 def test_marks_are_vertical_lines_between_points_that_stay_in_order() -> None:
     times = np.array([0.0, 1.0, 2.0, 3.0])
     order, (one, two) = mark(times, [[1.0, 5.0], [1.0, 3.0]])
@@ -588,6 +602,18 @@ def test_the_verdict_says_what_the_first_sign_means() -> None:
     assert title == "#### It fell at 4.90 s. What went wrong first: the ZMP left the support polygon"
     assert meaning == MEANING["zmp"]
     assert chain.index("4.00") < chain.index("4.20") < chain.index("4.90")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "state", "again"), [(0.5, "walk", False), (9.0, "motion", False), (9.0, "walk", True)]
+)
+def test_the_verdict_leaves_the_headline_once_the_robot_walks_again(
+    standing: list[Moment], seconds: float, state: str, again: bool
+) -> None:
+    moment = standing[-1]
+    fell = Diagnosis(fell=moment.sensors.time - seconds, chain=(), first=None, before=None)
+    walk = SimpleNamespace(state=state)
+    assert walks_again(moment._replace(walk=walk), fell) == again  # type: ignore[arg-type]
 
 
 def test_a_long_chain_keeps_its_beginning_and_its_end_and_says_that_something_is_left_out() -> None:

@@ -184,7 +184,7 @@ def samples(session: Any) -> dict[str, Any]:
     result["limits"] = motion.getLimits("LShoulderRoll")
     result["summary"] = motion.getSummary().splitlines()[0]
     result["turn"] = refusal(lambda: motion.moveToward(0.0, 0.0, 0.5))
-    result["unknown"] = refusal(lambda: motion.wbEnable(True))
+    result["unknown"] = refusal(lambda: motion.animation())
     result["version"] = session.service("ALSystem").systemVersion()
     result["body type"] = session.service("ALMemory").getData("RobotConfig/Body/Type")
     return result

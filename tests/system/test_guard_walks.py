@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("pybullet")
-
 from bridge.body import load_body
 from bridge.guard import Guard
 from emulator.robot import EmulatedRobot
@@ -20,7 +18,7 @@ def test_every_command_of_a_walk_passes_unchanged(gait: str, steps: int) -> None
     body = load_body("nao-v3")
     guard = Guard(body)
     controller = controller_maker(RunConfig(gait=gait, steps=steps))(body, body.cycle)
-    with EmulatedRobot(body, seed=0, wear=load_wear("nominal")) as robot:
+    with EmulatedRobot(body, seed=0, engine="mujoco", wear=load_wear("nominal")) as robot:
         for _ in repeat_while(lambda: not controller.done):
             command = guard.check(controller.tick(robot.frame), robot.frame.seq)
             given = guard.cycle(robot.frame, command)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from bridge.body import BODIES, TORSO, joint_tree, load_body
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from walker.model.com import CentreOfMass
-from walker.model.transforms import homogeneous, inverse
+from walker.model.transforms import homogeneous
 
 pytest.importorskip("pybullet")
 
@@ -52,8 +52,8 @@ def frames_and_com(model):
     masses = [bullet.getDynamicsInfo(robot, i, physicsClientId=client)[0] for i in (BASE, *model.numbers)]
     base = bullet.getBasePositionAndOrientation(robot, physicsClientId=client)
     inertial_in_torso = pose(*bullet.getDynamicsInfo(robot, BASE, physicsClientId=client)[3:5])
-    torso_in_world = pose(*base) @ inverse(inertial_in_torso)
-    world_in_torso = inverse(torso_in_world)
+    torso_in_world = pose(*base) @ np.linalg.inv(inertial_in_torso)
+    world_in_torso = np.linalg.inv(torso_in_world)
     frames, coms = {TORSO: np.eye(4)}, [np.array(base[0])]
     for i, joint in zip(model.numbers, model.joints, strict=True):
         state = bullet.getLinkState(robot, i, computeForwardKinematics=1, physicsClientId=client)

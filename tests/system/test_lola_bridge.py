@@ -118,6 +118,18 @@ def bridged(
         yield begin
 
 
+def test_a_robot_that_is_not_there_is_told_once(
+    tmp_path: Path, endpoint: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    stop, left = threading.Event(), [1, 2]
+    settings = BridgeSettings(robot="nao", software="test", listen=endpoint)
+    bridge = LolaBridge(parse_address(str(tmp_path / "nobody")), settings, stop)
+    stop.wait = lambda timeout=None: left.pop() if left else stop.set()
+    bridge.run()
+    (said,) = (record.getMessage() for record in caplog.records if record.levelname == "WARNING")
+    assert said == f"No LoLA answers at {tmp_path}/nobody (No such file or directory). Trying again."
+
+
 def newest(link: ControllerLink) -> SensorFrame:
     # none also when the robot has just gone
     frame: SensorFrame = until(lambda: link.latest(1.0), "a frame")

@@ -211,8 +211,13 @@ def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCapture
     client.read()
     client.send(pack(Position=[0.0, float("inf"), *[0.0] * 23]))
     robot.command()
+    robot.publish()
+    client.read()
+    client.send(pack(Position=[30.0, *[0.0] * 24]))
+    assert robot.command().position[0] == 30.0  # the robot's own ranges clip it
     assert sorted(record.getMessage() for record in caplog.records) == [
         "the client's `Position` needs 25 numbers and has 24 elements; it was ignored.",
+        "the client's `Position` of HeadYaw is 30 rad, which no joint reaches; angles are in radians.",
         "the client's `Position` of HeadYaw is nan and was ignored; a finite number is expected.",
         "the client's `Stiffness` of HeadYaw is 7 and was clipped; -1 to 1 is allowed.",
     ]

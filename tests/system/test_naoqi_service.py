@@ -111,7 +111,7 @@ def test_the_vendors_motion_samples_run_through_an_alproxy(served: Served) -> No
     assert result["limits"][0][:2] == pytest.approx([-0.3142, 1.3265], abs=1e-3)
     assert result["summary"] == "Model: naoH25"
     assert "this gait walks straight only" in result["turn"]
-    assert result["unknown"].startswith("ALMotion.wbEnable is not offered by nao-hil: whole-body control")
+    assert result["unknown"].startswith("ALMotion.animation is not offered by nao-hil: no animations")
     assert result["version"] == "2.1.4.13"
     assert result["body type"] == "Nao"
 

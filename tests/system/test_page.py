@@ -374,6 +374,10 @@ def test_walk_stop_push_fall_reset_and_walk_again(
     assert typed(page) == pytest.approx([0.8 * 0.35, 0.0, 0.8 * 1.5], abs=0.03)  # of the limits of `omni`
     page.get_by_role("button", name="Stop", exact=True).click()
     page.wait_for_function("document.body.innerText.includes('· stand')")
+    for _ in range(100):  # the field hears of Stop by the server
+        if typed(page) == [0.0, 0.0, 0.0]:
+            break
+        page.wait_for_timeout(100)
     assert typed(page) == [0.0, 0.0, 0.0]
     page.get_by_role("tab", name="Save").click()
     with page.expect_download() as download:

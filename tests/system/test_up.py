@@ -15,7 +15,7 @@ import pytest
 from bridge.link.world_client import WorldClient
 from bridge.messages import SensorFrame
 from bridge.messages.world import Push, Reset
-from bridge.recording.playback import frames_sha256, read_recording
+from bridge.recording.playback import read_recording
 from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.analysis.inspection import inspect
 from nao_hil.cli.main import run
@@ -79,7 +79,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
         command = start("up", "--mode", "lockstep", *walk, "--listen", endpoint, "--out", str(folder))
         assert command.wait() == 0, command.stderr
         runs.append((command.result, (folder / "frames.mcap").read_bytes()))
-        assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
+        assert inspect(folder / "frames.mcap").frames_sha256 == command.result["frames_sha256"]
     (first, recording), (second, again) = runs
     assert first["frames_sha256"] == second["frames_sha256"]
     assert recording == again
@@ -89,7 +89,7 @@ def test_two_runs_of_a_seed_are_the_same_byte_for_byte_and_the_same_in_process(
     command = start("up", "--mode", "in-process", *walk, "--out", str(folder))
     assert command.wait() == 0, command.stderr
     assert command.result["frames_sha256"] == first["frames_sha256"]
-    assert frames_sha256(folder / "frames.mcap") == first["frames_sha256"]
+    assert inspect(folder / "frames.mcap").frames_sha256 == first["frames_sha256"]
     shared = set(command.result) - {"real_time_factor"}
     assert {name: command.result[name] for name in shared} == {name: first[name] for name in shared}
 
@@ -108,7 +108,7 @@ def test_the_walker_starts_first_and_needs_no_pybullet(start: Start, endpoint: s
     assert robot.process.returncode == 0, robot.stderr
     assert robot.result["steps"] == 2
     assert "Traceback" not in walker.stderr + robot.stderr
-    assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
+    assert inspect(tmp_path / "run" / "frames.mcap").frames_sha256 == robot.result["frames_sha256"]
 
 
 def test_a_robot_without_pybullet_goes_on_with_mujoco_unless_pybullet_was_asked_for(
@@ -179,7 +179,7 @@ def test_a_robot_keeps_its_cycle_while_walkers_come_and_go(
     robot.interrupt()
     assert (third.process.returncode, robot.process.returncode) == (130, 0)
     assert "Traceback" not in third.stderr + robot.stderr + first.stderr
-    assert frames_sha256(tmp_path / "run" / "frames.mcap") == robot.result["frames_sha256"]
+    assert inspect(tmp_path / "run" / "frames.mcap").frames_sha256 == robot.result["frames_sha256"]
 
 
 @pytest.mark.realtime
@@ -210,7 +210,7 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
     assert not any(Path(f"/proc/{pid}").exists() for pid in children)
     assert "Traceback" not in command.stderr
     assert "Interrupted" in command.stderr and "stands" not in command.stderr
-    assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
+    assert inspect(folder / "frames.mcap").frames_sha256 == command.result["frames_sha256"]
     assert command.result["cycles"] > 100
 
 
@@ -227,7 +227,7 @@ def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
     assert " ".join(command.stderr.split()).count("is replaced") == 1
     assert not (folder / "frames-2.mcap").exists()
     assert (folder / "notes.txt").read_text() == "old"
-    assert frames_sha256(folder / "frames.mcap") == command.result["frames_sha256"]
+    assert inspect(folder / "frames.mcap").frames_sha256 == command.result["frames_sha256"]
 
 
 def test_after_a_reset_the_end_tells_of_the_last_recording_only(
@@ -280,7 +280,7 @@ def test_both_sides_end_with_an_up_that_is_killed(
     # A dead process that nobody has waited for has no command line.
     until(lambda: not any(child.exists() and child.read_bytes() for child in children), "both sides to end")
     summary = json.loads((folder / "summary.json").read_text())
-    assert frames_sha256(folder / "frames.mcap") == summary["frames_sha256"]
+    assert inspect(folder / "frames.mcap").frames_sha256 == summary["frames_sha256"]
 
 
 @pytest.mark.parametrize("side", ["robot", "walker"])

@@ -47,8 +47,11 @@ def test_a_robot_that_carries_out_its_plan_has_little_deviation(velocity):
     assert abs(feedback[-1].placement) < 0.002
 
 
-def test_a_centre_of_mass_that_runs_ahead_is_predicted_by_the_pendulum():
-    """x = a e^(w t) has the capture point 2 x; after the latency it is e^(w d) times as far."""
+@pytest.mark.parametrize(("begin", "unlearnt"), [(120, 0.015), (620, 0.0)])
+def test_a_centre_of_mass_that_runs_ahead_is_predicted_by_the_pendulum(begin, unlearnt):
+    """x = a e^(w t) has the capture point 2 x; after the latency it is e^(w d) times as far. Cycle 120 is in
+    the fourth step: a worn robot falls back in its first steps unless they answer. There what a nominal robot's
+    joints yield, 15 mm, counts as none."""
     gait = make_gait("omni", gait_parameters("omni", {"v_x": 0.0}), BODY)
     pose, stand = PoseMaker(BODY, standing_plan(gait)), standing_plan(gait)
     there, here = (pose.unlimited_angles(replace(stand, com=(stand.com[0] + x, 0.0))) for x in (0.01, 0.0))
@@ -57,7 +60,6 @@ def test_a_centre_of_mass_that_runs_ahead_is_predicted_by_the_pendulum():
     at = [com(q)[0] - foot_in_torso(BODY, "L", [q[slot] for slot in slots])[0, 3] for q in (there, here)]
     share = (at[0] - at[1]) / 0.01  # the feet stay behind, and their mass with them
     omega = math.sqrt(9.81 / gait_parameters("omni").z)
-    begin = 620
 
     def ahead(k):
         return 0.004 * math.exp(omega * (k - begin) * DT) if k >= begin else 0.0
@@ -66,4 +68,5 @@ def test_a_centre_of_mass_that_runs_ahead_is_predicted_by_the_pendulum():
     pushed, calm = follow((0.0, 0.0, 0.0), ahead, k + 1), follow((0.0, 0.0, 0.0), None, k + 1)
     found = pushed[k][1].deviation[0] - calm[k][1].deviation[0]
     assert pushed[k][0].support != "both"
-    assert found == pytest.approx(share * 2.0 * ahead(k) * math.exp(omega * 0.04), rel=0.25)
+    capture_point = share * 2.0 * ahead(k) * math.exp(omega * 0.04)
+    assert found == pytest.approx(capture_point - unlearnt, abs=0.25 * capture_point)

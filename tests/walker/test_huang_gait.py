@@ -13,7 +13,7 @@ from bridge.body import load_body
 from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround, Patch
-from walker.model.support_polygon import SupportPolygon, convex_hull
+from bridge.polygon import SupportPolygon, convex_hull
 from walker.planning import GaitCommand, Plan, dry_walk, gait_parameters, make_gait, standing_plan
 from walker.planning.huang import HuangGait, HuangParameters
 from walker.planning.walkable import check_walkable

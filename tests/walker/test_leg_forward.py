@@ -10,7 +10,6 @@ from bridge.body import BODIES, load_body
 from bridge.body.joints import LEG_JOINTS
 from bridge.rotations import rotation
 from tests.walker.thesis_leg import leg_chain, leg_steps
-from walker.model import transforms as tf
 from walker.model.leg import foot_in_torso, sole_in_torso
 
 SIDES = ("L", "R")
@@ -124,12 +123,3 @@ def test_rotation_order_is_roll_then_pitch_then_yaw():
     for roll, pitch, yaw in np.random.default_rng(4).uniform(-3.0, 3.0, (50, 3)):
         expected = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
         assert rotation(roll, pitch, yaw) == pytest.approx(expected, abs=1e-14)
-
-
-def test_inverse_transform_undoes():
-    # (2.8)
-    rng = np.random.default_rng(5)
-    for _ in range(50):
-        H = tf.homogeneous(rotation(*rng.uniform(-3.0, 3.0, 3)), rng.normal(size=3))
-        assert tf.inverse(H) @ H == pytest.approx(np.eye(4), abs=1e-14)
-        assert tf.inverse(H) == pytest.approx(np.linalg.inv(H), abs=1e-13)

@@ -104,6 +104,26 @@ def test_walk_begins_and_ends_in_a_stand_without_jumps(command):
             assert math.dist((u.x, u.y, u.z), (v.x, v.y, v.z)) < 2.0 * DT
 
 
+@pytest.mark.parametrize("command", [(0.1, 0.0, 0.0), (-0.1, 0.0, 0.0), (0.0, 0.12, 0.0), (0.05, -0.1, 0.8)])
+@pytest.mark.parametrize("steps", [9, 10])
+def test_plan_ends_where_it_said(command, steps):
+    """The feet close at once, or after one more step on the spot."""
+    gait = make_gait("omni", P, BODY)
+    state = gait.initial()
+    for _ in range(1000):
+        plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=command))
+        if plan.step == steps - 1 and plan.ends:
+            break
+    assert len(plan.ends) == 2
+    for more, end in enumerate(plan.ends):
+        now, then = plan, state
+        for _ in range(300):
+            asked = GaitCommand(walk=now.step + 1 < steps + more, velocity=(0.0, 0.0, 0.0))
+            now, then = gait.step(then, DT, asked)
+        assert now.phase == "stand"
+        assert now.middle == pytest.approx(end, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     "command", [(0.2, 0.0, 0.0), (-0.15, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, -0.1, 0.0), (0.0, 0.0, 1.0)]
 )

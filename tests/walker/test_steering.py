@@ -30,7 +30,7 @@ def end(steering: Steering, here: Foothold, steps: int = 400) -> tuple[Foothold,
     """Where it arrives: the velocity changes from step to step, within the gait's accelerations."""
     velocity = (0.0, 0.0, 0.0)
     for step in range(steps):
-        if steering.arrived(here):
+        if steering.arrived(here, here):
             return here, step
         wanted = P.clipped(steering.velocity(here))
         velocity = approached(P, velocity, wanted)
@@ -45,6 +45,18 @@ def test_it_arrives_from_anywhere(begin, share):
     there, _ = end(Steering(P, goal, share), begin)
     assert math.dist(there[:2], goal[:2]) <= NEAR
     assert abs(math.remainder(there.yaw - goal.yaw, math.tau)) <= TURNED
+
+
+def test_a_walk_that_drifts_more_than_it_may_correct_ends_close_to_its_goal():
+    """It passes 1.5 cm beside the goal, and each step moves it on by 5 mm that are not commanded."""
+    steering, here = Steering(P, Foothold(0.05, 0.015), share=0.02), Foothold()
+    for _ in range(60):
+        if steering.arrived(here, here):
+            break
+        x, _, turn = steering.velocity(here)
+        here = moved(here, (max(x, -0.005) + 0.02, 0.0, turn), P.T)
+    assert steering.arrived(here, here)
+    assert math.dist(here[:2], (0.05, 0.015)) < 6.0 * NEAR
 
 
 @given(start)

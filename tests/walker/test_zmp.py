@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bridge.body import BODIES, load_body
+from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import rotation
-from walker.model.support_polygon import SupportPolygon, convex_hull
 from walker.model.transforms import homogeneous
 from walker.model.zmp import FootForces
 

@@ -1,4 +1,4 @@
-"""For all tests of campaigns."""
+"""For tests of campaigns."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import pytest
 
 
-@pytest.fixture(autouse=True)
-def sockets_that_dask_leaves() -> Iterator[None]:
-    """Distributed leaves sockets to the garbage collector: they are collected here, and blamed on no test."""
+@pytest.fixture
+def connections_left_open() -> Iterator[None]:
+    """Dask and optuna leave connections to the garbage collector: collected here, blamed on no other test."""
     yield
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ResourceWarning)

@@ -13,7 +13,7 @@ from nao_hil.campaigns.file import load_campaign
 from nao_hil.campaigns.quantities import changed
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.walk import Walk
+from nao_hil.runs.walk import Walk, walk
 
 WALK = Walk(name="a", config=RunConfig(gait="static"), duration=1.0)
 FILE = """
@@ -56,6 +56,12 @@ def test_quantities_change_what_they_name_and_nothing_else() -> None:
         ("parameters.unheard", 1.0, "unheard"),
         ("friction", -1.0, "friction"),
         ("gait.x", 1.0, "gait is no table"),
+        ("slope", "a", "slope: expected a number, got text"),
+        ("push", [1.0], "push: expected a number"),
+        ("backlash", "a", "backlash: expected a number, got text"),
+        ("duration", "a", "duration: expected a number, got text"),
+        ("duration", -1.0, "duration: expected a number > 0"),
+        ("scenario", 3, "scenario: expected text, got a whole number"),
     ],
 )
 def test_a_quantity_that_is_none_is_one_sentence(name: str, value: object, sentence: str) -> None:
@@ -95,3 +101,25 @@ def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
     assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(3, 3)] * 4
     assert run(["results", "SELECT count(*) AS n FROM walks", str(tmp_path / "out"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["rows"] == [{"n": 12}]
+
+
+def test_a_cell_that_cannot_be_walked_is_named_and_the_others_count(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "shins.toml"
+    file.write_text(
+        'seeds = 2\nduration = 0.1\n[base]\nengine = "mujoco"\ngait = "static"\n'
+        '[axes]\n"body.lengths.TibiaLength" = [0.1, 0.06]\n'
+    )
+    assert run(["campaign", str(file), "--out", str(tmp_path / "out"), "--cluster", "inline", "--json"]) == 2
+    said = capsys.readouterr()
+    found = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert [cell["n"] for cell in found["cells"]] == [2, 0]
+    assert "body.lengths.TibiaLength 0.06 (seed 0): " in found["error"]
+    assert "TibiaLength 0.06" in said.err
+
+
+def test_a_walk_that_ends_before_its_push_is_no_result() -> None:
+    short = Walk(name="short", config=RunConfig(engine="mujoco", gait="dynamic"), duration=0.1)
+    with pytest.raises(ConfigurationError, match=r"before the push at 4 s; walk longer than 0\.1 s\.$"):
+        walk(changed(short, "push", 8.0))

@@ -25,6 +25,7 @@ from nao_hil.runs.walk import Walk
 from tests.loops import until
 from walker.stabilization.switches import switch_changes
 
+pytestmark = pytest.mark.usefixtures("connections_left_open")
 BARE = switch_changes("none")
 HERE = Path(__file__).parent
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(HERE.parents[2]), "PYTHONWARNINGS": "ignore"}
@@ -38,17 +39,16 @@ class Cluster:
             free.bind(("127.0.0.1", 0))
             self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         self._folder = folder
-        self.scheduler = self.start_scheduler()
-        self.workers = [self.start_worker() for _ in range(2)]
+        self.workers: list[subprocess.Popen[bytes]] = []
+        self.start()
 
-    def start_scheduler(self) -> subprocess.Popen[bytes]:
+    def start(self) -> None:
+        """A scheduler with two workers."""
         port = self.address.rpartition(":")[2]
-        scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
+        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
         until(lambda: _listens(int(port)), "the scheduler")
-        return scheduler
-
-    def start_worker(self) -> subprocess.Popen[bytes]:
-        return self._start("worker", self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
+        command = ("worker", self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
+        self.workers += [self._start(*command) for _ in range(2)]
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         with (self._folder / "log").open("ab") as log:
@@ -68,9 +68,10 @@ def _listens(port: int) -> bool:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    found = Cluster(tmp_path)
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    """One for all tests; the last one leaves it without workers."""
+    found = Cluster(tmp_path_factory.mktemp("cluster"))
     yield found
     found.close()
 
@@ -95,23 +96,33 @@ def test_the_same_walks_on_a_cluster_and_here_row_for_row(cluster: Cluster, tmp_
     assert [each.end for each in here] == [each.end for each in there]
 
 
-def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(cluster: Cluster) -> None:
+def test_a_worker_with_other_sources_refuses_in_one_sentence(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(base.Versions, "here", classmethod(lambda cls: cls("0" * 64, ())))
     executor = open_executor(cluster.address)
+    with pytest.raises(WorkerRefused, match=r"has sources \w{12}, the command 000000000000: install the same"):
+        list(executor.run([Job("a", abs, -1)]))
+    executor.close()
+
+
+def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(cluster: Cluster) -> None:
+    said: list[str] = []
+    executor = open_executor(cluster.address, say=said.append)
     found = []
     for each in executor.run(Job(f"job {k}", time.sleep, 0.1) for k in range(60)):
         assert each.error is None
         found.append(each.place)
         if len(found) == 10:
             cluster.workers[0].send_signal(signal.SIGKILL)
-            cluster.workers.append(cluster.start_worker())
         if len(found) == 25:
             cluster.scheduler.kill()
             cluster.scheduler.wait()
             time.sleep(1.0)
-            cluster.scheduler = cluster.start_scheduler()
-            cluster.workers += [cluster.start_worker() for _ in range(2)]
+            cluster.start()
     executor.close()
     assert sorted(found) == list(range(60))
+    assert f"The scheduler at {cluster.address} is gone; it is looked for, 300 s at most." in said
 
 
 def test_a_result_that_dies_with_the_last_worker_ends_the_run_in_one_sentence(
@@ -129,17 +140,10 @@ def test_a_result_that_dies_with_the_last_worker_ends_the_run_in_one_sentence(
         return gather(*arguments, **more)
 
     monkeypatch.setattr(Client, "gather", killed_before)
-    executor = open_executor(cluster.address)
+    said: list[str] = []
+    executor = open_executor(cluster.address, say=said.append)
     with pytest.raises(LinkError, match=r"the scheduler at tcp://.* has had no worker for"):
         list(executor.run([Job("a", abs, -1)]))
     executor.close()
-
-
-def test_a_worker_with_other_sources_refuses_in_one_sentence(
-    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(base.Versions, "here", classmethod(lambda cls: cls("0" * 64, ())))
-    executor = open_executor(cluster.address)
-    with pytest.raises(WorkerRefused, match=r"has sources \w{12}, the command 000000000000: install the same"):
-        list(executor.run([Job("a", abs, -1)]))
-    executor.close()
+    assert said
+    assert all(text.startswith(f"{cluster.address} has no worker; one is waited for, ") for text in said)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -14,8 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from bridge.errors import ConfigurationError
+from emulator.scenarios import load_scenario
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.dataset import Dataset
+from nao_hil.runs.dataset import Dataset, row
 from nao_hil.runs.store import key
 from nao_hil.runs.track import WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
@@ -119,8 +122,6 @@ def test_a_walk_whose_track_is_spoilt_is_not_found(tmp_path: Path) -> None:
 
 
 def test_the_configuration_hash_is_the_same_for_all_seeds_and_for_no_other_configuration() -> None:
-    from nao_hil.runs.dataset import row
-
     def of(walk: Walk) -> str:
         return row(msgspec_replace(outcome(0), walk), 0.1).configuration_hash
 
@@ -130,6 +131,14 @@ def test_the_configuration_hash_is_the_same_for_all_seeds_and_for_no_other_confi
     task = outcome(0).walk
     assert of(task) == of(outcome(5).walk)
     assert of(task) != of(msgspec.structs.replace(task, duration=3.0))
+
+
+def test_the_configuration_of_a_walk_that_a_worker_got_is_that_of_the_command() -> None:
+    walk = msgspec.structs.replace(outcome(0).walk, scenario=load_scenario("obstacle"))
+    end, track = outcome(0).end, outcome(0).track
+    here, there = (row(WalkOutcome(each, end, track), 0.1) for each in (walk, pickle.loads(pickle.dumps(walk))))
+    assert here.configuration_hash == there.configuration_hash
+    assert json.loads(here.configuration)["scenario"]["floor"]["roll"] == 0.0  # a default is written
 
 
 def test_a_part_that_cannot_be_read_and_a_folder_that_cannot_be_made_are_one_sentence(tmp_path: Path) -> None:

@@ -7,20 +7,32 @@ import os
 import threading
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import dask
 import pytest
+from distributed import Client
 
 from bridge.errors import ConfigurationError, LinkError
 from emulator.wear import load_wear
 from nao_hil.runs.executors import Executor, Job, RunFailed, open_executor
 
+pytestmark = pytest.mark.usefixtures("connections_left_open")
 
-@pytest.fixture(scope="module", params=["inline", "local:2"])
-def executor(request: pytest.FixtureRequest) -> Iterator[Executor]:
-    opened = open_executor(request.param)
+
+@pytest.fixture(scope="module")
+def processes() -> Iterator[Executor]:
+    opened = open_executor("local:2")
     yield opened
     opened.close()
+
+
+@pytest.fixture(params=["inline", "local:2"])
+def executor(request: pytest.FixtureRequest) -> Executor:
+    found: Executor = (
+        request.getfixturevalue("processes") if request.param != "inline" else open_executor("inline")
+    )
+    return found
 
 
 def test_each_job_gets_its_own_result(executor: Executor) -> None:
@@ -46,6 +58,38 @@ def test_jobs_are_taken_only_a_little_ahead_of_those_that_are_done(executor: Exe
         most = max(most, taken - done)
     assert done == 100
     assert most < 30
+
+
+def test_jobs_are_submitted_several_at_a_time(processes: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A dask scheduler keeps a note of each submission for as long as it runs (`distributed.spans`)."""
+    submissions = []
+    submit = Client.map
+
+    def counted(client: Client, *arguments: Any, **more: Any) -> Any:
+        submissions.append(arguments)
+        return submit(client, *arguments, **more)
+
+    monkeypatch.setattr(Client, "map", counted)
+    assert len(list(processes.run(Job(f"job {k}", abs, k) for k in range(120)))) == 120
+    assert 1 < len(submissions) <= 120 / 12 + 2
+
+
+def test_a_client_that_closes_is_replaced_and_no_job_is_lost(
+    processes: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after a scheduler that did not answer for long."""
+    submissions = []
+    submit = Client.map
+
+    def closed_before(client: Client, *arguments: Any, **more: Any) -> Any:
+        submissions.append(arguments)
+        if len(submissions) == 2:
+            client.close()
+        return submit(client, *arguments, **more)
+
+    monkeypatch.setattr(Client, "map", closed_before)
+    places = [each.place for each in processes.run(Job(f"job {k}", abs, k) for k in range(40))]
+    assert sorted(places) == list(range(40))
 
 
 def test_a_failure_names_its_run_and_the_others_go_on(executor: Executor) -> None:
@@ -74,7 +118,7 @@ def test_a_run_that_kills_its_process_is_named_and_the_others_go_on() -> None:
 
 def test_a_stop_gives_up_what_is_under_way() -> None:
     stop = threading.Event()
-    executor = open_executor("local:2", stop)
+    executor = open_executor("local:1", stop)
     found = []
     for each in executor.run([Job("short", math.sqrt, 4.0), Job("long", time.sleep, 3600.0)]):
         found.append((each.place, each.result))

@@ -73,5 +73,7 @@ def test_the_interval_of_the_page_is_wilsons(folder: Path) -> None:
 def test_mistakes_are_one_sentence(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"the query is wrong: .*hight"):
         ask("SELECT hight FROM walks", folder)
+    with pytest.raises(ConfigurationError, match="the query is empty"):
+        ask("", folder)
     with pytest.raises(ConfigurationError, match="no walks are kept there"):
         ask("SELECT 1", tmp_path)

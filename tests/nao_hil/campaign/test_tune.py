@@ -11,48 +11,29 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import optuna
 import pytest
+from sqlalchemy.exc import OperationalError
 
 from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from nao_hil.campaigns.objective import BATCH, Ensemble, judge, score
+from nao_hil.campaigns.results import ask
 from nao_hil.campaigns.space import read_space
-from nao_hil.campaigns.study import Range, count, enqueue, improve, open_study, shipped
+from nao_hil.campaigns.study import Range, Stopped, count, enqueue, improve, open_study, shipped
 from nao_hil.campaigns.tuned import compare, importances, write_tuned
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
 from tests.loops import TIMEOUT, until
+from tests.nao_hil.campaign.damping_study import ENSEMBLE, SPACE, attempt
 from tests.ports import free_port
 
-pytestmark = pytest.mark.filterwarnings("ignore::optuna.exceptions.ExperimentalWarning")
-SPACE = {"controller.damping.roll": Range(0.0, 0.2), "controller.damping.pitch": Range(0.0, 0.2)}
-ENSEMBLE = Ensemble(
-    base=RunConfig(gait="dynamic"),
-    robots=("nao-v3",),
-    wears=("nominal",),
-    scenarios=("flat",),
-    first_seed=0,
-    seeds=20,
-    duration=10.0,
-)
-
-
-def ended(walk: Walk) -> WalkEnd:
-    """Stands the longer the nearer the roll damping is to 0.05; the pitch damping makes no difference."""
-    off = abs(walk.config.controller.get("damping", {}).get("roll", 0.2) - 0.05)
-    alive = off < 0.02
-    time = 10.0 if alive else max(0.1, 10.0 - 80.0 * off)
-    return WalkEnd(
-        ending="walked" if alive else "fell",
-        time=time, roll=0.0, pitch=0.0, steps=0, distance=0.0, tilt_max=0.1 + off,
-    )  # fmt: skip
-
-
-def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:
-    return [ended(walk) for walk in walks]
+DONE = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
+pytestmark = pytest.mark.usefixtures("connections_left_open")
 
 
 def test_a_study_finds_the_best_point_and_ends_hopeless_trials_early(tmp_path: Path) -> None:
@@ -72,12 +53,46 @@ def test_a_study_finds_the_best_point_and_ends_hopeless_trials_early(tmp_path: P
     again = open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
     improve(again, SPACE, ENSEMBLE, attempt, 45, lambda: False)
     assert count(again) == 45
-    unseen = compare(ENSEMBLE, study.best_params, attempt)
+    detuned = msgspec.structs.replace(ENSEMBLE.base, controller={"damping": {"roll": 0.15}})
+    unseen = compare(msgspec.structs.replace(ENSEMBLE, base=detuned), study.best_params, attempt)
     assert unseen["before"]["survived"] == 0 and unseen["after"]["survived"] == 20
+    # a roll damping that is not named counts as 0.2 in `ended`: it falls earlier than with 0.15
+    assert unseen["shipped"]["score"] < unseen["before"]["score"] < unseen["after"]["score"]
     write_tuned(tmp_path / "tuned.toml", ENSEMBLE, study.best_params)
     tuned = read_toml(tmp_path / "tuned.toml")
     assert tuned["gait"] == "dynamic"
     assert abs(tuned["controller"]["damping"]["roll"] - 0.05) < 0.02
+
+
+def test_a_trial_that_was_stopped_is_tried_again(tmp_path: Path) -> None:
+    study = open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
+    first = {"controller.damping.roll": 0.05, "controller.damping.pitch": 0.1}
+    enqueue(study, first)
+    stop: list[bool] = []
+
+    def stopped(walks: Sequence[Walk]) -> list[WalkEnd]:
+        stop.append(True)
+        raise Stopped
+
+    improve(study, SPACE, ENSEMBLE, stopped, 2, lambda: bool(stop))
+    assert count(study) == 0
+    enqueue(study, first)  # the same command again
+    improve(study, SPACE, ENSEMBLE, attempt, 1, lambda: False)
+    assert [trial.params for trial in study.trials if trial.state in DONE] == [first]
+
+
+def test_a_process_that_slept_too_long_leaves_its_trial_to_the_others_and_goes_on(tmp_path: Path) -> None:
+    study = open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
+    slept: list[int] = []
+
+    def sleepy(walks: Sequence[Walk]) -> list[WalkEnd]:
+        if not slept:
+            slept.append(study.trials[-1].number)
+            study.tell(slept[0], state=optuna.trial.TrialState.FAIL)  # as another process does
+        return attempt(walks)
+
+    improve(study, SPACE, ENSEMBLE, sleepy, 3, lambda: False)
+    assert count(study) == 3 and len(study.trials) == 4
 
 
 def test_a_score_is_larger_the_longer_and_the_more_upright() -> None:
@@ -127,14 +142,34 @@ def test_a_database_that_is_none_is_one_sentence() -> None:
         open_study("sqlite:////nowhere/study.db", SPACE, ENSEMBLE)
 
 
+def test_processes_that_begin_together_make_one_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each looks whether a table is there, then makes it; the error is what one of two processes saw."""
+    made = []
+
+    class Late(optuna.storages.RDBStorage):
+        def __init__(self, *arguments: Any, **more: Any) -> None:
+            super().__init__(*arguments, **more)
+            made.append(self)
+            if len(made) == 1:
+                raise OperationalError("CREATE TABLE", None, Exception("table study_directions already exists"))
+
+    monkeypatch.setattr(optuna.storages, "RDBStorage", Late)
+    open_study(f"sqlite:///{tmp_path / 'study.db'}", SPACE, ENSEMBLE)
+    assert len(made) == 2
+
+
 def test_the_command_walks_and_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = tmp_path / "run.toml"
     config.write_text('engine = "mujoco"\ngait = "dynamic"\n')
     what = ["controller.damping.roll=0:0.2", "--config", str(config), "--trials", "2", "--seeds", "1"]
+    what += ["--wear", "nominal", "--unseen-wear", "worn", "--unseen-wear", "ideal"]
     where = ["--duration", "0.2", "--cluster", "inline", "--out", str(tmp_path), "--json"]
     assert run(["tune", *what, *where]) == 0
     data = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert data["trials"] == 2 and data["unseen"]["after"]["n"] == 1
+    assert data["trials"] == 2 and data["unseen"]["after"]["n"] == 2
+    assert data["walks"] == 2 and data["share"] == 1.0
+    rows = ask("SELECT DISTINCT wear FROM walks WHERE seed = 1000000 ORDER BY wear", tmp_path).rows
+    assert rows == [("ideal",), ("worn",)]
     assert data["unseen"]["seeds"] == "1000000 to 1000000 (only 1 of 20 seeds)"
     assert (tmp_path / "tuned.toml").exists() and (tmp_path / "importance.png").stat().st_size > 5000
 
@@ -142,13 +177,12 @@ def test_the_command_walks_and_writes_what_it_found(tmp_path: Path, capsys: pyte
 WORKER = """
 import sys, time, warnings
 warnings.simplefilter("ignore")
-sys.path.insert(0, sys.argv[2])
-from test_tune import ENSEMBLE, SPACE, attempt
 from nao_hil.campaigns.study import improve, open_study
+from tests.nao_hil.campaign.damping_study import ENSEMBLE, SPACE, attempt
 def slowly(walks):
     time.sleep(0.05)
     return attempt(walks)
-improve(open_study(sys.argv[1], SPACE, ENSEMBLE), SPACE, ENSEMBLE, slowly, 24, lambda: False)
+improve(open_study(sys.argv[1], SPACE, ENSEMBLE), SPACE, ENSEMBLE, slowly, 16, lambda: False)
 """
 BINARIES = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
 
@@ -184,11 +218,10 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # optuna leaves connections open
 def test_four_processes_share_a_study_and_two_that_are_killed_lose_and_double_no_trial(database: str) -> None:
     open_study(database, SPACE, ENSEMBLE)
-    workers = [
-        subprocess.Popen([sys.executable, "-c", WORKER, database, str(Path(__file__).parent)]) for _ in range(4)
-    ]
+    command = [sys.executable, "-c", WORKER, database]
+    workers = [subprocess.Popen(command, cwd=Path(__file__).parents[3]) for _ in range(4)]
     study = open_study(database, SPACE, ENSEMBLE)
-    until(lambda study=study: count(study) >= 6, "the first trials", pause=0.1)
+    until(lambda study=study: count(study) >= 4, "the first trials", pause=0.1)
     for worker in workers[:2]:
         worker.send_signal(signal.SIGKILL)
     for worker in workers:
@@ -196,8 +229,9 @@ def test_four_processes_share_a_study_and_two_that_are_killed_lose_and_double_no
     assert [worker.returncode for worker in workers[2:]] == [0, 0]
     trials = open_study(database, SPACE, ENSEMBLE).trials
     assert [trial.number for trial in trials] == list(range(len(trials)))
-    points = [tuple(trial.params.values()) for trial in trials if trial.state.is_finished()]
-    assert len(points) == len(set(points)) >= 24
+    # on a busy machine the others outlive the heartbeats: a killed trial has failed, another has its point
+    points = [tuple(trial.params.values()) for trial in trials if trial.state in DONE]
+    assert len(points) == len(set(points)) >= 16
     under_way = [trial for trial in trials if trial.state == optuna.trial.TrialState.RUNNING]
     del study
     gc.collect()  # connections, while their warnings are ignored

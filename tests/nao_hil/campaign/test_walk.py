@@ -8,6 +8,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.errors import ConfigurationError
+from bridge.messages import SensorFrame, TruthFrame
 from bridge.messages.world import PlateUnderFoot
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
@@ -18,7 +19,7 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset
 from nao_hil.runs.executors import RunFailed
-from nao_hil.runs.walk import Walk, WalkOutcome, walk
+from nao_hil.runs.walk import Walk, WalkOutcome, _WalkObserver, walk
 from walker.stabilization.switches import switch_changes
 
 BARE = switch_changes("none")
@@ -45,7 +46,11 @@ class Told:
     def done(self, name: str, note: str) -> None:
         self.notes.append(note)
 
+    def say(self, text: str) -> None:
+        raise AssertionError(text)
 
+
+@pytest.mark.usefixtures("connections_left_open")
 def test_results_do_not_depend_on_workers_or_on_the_store(tmp_path: Path) -> None:
     walks = [bare(0), bare(1)]
     here = walk(walks[0])
@@ -80,6 +85,21 @@ def test_a_fall_ends_the_run() -> None:
     assert result.end.pitch > 0.2  # downhill: forward
 
 
+def test_a_fall_before_the_walk_begins_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    cliff = Scenario(floor=ScenarioFloor(pitch=35.0))  # tan 35 degrees: the centre of mass is ahead of the toes
+    frames: list[float] = []
+    seen = _WalkObserver.sensors
+
+    def sensors(self: _WalkObserver, frame: SensorFrame, truth: TruthFrame) -> None:
+        frames.append(truth.time)
+        seen(self, frame, truth)
+
+    monkeypatch.setattr(_WalkObserver, "sensors", sensors)
+    result = walk(Walk(name="cliff", config=RunConfig(engine="mujoco"), duration=5.0, scenario=cliff))
+    assert result.end.ending == "fell" and result.end.time == 0.0
+    assert frames[-1] < 3.0
+
+
 def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     plate = PlateUnderFoot(foot="right", size=(0.2, 0.08, 0.01), shift=(0.03, 0.0))
     config = RunConfig(engine="mujoco", gait="static", controller=BARE)
@@ -99,6 +119,18 @@ def test_the_key_is_what_the_walk_depends_on() -> None:
     assert store.key(bare(duration=2.0)) != key
     changed = msgspec.structs.replace(bare().config, controller={"switches": {"torso": "thesis"}})
     assert store.key(msgspec.structs.replace(bare(), config=changed)) != key
+
+
+def test_a_walk_that_cannot_be_walked_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuses(task: Walk) -> WalkOutcome:
+        raise ConfigurationError("too long a leg")
+
+    monkeypatch.setattr(campaign_module, "walk", refuses)
+    with (
+        Campaign(cluster="inline") as campaign,
+        pytest.raises(ConfigurationError, match=r"^test \(seed 1\): too long a leg$"),
+    ):
+        campaign.walk([bare(1, 0.1)])
 
 
 def test_a_walk_that_fails_names_its_configuration_and_ends_no_other(

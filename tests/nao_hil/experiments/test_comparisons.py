@@ -16,7 +16,8 @@ import pytest
 from bridge.body import load_body
 from bridge.body.sole import foot_centre, sole_hull
 from nao_hil.analysis.statistics import wilson
-from nao_hil.experiments import ablation_arms, dynamic_torso, landing_force, obstacle, torso_drift
+from nao_hil.campaigns.results import ask
+from nao_hil.experiments import ablation_arms, dynamic_torso, huang_margin, landing_force, obstacle, torso_drift
 from nao_hil.experiments.arms import Arm, arm, direction, falls_finding, pairs
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from nao_hil.experiments.context import Context
@@ -150,6 +151,18 @@ def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -
     assert data["force_with"]["median"] > 0.0
     assert {p.file.name for p in outcome.page.pictures} == {f"obstacle-{n}.png" for n in ("4.1", "4.2", "4.8")}
     assert all(p.file.stat().st_size > 5000 for p in outcome.page.pictures)
+
+
+def test_the_walks_of_huangs_experiment_are_kept(tmp_path: Path) -> None:
+    setup = huang_margin.HuangMarginSetup(duration=0.5, step_duration=0.5)
+    with Campaign(tmp_path / "walks", cluster="inline") as campaign:
+        outcome = huang_margin.experiment(
+            Context(campaign, tmp_path, (0,), RunConfig(engine="mujoco", wear="nominal")), setup
+        )
+    assert outcome.result.margin > outcome.result.margin_bad
+    assert ask("SELECT name, count(*) FROM walks GROUP BY name ORDER BY name", tmp_path).rows == [
+        (f"huang, {name}", 1) for name in ("badly chosen", "searched", "step, planned", "step, unknown")
+    ]
 
 
 def test_a_stop_before_each_arm_has_a_run_leaves_nothing_to_judge(tmp_path: Path) -> None:

@@ -16,7 +16,6 @@ from nao_hil.experiments.ensemble import (
     Forecast,
     Trial,
     design_ensemble,
-    nearest_to_median,
     torso_figures,
     write_ensemble,
 )
@@ -78,22 +77,6 @@ def test_the_forecast_of_a_linear_plant_is_exact() -> None:
     found = forecast.may_agree(np.array([[0.0, 0.1, 0.9], [0.17, 0.5, 0.5], [0.18, 0.5, 0.5]]))
     # half of the bound's width is 1.05 rad/s, 0.175 of the share
     assert found.tolist() == [True, True, False]
-
-
-def test_the_member_nearest_to_the_median_is_the_middle_one() -> None:
-    shares = (0.1, 0.4, 0.5, 0.6, 0.9)
-    members = tuple(Member(values=tuple(u.at(s) for u in unknowns().values()), figures={}) for s in shares)
-    ensemble = RobotEnsemble(
-        command="",
-        robot="nao-v3",
-        engine="mujoco",
-        seed=0,
-        drawn=5,
-        tried=5,
-        unknowns=tuple(unknowns()),
-        members=members,
-    )
-    assert nearest_to_median(ensemble) == 2
 
 
 @pytest.mark.parametrize("robot", SHIPPED)

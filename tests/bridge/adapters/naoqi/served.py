@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.eyes import Eyes
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
 from bridge.messages import SensorFrame
@@ -27,12 +28,19 @@ class Standing:
     def methods(self) -> dict[str, Callable[..., Any]]:
         return self._walks
 
+    def steps_ahead(self) -> list[list[Any]]:
+        return [[], []]
+
 
 class Robot:
     """A served robot that goes where it is sent at once."""
 
     def __init__(
-        self, frame: SensorFrame, body: str = "nao-v5", walks: dict[str, Callable[..., Any]] | None = None
+        self,
+        frame: SensorFrame,
+        body: str = "nao-v5",
+        walks: dict[str, Callable[..., Any]] | None = None,
+        eyes: Eyes | None = None,
     ) -> None:
         self.frame = frame
         self.events: list[tuple[str, Any]] = []
@@ -46,6 +54,7 @@ class Robot:
             lambda: None,
             self.count,
             lambda event, value, callbacks: self.events.append((event, value)),
+            eyes,
         )
 
     def count(self) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
+from bridge.body.sole import sole_hull
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
 
@@ -120,6 +121,60 @@ def test_a_place_out_of_reach_is_gone_to_as_near_as_the_arm_allows(robot: Robot)
     x, y, z, *_ = robot.motion("getPosition", "LArm", 0, True)
     shoulder = (0.0, LENGTH.ShoulderOffsetY, LENGTH.ShoulderOffsetZ)
     assert math.dist((x, y, z), shoulder) > 0.2
+
+
+@pytest.mark.parametrize("space", [1, 2])
+def test_a_foot_goes_where_it_is_sent_though_the_spaces_hang_on_the_feet(robot: Robot, space: int) -> None:
+    """Torso and the other foot stay: the ankle rises by 30 mm in the Torso frame, not by twice that."""
+    before = robot.motion("getPosition", "RLeg", 0, False)
+    place = robot.motion("getPosition", "RLeg", space, False)
+    place[2] += 0.03
+    robot.wait(robot.motion("positionInterpolations", "RLeg", space, [place], 63, [1.0]))
+    after = robot.motion("getPosition", "RLeg", 0, False)
+    assert math.dist(before[:3], after[:3]) == pytest.approx(0.03, abs=2e-4)
+
+
+@pytest.mark.parametrize(("leg", "side"), [("LLeg", 1.0), ("RLeg", -1.0), ("Legs", 0.0)])
+def test_the_centre_of_mass_goes_over_a_foot(robot: Robot, leg: str, side: float) -> None:
+    """Over the middle of its sole, which is a little outside of the ankle."""
+    corners = np.array(sole_hull(load_body("nao-v5"), "L"))
+    x, y = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    feet = [robot.motion("getPosition", one, 2, False) for one in ("LLeg", "RLeg")]
+    assert robot.wait(robot.motion("wbGoToBalance", leg, 1.0)) is True
+    com = robot.motion("getCOM", "Body", 2, False)
+    assert com[:2] == pytest.approx([x, side * (0.05 + y)], abs=3e-3)
+    for foot, one in zip(feet, ("LLeg", "RLeg"), strict=True):
+        assert robot.motion("getPosition", one, 2, False)[:3] == pytest.approx(foot[:3], abs=2e-3)
+
+
+def test_feet_that_are_fixed_stay_flat_below_the_torso_while_the_knees_move(robot: Robot) -> None:
+    """As the vendor's sample of the balance constraint stretches and bends the knees."""
+    before = {leg: robot.motion("getPosition", leg, 0, False) for leg in ("LLeg", "RLeg")}
+    robot.motion("wbEnable", True)
+    robot.motion("wbFootState", "Fixed", "Legs")
+    knees = ["LKneePitch", "RKneePitch"]
+    robot.wait(robot.motion("angleInterpolation", knees, [[1.0], [1.0]], [[2.0], [2.0]], True))
+    robot.run(0.1)
+    assert robot.motion("getAngles", knees, False) == pytest.approx([1.0, 1.0], abs=1e-3)
+    for leg, place in before.items():
+        x, y, z, *angles = robot.motion("getPosition", leg, 0, False)
+        assert [x, y, *angles] == pytest.approx([*place[:2], *place[3:]], abs=5e-3)
+        assert z > place[2] + 0.01
+
+
+def test_effectors_follow_targets_in_the_robots_space_while_that_is_enabled(robot: Robot) -> None:
+    hand = robot.motion("getPosition", "LArm", 2, False)[:3]
+    wanted = [hand[0] + 0.02, hand[1] + 0.01, hand[2] + 0.02]
+    robot.motion("wbSetEffectorControl", "LArm", wanted)
+    robot.run(1.0)
+    assert robot.motion("getPosition", "LArm", 2, False)[:3] == pytest.approx(hand, abs=1e-3)
+    for effector in ("LArm", "Head"):
+        robot.motion("wbEnableEffectorControl", effector, True)
+    robot.motion("wbSetEffectorControl", "LArm", wanted)
+    robot.motion("wbSetEffectorControl", "Head", [0.0, 0.2, 0.4])
+    robot.run(3.0)
+    assert robot.motion("getPosition", "LArm", 2, False)[:3] == pytest.approx(wanted, abs=1e-3)
+    assert robot.motion("getPosition", "Head", 2, False)[4:] == pytest.approx([0.2, 0.4], abs=0.01)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import random
 from concurrent.futures import Future
 from typing import Any
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -102,10 +101,9 @@ def test_no_call_does_more_than_refuse(seed: int) -> None:
         robot.run(0.01)
 
 
-@pytest.mark.parametrize("seed", [0])
-def test_every_method_refuses_what_does_not_fit(seed: int) -> None:
-    """Each method once, with more arguments than any takes."""
-    draw, robot = random.Random(seed), Robot(standing_frame())
+def test_every_method_refuses_what_does_not_fit() -> None:
+    """Each method once, with more arguments than any takes; two have one answer for any arguments."""
+    draw, robot, taken = random.Random(0), Robot(standing_frame()), []
     for service, methods in robot.services.names().items():
         for method in methods:
             arguments = [some(draw) for _ in range(12)]
@@ -113,3 +111,6 @@ def test_every_method_refuses_what_does_not_fit(seed: int) -> None:
                 robot.call(service, method, *arguments)
             except NaoHilError as error:
                 require_sentence(str(error), service, method, arguments)
+            else:
+                taken.append(method)
+    assert taken == ["getFocusHistory", "getStateHistory"]

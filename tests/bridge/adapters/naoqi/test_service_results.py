@@ -61,6 +61,15 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALMotion.setCollisionProtectionEnabled", ["Arms", True], is_a(bool)),
         ("ALRobotPosture.getPosture", [], lambda v: v == "StandInit"),
         ("ALRobotPosture.getPostureFamily", [], lambda v: v == "Standing"),
+        ("ALRobotPosture.getPostureFamilyList", [], lambda v: len(v) == 12 and "Crouching" in v),
+        ("ALMotion.isCollision", ["LArm"], lambda v: v == "none"),
+        ("ALSoundDetection.subscribe", ["me", 500, 0.5], is_a(type(None))),
+        ("ALMemory.getData", ["SoundDetected", 0], lambda v: v == []),
+        ("ALAudioDevice.getFrontMicEnergy", [], lambda v: v == 0.0),
+        ("ALNotificationManager.add", [{"message": "Hi", "severity": "info"}], lambda v: v == 1),
+        ("ALAnimatedSpeech.addTagsToWords", [{"hello": ["hey"]}], is_a(type(None))),
+        ("ALVideoDevice.getParam", [18], lambda v: v == 0),
+        ("ALMemory.getData", ["Device/SubDeviceList/InertialSensor/AccZ/Sensor/Value"], is_a(float)),
         ("ALRobotPosture.getPostureList", [], lambda v: NAMES(v) and "Sit" in v),
         ("ALTextToSpeech.getLanguage", [], lambda v: v == "English"),
         ("ALTextToSpeech.getAvailableLanguages", [], lambda v: NAMES(v) and "French" in v),
@@ -141,6 +150,32 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALAudioDevice.getOutputVolume", [], lambda v: v == 100),
         ("ALAudioPlayer.getMasterVolume", [], lambda v: v == 1.0),
         ("ALPreferenceManager.getValue", ["domain", "setting"], lambda v: v is None),
+        ("ALPhotoCapture.getCaptureInterval", [], lambda v: v == 200),  # ms: five pictures a second
+        ("ALPhotoCapture.halfPress", [], lambda v: v is True),
+        ("ALPhotoCapture.isHalfPressEnabled", [], lambda v: v is False),
+        ("ALVideoRecorder.isRecording", [], lambda v: v is False),
+        ("ALVideoRecorder.getVideoFormat", [], lambda v: v == "MJPG"),
+        ("ALNavigation.getSecurityDistance", [], lambda v: v == 0.4),  # m
+        ("ALVisualCompass.setCurrentImageAsReference", [], lambda v: v is True),
+        ("ALUserSession.getFocusedUser", [], lambda v: v == -1),
+        ("ALUserSession.doUsersExist", [[1]], lambda v: v is False),
+        ("ALDiagnosis.getActiveDiagnosis", [], lambda v: v == [0, []]),
+        ("ALDiagnosis.isNotificationEnabled", [], lambda v: v is True),
+        ("ALLauncher.launchLocal", ["ALMotion"], lambda v: v == []),
+        ("ALConnectionManager.state", [], lambda v: v in ("online", "ready", "offline")),
+        ("ALConnectionManager.service", ["ethernet_wired"], lambda v: dict(v)["Type"] == "ethernet"),
+        ("ALConnectionManager.getTetheringEnable", ["wifi"], lambda v: v is False),
+        ("ALSystem.freeMemory", [], lambda v: type(v) is int and 0 < v <= 1_000_000),  # kB
+        ("ALSystem.diskFree", [True], lambda v: [type(part) for part in v[0]] == [str, str, int, int]),
+        ("ALRobotModel.getConfigMap", [], lambda v: v["RobotConfig/Body/BaseVersion"] == "V50"),
+        ("ALMotion.getUsage", ["openHand"], lambda v: v == "ALMotion.openHand(name)"),
+        ("ALResourceManager.getResources", [], lambda v: v == []),
+        ("ALDialog.getAllLoadedTopics", [], lambda v: v == []),
+        ("ALPeoplePerception.isFastModeEnabled", [], is_a(bool)),
+        ("ALPeoplePerception.getMaximumDetectionRange", [], is_a(float)),
+        ("ALFaceDetection.setResolution", [2], is_a(bool)),
+        ("ALMemory.getData", ["BarcodeReader/BarcodeDetected"], lambda v: v == []),
+        ("ALTextToSpeech.getAvailableVoices", [], lambda v: NAMES(v) and "naoenu" in v),
     ],
 )
 def test_a_method_returns_what_its_page_says(
@@ -191,7 +226,25 @@ def test_a_method_returns_what_its_page_says(
         ("ALMemory.getData", ["nothing"], "there is no data under 'nothing'"),
         ("ALMemory.subscribeToEvent", ["event", "module"], r"takes \(event, module, method\)"),
         ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of words"),
-        ("ALNavigation.navigateTo", [1.0, 0.0], "moveTo and moveToward walk"),
+        ("ALNavigation.explore", [1.0], "moveTo and moveToward walk"),
+        ("ALPhotoCapture.setResolution", [3], "resolution is 3; 0, 1, 2 are there"),
+        ("ALPhotoCapture.setPictureFormat", ["gif"], "unknown format 'gif'"),
+        ("ALPhotoCapture.takePicture", ["pictures", "one"], "an absolute path in a folder"),
+        ("ALVideoRecorder.setVideoFormat", ["IYUV"], "'IYUV' is not written; MJPG is"),
+        ("ALVideoRecorder.setFrameRate", [2], "from 3 to 30"),  # MJPG needs more than 2 a second
+        ("ALVideoRecorder.stopRecording", [], "nothing is being recorded"),
+        ("ALUserSession.getUserData", [1, "age"], "there is no user 1"),
+        ("ALLauncher.launchLocal", ["mymodule"], "'mymodule' is not there"),
+        ("ALConnectionManager.service", ["wifi_1"], "'wifi_1' is not there; ethernet_wired is"),
+        ("ALConnectionManager.connect", ["wifi_1"], "that of this machine"),
+        ("ALDialog.loadTopic", ["/nothing.top"], "cannot be read"),
+        ("ALDialog.loadTopicContent", ["u: (hello) hello"], "topic: ~name"),
+        ("ALDialog.activateTopic", ["greeting"], "unknown topic 'greeting'"),
+        ("ALDialog.forceInput", ["hello"], "there is no dialogue engine"),
+        ("ALResourceManager.isResourceFree", ["arm"], "unknown resource 'arm'"),
+        ("ALMotion.getMethodHelp", ["setAngels"], "did you mean 'setAngles'"),
+        ("ALWorldRepresentation.getObjectNames", [], "no map of objects is kept"),
+        ("ALTextToSpeech.setVoice", ["Nobody"], "unknown voice 'Nobody'"),
     ],
 )
 def test_an_error_says_what_is_wrong_and_what_would_be_right(
@@ -227,6 +280,21 @@ def test_a_recording_is_as_long_as_it_took(robot: Robot, tmp_path: Path) -> None
     robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
     with wave.open(str(file)) as heard:
         assert (heard.getnchannels(), heard.getframerate(), heard.getnframes()) == (1, 16000, 24000)
+
+
+def test_a_sound_of_the_robot_s_own_is_named_by_the_call_that_plays_it(robot: Robot) -> None:
+    key = robot.call("ALAudioPlayer", "pCall", ["playFile", "/usr/share/naoqi/wav/random.wav"])
+    robot.run(1.0)
+    assert robot.call("ALAudioPlayer", "getCurrentPosition", key) == pytest.approx(1.0, abs=0.1)
+    robot.call("ALAudioPlayer", "goTo", key, 4.0)
+    assert robot.call("ALAudioPlayer", "isRunning", key) is True
+    robot.run(1.2)
+    assert robot.call("ALAudioPlayer", "isRunning", key) is False
+
+
+def test_a_crouching_robot_is_of_the_family_crouching(robot: Robot) -> None:
+    robot.wait(robot.call("ALRobotPosture", "goToPosture", "Crouch", 0.8), 20.0)
+    assert robot.call("ALRobotPosture", "getPostureFamily") == "Crouching"
 
 
 def test_a_part_rests_alone(robot: Robot) -> None:
@@ -353,3 +421,42 @@ def test_the_robot_s_home_is_there_for_recordings(
     robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
     assert (tmp_path / "recordings/microphones/heard.wav").is_file()
     assert robot.call("ALAudioPlayer", "loadFile", path) >= 0
+
+
+def test_a_resource_is_had_by_one_program_and_with_it_its_parts(robot: Robot) -> None:
+    def manager(method: str, *arguments: Any) -> Any:
+        return robot.call("ALResourceManager", method, *arguments)
+
+    manager("createResource", "arm", "")
+    manager("createResourcesList", ["hand", "elbow"], "arm")
+    manager("acquireResource", "hand", "one", "", 0)
+    assert [manager("isResourceFree", name) for name in ("arm", "hand", "elbow")] == [False, False, True]
+    assert manager("areResourcesOwnedBy", ["hand"], "one") is True
+    assert manager("isInGroup", "arm", "hand") is True
+    with pytest.raises(NaoqiRefused, match="arm is not free; one has it"):
+        manager("acquireResourcesTree", ["arm"], "two", "", 0)
+    manager("releaseResources", ["hand"], "one")
+    manager("acquireResource", "arm", "two", "", 0)
+    assert manager("areResourcesFree", ["elbow"]) is False
+    manager("deleteResource", "arm")
+    assert manager("getResources") == []
+
+
+@pytest.mark.parametrize(
+    ("preferences", "channels", "samples"), [([], 4, 4096), ([48000, 0, 0], 4, 4096), ([16000, 3, 0], 1, 1365)]
+)
+def test_a_module_that_listens_gets_85_ms_of_silence_at_a_time(
+    robot: Robot, preferences: list[int], channels: int, samples: int
+) -> None:
+    called: list[Any] = []
+    robot.services._microphones._publish = lambda *call: called.append(call)
+    if preferences:
+        robot.call("ALAudioDevice", "setClientPreferences", "Ear", *preferences)
+    robot.call("ALAudioDevice", "subscribe", "Ear")
+    robot.run(1.0)
+    robot.call("ALAudioDevice", "unsubscribe", "Ear")
+    robot.run(0.5)
+    _, _, ((module, method, (count, length, stamp, sound)),) = called[-1]
+    assert (module, method, count, length, len(stamp)) == ("Ear", "processRemote", channels, samples, 2)
+    assert sound == bytes(2 * channels * samples)
+    assert 1000.0 / 85.3 - 1 <= len(called) <= 1000.0 / 85.3 + 13

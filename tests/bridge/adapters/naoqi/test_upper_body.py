@@ -62,6 +62,27 @@ def test_an_arm_that_the_walk_does_not_move_stays_where_it_is_sent(robot: Robot)
     assert "RShoulderPitch" not in told
 
 
+def test_the_dcm_takes_commands_of_head_arms_and_leds_during_a_walk(robot: Robot) -> None:
+    def dcm(method: str, *arguments: Any) -> Any:
+        return robot.call("DCM", method, *arguments)
+
+    dcm(
+        "set",
+        ["Device/SubDeviceList/HeadYaw/Position/Actuator/Value", "ClearAll", [[0.4, dcm("getTime", 100)]]],
+    )
+    dcm("createAlias", ["Shoulders", [f"{side}ShoulderPitch/Position/Actuator/Value" for side in "LR"]])
+    dcm("setAlias", ["Shoulders", "ClearAll", "time-separate", 0, [dcm("getTime", 100)], [[0.9], [0.8]]])
+    robot.run(0.05)
+    assert {"HeadYaw", "LShoulderPitch", "RShoulderPitch"} <= set(order(robot))
+    robot.run(1.0)
+    assert order(robot)["HeadYaw"] == pytest.approx(0.4, abs=1e-3)
+    dcm("set", ["Face/Led/Red/Left/0Deg/Actuator/Value", "Merge", [[1.0, 0]]])
+    dcm("createAlias", ["Mixed", [f"{joint}/Position/Actuator/Value" for joint in ("HeadYaw", "LKneePitch")]])
+    for name in ("LKneePitch/Hardness/Actuator/Value", "Mixed"):
+        with pytest.raises(NaoqiRefused, match="The robot walks"):
+            dcm("set", [name, "Merge", [[0.5, 0]]])
+
+
 @pytest.mark.parametrize("names", ["LLeg", "Body", ["HeadYaw", "LKneePitch"]])
 def test_the_legs_are_the_walk_s(robot: Robot, names: Any) -> None:
     with pytest.raises(NaoqiRefused, match="The robot walks"):

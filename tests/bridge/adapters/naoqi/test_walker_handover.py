@@ -7,11 +7,12 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bridge.adapters.naoqi.walker_handover import WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
-from bridge.errors import NaoqiRefused, WalkRefused
+from bridge.errors import LeaseRefused, NaoqiRefused, WalkRefused
 from bridge.messages.walk import WalkStatus
 from tests.loops import until
 
@@ -99,6 +100,12 @@ def all_ways(walking: WalkingMethods) -> WalkingMethods:
     return WalkingMethods(walking.handover, (0.2, 0.1, 1.0))
 
 
+def planar(x: float, y: float, yaw: float) -> Any:
+    """A pose on the floor as a matrix, (3, 3)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[c, -s, x], [s, c, y], [0.0, 0.0, 1.0]])
+
+
 def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
     result = walking.methods()[method](*arguments)
     return result.result(PATIENT) if hasattr(result, "result") else result
@@ -116,6 +123,22 @@ def test_joints_come_back_after_the_walker_has_ended(walking: WalkingMethods, st
     assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
     assert stage.did == ["give away", "start", "close", "end", "take back"]
     assert not walking.handover.has_robot
+
+
+def test_joints_come_back_from_a_walker_that_was_killed_when_its_lease_ends(
+    walking: WalkingMethods, stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = [LeaseRefused("held by `walker`")] * 2
+
+    def take_back() -> None:
+        if held:
+            raise held.pop()
+        stage.did.append("take back")
+
+    monkeypatch.setattr(stage, "take_back", take_back)
+    call(walking, "moveInit")
+    assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
+    assert stage.did[-1] == "take back"
 
 
 def test_while_it_walks_joints_are_refused_and_postures_stop_it(walking: WalkingMethods, stage: Stage) -> None:
@@ -195,7 +218,13 @@ def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage)
         ((-0.5, -1.0, 0.2), [], (-0.02 / 0.42, -0.026 / 0.42, 0.2 * 0.349066 / 0.42)),
         ((1.0, 0.0, 0.0), [["MaxStepX", 0.08]], (0.08 / 0.42, 0.0, 0.0)),
         ((1.0, 0.0, 0.0), [["Frequency", 0.0], ["Wrong", 1]], (0.04 / 0.6, 0.0, 0.0)),
-        ((1.0, 0.0, 0.0), [["LeftMaxStepX", 0.02], ["MaxStepFrequency", 0.5]], (0.02 / 0.51, 0.0, 0.0)),
+        # steps of both feet over the time of both
+        ((1.0, 0.0, 0.0), [["LeftMaxStepX", 0.02], ["MaxStepFrequency", 0.5]], (0.06 / 1.02, 0.0, 0.0)),
+        (
+            (1.0, 0.0, 0.0),
+            [["RightMaxStepFrequency", 0.0], ["RightTorsoWx", -math.radians(7)]],
+            (0.08 / 1.02, 0, 0),
+        ),
     ],
 )
 def test_moves_are_fractions_of_the_vendor_s_full_speed(
@@ -223,8 +252,8 @@ def test_a_walk_to_a_place_that_something_else_ends_is_false(all_ways: WalkingMe
 
 
 def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: WalkingMethods, stage: Stage) -> None:
-    """The second place, from the first, which is turned by a right angle to the left."""
-    ended = all_ways.methods()["moveTo"]([[0.1, 0.0, math.pi / 2], [0.1, 0.2, math.pi / 2]], 5.0)
+    """Each is relative to the one before (vendor's sample of a Dubins curve)."""
+    ended = all_ways.methods()["moveTo"]([[0.1, 0.0, math.pi / 2], [0.2, 0.0, 0.0]], 5.0)
     until(lambda: stage.state == "walk")
     assert stage.target == pytest.approx((0.1, 0.0, math.pi / 2))
     stage.target, stage.state = None, "stand"
@@ -257,6 +286,31 @@ def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage
     # the left foot stays at (0, 0.05) and turns; the right one comes beside it
     half = 0.05
     assert stage.target == pytest.approx((half * math.sin(1.0), half * (1.0 - math.cos(1.0)), 1.0))
+
+
+def test_footsteps_of_a_walk_lead_to_its_end(all_ways: WalkingMethods, stage: Stage) -> None:
+    """Each in the frame of the other foot; 0.2 m by steps of 40 mm at most take five; two are not changed."""
+    assert all_ways.steps_ahead() == [[], []]
+    ended = all_ways.methods()["moveTo"](0.2, 0.0, 0.3)
+    until(lambda: stage.state == "walk")
+    fixed, changeable = all_ways.steps_ahead()
+    assert (len(fixed), len(changeable)) == (2, 3)
+    feet = {"LLeg": planar(0.0, 0.05, 0.0), "RLeg": planar(0.0, -0.05, 0.0)}
+    for i, (leg, moment, place) in enumerate([*fixed, *changeable]):
+        assert (leg, moment) == (("LLeg", "RLeg")[i % 2], pytest.approx(0.42 * (i + 1)))
+        feet[leg] = feet["RLeg" if leg == "LLeg" else "LLeg"] @ planar(*place)
+    end = feet["LLeg"] @ planar(0.0, -0.05, 0.0)  # the last step is the left foot's
+    assert end == pytest.approx(planar(0.2, 0.0, 0.3), abs=1e-9)
+    assert call(all_ways, "getNextRobotPosition") == pytest.approx([0.08, 0.0, 0.12])
+    stage.place, stage.state = 0.2, "stand"
+    ended.result(PATIENT)
+    until(lambda: all_ways.steps_ahead() == [[], []])
+    assert call(all_ways, "getNextRobotPosition") == call(all_ways, "getRobotPosition", False)
+
+
+def test_a_walk_without_an_end_goes_on_at_its_velocity(all_ways: WalkingMethods) -> None:
+    call(all_ways, "move", 0.05, 0.0, 0.0)
+    assert call(all_ways, "getNextRobotPosition") == pytest.approx([0.15 * 0.84, 0.0, 0.0])  # the walker's own
 
 
 def test_wrong_footsteps_are_refused(all_ways: WalkingMethods) -> None:

@@ -1,0 +1,114 @@
+"""ALNavigation, ALVisualCompass and ALLocalization: the walks that they ask ALMotion for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+
+from bridge.body.joints import INDEX
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+
+
+class Walks:
+    """Of ALMotion: each walk ends at once, where it was to end."""
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []
+        self.place = [0.0, 0.0, 0.0]
+        self.ends_well = True
+
+    def move_to(self, *arguments: Any) -> Future[Any]:
+        self.asked.append(list(arguments))
+        done: Future[Any] = Future()
+        done.set_result(self.ends_well)
+        return done
+
+    def table(self) -> dict[str, Callable[..., Any]]:
+        return {
+            "moveTo": self.move_to,
+            "getRobotPosition": lambda _: list(self.place),
+            "stopMove": lambda: None,
+            "waitUntilMoveIsFinished": lambda: None,
+        }
+
+
+@pytest.fixture
+def walks() -> Walks:
+    return Walks()
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame], walks: Walks) -> Robot:
+    return Robot(standing(), walks=walks.table())
+
+
+def test_navigate_to_walks_to_places_nearer_than_3_m(robot: Robot, walks: Walks) -> None:
+    assert robot.call("ALNavigation", "navigateTo", 2.0, 0.5).result(0.0) is True
+    assert robot.call("ALNavigation", "navigateTo", 2.0, 0.0, [["SpeedFactor", 1.5]]).result(0.0) is True
+    assert robot.call("ALNavigation", "navigateTo", 3.0, 0.1) is False
+    assert walks.asked == [[2.0, 0.5, 0.0, []], [2.0, 0.0, 0.0, [["MaxStepFrequency", 1.0]]]]
+    assert robot.call("ALNavigation", "moveTo", 0.1, 0.0, 0.0).result(0.0) is True
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments"),
+    [("ALNavigation.navigateTo", [1.0, 0.0]), ("ALVisualCompass.moveStraightTo", [1.0])],
+)
+def test_such_a_walk_has_the_conditions_of_any(robot: Robot, call: str, arguments: list[Any]) -> None:
+    robot.motion("setStiffnesses", "LLeg", 0.5)
+    robot.run(0.05)
+    with pytest.raises(NaoqiRefused, match=f"{call}: the stiffness of LHipYawPitch"):
+        robot.call(*call.split("."), *arguments)
+
+
+def test_the_compass_turns_goes_ahead_and_turns(robot: Robot, walks: Walks) -> None:
+    robot.call("ALVisualCompass", "moveTo", 0.0, 1.0, math.pi)
+    robot.call("ALVisualCompass", "moveTo", 1.0, 0.0, 0.0)
+    robot.call("ALVisualCompass", "moveStraightTo", -0.5)
+    ((first,), (second,), third) = walks.asked
+    assert first == [pytest.approx(way) for way in ([0, 0, math.pi / 2], [1, 0, 0], [0, 0, math.pi / 2])]
+    assert (second, third) == ([[1.0, 0.0, 0.0]], [-0.5, 0.0, 0.0])
+
+
+def test_the_compass_tells_how_far_the_camera_turned_since_the_subscription(robot: Robot) -> None:
+    """About the vertical, also with the head bent down."""
+    robot.motion("setAngles", "HeadPitch", 0.4, 0.5)
+    robot.run(2.0)
+    robot.call("ALVisualCompass", "subscribe", "me")
+    robot.run(0.1)
+    position = list(robot.frame.position)
+    position[INDEX["HeadYaw"]] += 0.3
+    robot.motion("setAngles", "HeadYaw", position[INDEX["HeadYaw"]], 0.5)
+    robot.run(2.0)
+    (wy, wz), place, stamp = dict(robot.events)["VisualCompass/Deviation"]
+    assert wz == pytest.approx(0.3, abs=0.01) and wy == pytest.approx(0.0, abs=0.02)
+    assert (len(place), len(stamp)) == (3, 2)
+    robot.call("ALVisualCompass", "setCurrentImageAsReference")
+    robot.run(0.2)
+    assert dict(robot.events)["VisualCompass/Deviation"][0] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+def test_the_robot_goes_back_to_where_home_was_learnt(robot: Robot, walks: Walks) -> None:
+    """Home at (1, 2) with the heading pi/2; the robot is one metre ahead of it and turned round."""
+    assert robot.call("ALLocalization", "goToHome") == 3  # no panorama
+    walks.place = [1.0, 2.0, math.pi / 2]
+    assert robot.call("ALLocalization", "learnHome") == 0
+    walks.place = [1.0, 3.0, -math.pi / 2]
+    here = robot.call("ALLocalization", "getRobotPosition", False)
+    assert here[:2] == pytest.approx([1.0, 0.0]) and abs(here[2]) == pytest.approx(math.pi)
+    assert robot.call("ALLocalization", "goToHome").result(0.0) == 0
+    assert walks.asked[-1][:2] == pytest.approx([1.0, 0.0]) and abs(walks.asked[-1][2]) == pytest.approx(
+        math.pi
+    )
+    walks.ends_well = False
+    assert robot.call("ALLocalization", "goToPosition", 0.0).result(0.0) == 9  # interrupted by a stop
+    assert [robot.call("ALLocalization", method, "mine") for method in ("load", "save", "load", "clear")] == [
+        *(105, 0, 0, 0)
+    ]
+    assert robot.call("ALLocalization", "getMessageFromErrorCode", 105) == "Directory not found."

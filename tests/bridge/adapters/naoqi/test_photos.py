@@ -1,0 +1,100 @@
+"""ALPhotoCapture and ALVideoRecorder: names, returns and files by the vendor's pages."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.adapters.naoqi.photos import avi
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+
+
+class Painter:
+    """Eyes that draw at once: the bytes of a picture say what was asked for."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[Any, ...]] = []
+
+    def picture(self, *asked: Any) -> Future[Any]:
+        self.asked.append(asked)
+        done: Future[Any] = Future()
+        done.set_result([1.0, repr(asked).encode()])
+        return done
+
+    def sights(self) -> Sequence[Sequence[Any]]:
+        return ()
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame]) -> Robot:
+    return Robot(standing(), eyes=Painter())
+
+
+def test_a_picture_is_the_file_that_is_named(robot: Robot, tmp_path: Path) -> None:
+    robot.call("ALPhotoCapture", "setCameraID", 1)
+    robot.call("ALPhotoCapture", "setResolution", 2)
+    robot.call("ALPhotoCapture", "setColorSpace", 0)
+    robot.call("ALPhotoCapture", "setPictureFormat", "png")
+    file = tmp_path / "one.png"
+    assert robot.wait(robot.call("ALPhotoCapture", "takePicture", str(tmp_path), "one")) == [str(file)]
+    assert file.read_text() == "(1, 640, 480, 0, 'png')"
+    with pytest.raises(NaoqiRefused, match="is there already"):
+        robot.call("ALPhotoCapture", "takePicture", str(tmp_path), "one", False)
+    robot.wait(robot.call("ALPhotoCapture", "takePicture", f"{tmp_path}/", "one.png"))
+
+
+def test_pictures_of_a_series_are_numbered_and_as_far_apart_as_was_set(robot: Robot, tmp_path: Path) -> None:
+    robot.call("ALPhotoCapture", "setCaptureInterval", 500)
+    done = robot.call("ALPhotoCapture", "takePictures", 3, str(tmp_path), "image")
+    robot.run(0.9)
+    assert not done.done()
+    names = [str(tmp_path / f"image_{i}.jpg") for i in range(3)]
+    assert robot.wait(done) == [names]
+    assert sorted(map(str, tmp_path.iterdir())) == names
+
+
+def test_a_film_has_as_many_pictures_as_its_rate_and_its_time_give(robot: Robot, tmp_path: Path) -> None:
+    robot.call("ALVideoRecorder", "setFrameRate", 10)
+    robot.call("ALVideoRecorder", "startRecording", str(tmp_path), "film")
+    assert robot.call("ALVideoRecorder", "isRecording") is True
+    with pytest.raises(NaoqiRefused, match="is being recorded"):
+        robot.call("ALVideoRecorder", "startRecording", str(tmp_path), "other")
+    robot.run(2.05)
+    count, path = robot.call("ALVideoRecorder", "stopRecording").result(10.0)
+    assert (count, path) == (21, str(tmp_path / "film.avi"))
+    assert robot.call("ALVideoRecorder", "isRecording") is False
+    with pytest.raises(NaoqiRefused, match="is there already"):
+        robot.call("ALVideoRecorder", "startRecording", str(tmp_path), "film.avi", False)
+
+
+def chunks(data: bytes) -> list[tuple[bytes, bytes]]:
+    """Names and contents of the chunks of a RIFF file; each begins at an even place."""
+    if not data:
+        return []
+    name, size = struct.unpack("<4sI", data[:8])
+    return [(name, data[8 : 8 + size]), *chunks(data[8 + size + size % 2 :])]
+
+
+def test_a_film_is_an_avi_file_with_its_pictures_and_an_index() -> None:
+    """Microsoft's AVI RIFF reference: places in `idx1` count from the list's type `movi`."""
+    pictures = [b"one", b"two!", b"three"]
+    ((riff, content),) = chunks(avi(pictures, (320, 240), 10))
+    assert (riff, content[:4]) == (b"RIFF", b"AVI ")
+    (_, head), (_, movi), (_, index) = chunks(content[4:])
+    main, stream = chunks(head[4:])
+    assert struct.unpack("<14I", main[1])[:1] == (100_000,)
+    assert struct.unpack("<14I", main[1])[4] == 3 and struct.unpack("<14I", main[1])[8:10] == (320, 240)
+    (strh, header), (strf, form) = chunks(stream[1][4:])
+    assert (strh, header[:8], len(header)) == (b"strh", b"vidsMJPG", 56)
+    assert (strf, form[16:20], struct.unpack("<Iii", form[:12])) == (b"strf", b"MJPG", (40, 320, 240))
+    assert chunks(movi[4:]) == [(b"00dc", picture) for picture in pictures]
+    for i, picture in enumerate(pictures):
+        _, flags, place, size = struct.unpack("<4sIII", index[16 * i : 16 * i + 16])
+        assert flags == 0x10 and movi[place + 8 : place + 8 + size] == picture
