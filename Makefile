@@ -48,7 +48,7 @@ test: setup
 
 # One after the other, with the machine to themselves; see docs/testing.md for when one is skipped.
 realtime-test: setup
-	$(BIN)/pytest -m realtime -rs
+	$(BIN)/pytest -m realtime -rs tests/system
 
 browser-test: setup
 	$(BIN)/pytest -m browser
