@@ -1,19 +1,21 @@
 """What a party on the robot's network can do, tried with bare Zenoh: one JSON object on stdout.
 
 Usage: stranger.py [KEYS]; without a folder of certificates it tries plain text, and TLS without a certificate.
+It prints `listening` as soon as it would hear the robot; it waits `PATIENCE` seconds for a first frame.
 """
 
 import json
 import os
 import sys
-import time
+import threading
 from pathlib import Path
 from typing import Any
 
 import zenoh
 
 HOST = "emulator:7447"
-TIMEOUT = 6.0
+TIMEOUT = 2.0
+PATIENCE = 120.0
 
 
 def attempts(keys: Path | None) -> list[dict[str, Any]]:
@@ -43,20 +45,21 @@ def try_all(settings: dict[str, Any]) -> dict[str, bool]:
         session = zenoh.open(config)
     except zenoh.ZError:
         return {}
-    heard: list[int] = []
-    subscriber = session.declare_subscriber("nao/nao/sensors", lambda sample: heard.append(len(sample.payload)))
+    heard = threading.Event()
+    subscriber = session.declare_subscriber("nao/nao/sensors", lambda _: heard.set())
 
     def answered(key: str, payload: bytes) -> bool:
-        replies = session.get(key, payload=payload, timeout=TIMEOUT / 3)
+        replies = session.get(key, payload=payload, timeout=TIMEOUT)
         return any(
             r.ok is not None or (r.err is not None and r.err.payload.to_string() != "Timeout") for r in replies
         )
 
     lease = answered("nao/nao/lease", b"\x82\xa2op\xa6status\xaacontroller\xa5thief")
     world = answered("nao/nao/world/command", b"\x80")
-    time.sleep(TIMEOUT / 3)
+    print("listening", flush=True)
+    heard.wait(PATIENCE)
     subscriber.undeclare()
-    return {"listened": bool(heard), "commanded": lease, "world": world}
+    return {"listened": heard.is_set(), "commanded": lease, "world": world}
 
 
 def main() -> None:
