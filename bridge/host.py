@@ -20,7 +20,7 @@ import logging
 import secrets
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import msgspec
@@ -178,11 +178,17 @@ class RobotHost:
         moving = self.guard.state not in ("idle", "rest")
         return self.guard.busy or (self.link.leases.abandoned and moving)
 
-    def publish(self, frame: SensorFrame, truth: TruthFrame | None = None) -> None:
-        """Publish a frame, and the truth of the same instant where there is one."""
+    def publish(self, frame: SensorFrame, truth_of: Callable[[], TruthFrame] | None = None) -> None:
+        """Publish a frame, and after it the truth of the same instant where there is one.
+
+        Args:
+            frame: what the robot measured.
+            truth_of: computes the truth; called once the frame is out, because its controller waits for that.
+        """
         self._asked = self.link.holder
         self.link.publish_sensors(frame)
-        if truth is not None:
+        if truth_of is not None:
+            truth = truth_of()
             self.link.publish_truth(truth)
             for observer in self._observers:
                 observer.sensors(frame, truth)

@@ -143,7 +143,7 @@ class RobotProcess:
         self._world.cycle_done()
 
     def _publish(self) -> None:
-        self._host.publish(self._robot.frame, self._robot.truth())
+        self._host.publish(self._robot.frame, self._robot.truth)
         self._tell()
 
     def _tell(self) -> None:
