@@ -31,7 +31,7 @@ _LIMITS: Final = {
     "MaxStepY": (0.101, 0.16),
     "MaxStepTheta": (0.001, 0.524),
     "MaxStepFrequency": (0.0, 1.0),
-    "StepHeight": (0.005, 0.035),
+    "StepHeight": (0.005, 0.04),
     "TorsoWx": (-math.radians(7.0), math.radians(7.0)),
     "TorsoWy": (-math.radians(7.0), math.radians(7.0)),
 }
@@ -137,5 +137,13 @@ def _given(method: str, config: list[Any]) -> Mapping[str, float]:
             logger.warning("%s: %.40s of the configuration is not known and left out", method, row[0])
             continue
         limits = _LIMITS.get(name, (0.0, 1.0))
-        values[full_name] = number(row[1], f"{method}: {row[0]}", *limits)
+        values[full_name] = number(_as_number(row[1]), f"{method}: {row[0]}", *limits)
     return values
+
+
+def _as_number(value: Any) -> Any:
+    """A number that is given as text, as the vendor's example of `ALNavigation.moveTo` does."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value

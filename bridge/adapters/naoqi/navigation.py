@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
 import time
@@ -32,6 +33,14 @@ _CODES: Final = {
 }
 """Return codes of `ALLocalization` (vendor's page)."""
 MAX_SAVED: Final = 1000
+_ALONG: Final = "ALNavigation.moveAlong"
+MAX_WAYS: Final = 1000
+_DEEPEST: Final = 10
+"""Compositions within each other."""
+_ARC: Final = 0.3
+"""rad of a circle that one straight piece stands for."""
+_WIDEST: Final = 100.0
+"""rad of a circle at most."""
 
 
 def navigation_methods(walks: Table) -> Table:
@@ -55,7 +64,83 @@ def navigation_methods(walks: Table) -> Table:
         return walks["moveTo"](*place, 0.0, speed)
 
     return {name: walks[name] for name in ("move", "moveTo", "moveToward") if name in walks} | (
-        {"navigateTo": navigate} if "moveTo" in walks else {}
+        {"navigateTo": navigate, "moveAlong": lambda path: walks["moveTo"](ways_along(path))}
+        if "moveTo" in walks
+        else {}
+    )
+
+
+def ways_along(trajectory: Any) -> list[list[float]]:
+    """The ways that follow a trajectory of `ALNavigation.moveAlong`, each from the end of the one before.
+
+    Args:
+        trajectory: `["Holonomic", path, final theta, final time]` or `["Composed", trajectory, ...]`; a path is
+            `["Line", [x, y]]`, `["Circle", [x, y] of its centre, span]` or `["Composed", path, ...]`; m, rad, s.
+            Each begins where the one before ends (assumed: a trajectory with its heading, a path without).
+
+    Returns:
+        `[x, y, theta]` of each way, m and rad; the heading changes in proportion to the length.
+
+    Raises:
+        NaoqiRefused: it is none, or too long.
+    """
+    parts = _parts(trajectory, 0)
+    ways: list[list[float]] = []
+    for part in parts:
+        if len(part) != 4 or part[0] != "Holonomic":
+            raise _no_trajectory(part)
+        turn = number(part[2], f"{_ALONG}: final theta", -math.tau, math.tau)
+        number(part[3], f"{_ALONG}: final time", 0.0)
+        steps = [step for path in _parts(part[1], 0) for step in _steps(path)]
+        length = math.fsum(math.hypot(*step) for step in steps)
+        heading = 0.0
+        for step in steps:
+            share = turn * (math.hypot(*step) / length if length else 1.0 / len(steps))
+            ways.append([*planar_local((0.0, 0.0, heading), step), share])
+            heading += share
+        if len(ways) > MAX_WAYS:
+            raise NaoqiRefused(f"{_ALONG}: the trajectory has more than {MAX_WAYS} pieces.")
+    return ways
+
+
+def _parts(whole: Any, depth: int) -> list[list[Any]]:
+    """Pieces of a trajectory or a path, one after the other."""
+    if not isinstance(whole, list | tuple) or not whole or depth > _DEEPEST or len(whole) > MAX_WAYS:
+        raise _no_trajectory(whole)
+    if whole[0] != "Composed":
+        return [list(whole)]
+    parts = [part for piece in whole[1:] for part in _parts(piece, depth + 1)]
+    if not parts:
+        raise _no_trajectory(whole)
+    return parts
+
+
+def _steps(path: list[Any]) -> list[Vec2]:
+    """Straight pieces of a line or an arc, m."""
+    if path[0] == "Line" and len(path) == 2:
+        return [_point(path[1])]
+    if path[0] != "Circle" or len(path) != 3:
+        raise _no_trajectory(path)
+    x, y = _point(path[1])
+    span = number(path[2], f"{_ALONG}: span", -_WIDEST, _WIDEST)
+    count = max(1, math.ceil(abs(span) / _ARC))
+    ends = [
+        (x - x * math.cos(a) + y * math.sin(a), y - x * math.sin(a) - y * math.cos(a))
+        for a in (span * i / count for i in range(count + 1))
+    ]
+    return [(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(ends)]
+
+
+def _point(value: Any) -> Vec2:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise NaoqiRefused(f"{_ALONG}: {value!r:.60} was given; a place [x, y] is expected.")
+    return number(value[0], f"{_ALONG}: x", -1e3, 1e3), number(value[1], f"{_ALONG}: y", -1e3, 1e3)
+
+
+def _no_trajectory(value: Any) -> NaoqiRefused:
+    return NaoqiRefused(
+        f'{_ALONG}: {value!r:.60} is no trajectory; ["Holonomic", path, theta, time] or ["Composed", ...] of '
+        'these is expected, with paths ["Line", [x, y]], ["Circle", [x, y], span] or ["Composed", ...].'
     )
 
 

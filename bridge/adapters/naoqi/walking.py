@@ -94,7 +94,7 @@ class WalkingMethods:
             legs: `LLeg` or `RLeg` for each step.
             steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
         """
-        target = self._end_of("ALMotion.setFootSteps", legs, steps)
+        target = self._from_here(self._end_of("ALMotion.setFootSteps", legs, steps))
         return self.handover.go_to(target, full_speed("", ()).towards(target))
 
     def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
@@ -124,7 +124,16 @@ class WalkingMethods:
         if not self._full[1]:
             ahead = math.copysign(self._full[0], target[0])
             return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
-        return self.handover.walk_to(target, full.towards(target) if any(target) else target)
+        way = self._from_here(target)
+        return self.handover.walk_to(way, full.towards(way) if any(way) else way)
+
+    def _from_here(self, target: Vec3) -> Vec3:
+        """A place that counts from the end of the steps that can no longer be changed, as one from here, m and rad.
+
+        So it does while the robot walks (confirmed: vendor's samples of `getNextRobotPosition`).
+        """
+        ahead = self.poses_ahead()[:_FIXED_STEPS] if self.handover.active else []
+        return _composed(ahead[-1], target) if ahead else target
 
     def poses_ahead(self) -> list[Vec3]:
         """Where the robot is after each step to come, from here, m and rad: by the vendor's length of steps."""

@@ -106,6 +106,13 @@ MOST_USED: list[tuple[str, list[Any], Callable[[Any], bool], list[Any], str]] = 
         "12 or 16",
     ),
     (MOTION + "getSummary", [], lambda v: "HeadYaw" in v, [1], "do not fit"),
+    (
+        MOTION + "setMotionConfig",
+        [[["ENABLE_FOOT_CONTACT_PROTECTION", True]]],
+        none,
+        [[["ENABLE_FOOT_CONTACT_PROTECTION", "yes"]]],
+        "True or False",
+    ),
     (POSTURE + "goToPosture", ["StandInit", 0.5], true, ["Headstand", 0.5], "'Headstand' is no posture"),
     (POSTURE + "getPostureFamily", [], lambda v: v == "Standing", [1], "do not fit"),
     (MEMORY + "getData", [HEAD_KEY], lambda v: abs(v) < 0.01, ["no/such/key"], "there is no data under"),
@@ -133,6 +140,8 @@ MOST_USED: list[tuple[str, list[Any], Callable[[Any], bool], list[Any], str]] = 
     ("ALBehaviorManager.getInstalledBehaviors", [], lambda v: v == [], [1], "do not fit"),
     ("ALBehaviorManager.stopBehavior", ["dance"], none, [1], "a name is expected"),
     ("ALBehaviorManager.isBehaviorRunning", ["dance"], lambda v: v is False, [1], "a name is expected"),
+    ("ALBehaviorManager.isBehaviorInstalled", ["dance"], lambda v: v is False, [1], "a name is expected"),
+    ("ALBehaviorManager.getRunningBehaviors", [], lambda v: v == [], [1], "do not fit"),
     ("ALAutonomousLife.setState", ["disabled"], none, ["asleep"], "unknown state"),
     ("ALBasicAwareness.stopAwareness", [], none, [1], "do not fit"),
     ("ALBattery.getBatteryCharge", [], lambda v: v == 90, [1], "do not fit"),
@@ -141,6 +150,7 @@ MOST_USED: list[tuple[str, list[Any], Callable[[Any], bool], list[Any], str]] = 
     (PLAYER + "loadFile", ["/usr/share/naoqi/wav/a.wav"], lambda v: type(v) is int, [1], "a name is expected"),
     (PLAYER + "stopAll", [], none, [1], "do not fit"),
     (TRACKER + "registerTarget", ["RedBall", 0.06], none, ["RedBall", "big"], "RedBall|number"),
+    (TRACKER + "track", ["RedBall"], none, [1], "a name is expected"),
     (TRACKER + "stopTracker", [], none, [1], "do not fit"),
 ]
 
@@ -171,6 +181,23 @@ def test_a_method_returns_what_its_page_says_and_refuses_wrong_arguments(
     assert fits(robot.wait(value, 20.0) if isinstance(value, Future) else value)
     with pytest.raises(NaoqiRefused, match=sentence):
         robot.call(service, method, *wrong)
+
+
+def test_a_loop_of_sound_lasts_until_it_is_stopped_and_a_sound_as_long_as_it_is(robot: Robot) -> None:
+    """Seconds; both wait for the end, and give nothing."""
+    looped = robot.call("ALAudioPlayer", "playFileInLoop", "/usr/share/naoqi/wav/a.wav")
+    robot.run(20.0)
+    assert not looped.done()
+    robot.call("ALAudioPlayer", "stopAll")
+    assert robot.wait(looped) is None
+    key = robot.call("ALAudioPlayer", "loadFile", "/usr/share/naoqi/wav/a.wav")
+    played = robot.call("ALAudioPlayer", "play", key)
+    robot.run(0.5 * robot.call("ALAudioPlayer", "getFileLength", key))
+    assert not played.done()
+    assert robot.wait(played, 20.0) is None
+    for method in ("playFileInLoop", "play"):
+        with pytest.raises(NaoqiRefused):
+            robot.call("ALAudioPlayer", method, "/no.wav" if method == "playFileInLoop" else 10_000)
 
 
 def test_a_blocking_call_takes_its_time_and_ends_where_it_was_sent(robot: Robot) -> None:

@@ -280,6 +280,7 @@ def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage
     assert stage.state == "walk"
     assert stage.target == pytest.approx((0.08, 0.0, 0.0))
     stage.state = "stand"
+    until(lambda: not call(all_ways, "moveIsActive"))
     steps = all_ways.methods()["setFootStepsWithSpeed"]
     steps(["LLeg", "RLeg"], [[0.0, 0.1, 1.0], [0.0, -0.1, 0.0]], [1, 2], True)
     until(lambda: stage.state == "walk")
@@ -306,6 +307,64 @@ def test_footsteps_of_a_walk_lead_to_its_end(all_ways: WalkingMethods, stage: St
     ended.result(PATIENT)
     until(lambda: all_ways.steps_ahead() == [[], []])
     assert call(all_ways, "getNextRobotPosition") == call(all_ways, "getRobotPosition", False)
+
+
+def test_a_walk_ordered_during_another_counts_from_where_the_fixed_steps_of_that_one_end(
+    all_ways: WalkingMethods, stage: Stage
+) -> None:
+    """What the vendor's samples compute: the inverse of the next position by the last one is the second order."""
+    first = all_ways.methods()["moveTo"](0.2, 0.0, 0.3)
+    until(lambda: stage.state == "walk")
+    beginning = planar(*call(all_ways, "getNextRobotPosition"))
+    second = all_ways.methods()["moveTo"](0.1, 0.05, -0.2)
+    until(lambda: stage.target != (0.2, 0.0, 0.3))
+    assert np.linalg.inv(beginning) @ planar(*stage.target) == pytest.approx(planar(0.1, 0.05, -0.2), abs=1e-9)
+    stage.state = "stand"
+    assert (first.result(PATIENT), second.result(PATIENT)) == (False, True)
+
+
+@pytest.mark.parametrize("height", [0.04, "0.04"])
+def test_a_step_may_be_4_cm_high_and_numbers_may_be_text(
+    all_ways: WalkingMethods, stage: Stage, height: Any
+) -> None:
+    """Both are in the vendor's samples (of `moveTo`, and of `ALNavigation.moveTo`)."""
+    all_ways.methods()["moveTo"](0.2, 0.0, 0.0, [["StepHeight", height]])
+    until(lambda: stage.state == "walk")
+    assert stage.target == (0.2, 0.0, 0.0)
+    with pytest.raises(NaoqiRefused, match="StepHeight is 'high'; a finite number"):
+        call(all_ways, "moveTo", 0.2, 0.0, 0.0, [["StepHeight", "high"]])
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments", "wrong", "sentence"),
+    [
+        ("moveInit", [], None, ""),
+        ("move", [0.05, 0.0, 0.1], [0.05, 0.0, "left"], "theta is 'left'; a finite number is expected"),
+        ("moveToward", [0.5, 0.0, -0.5], [1.5, 0.0, 0.0], "x is 1.5; a number from -1 to 1 is expected"),
+        ("setWalkTargetVelocity", [0.5, 0.0, 0.0, 1.0], [0.5, 0.0, 0.0, 2.0], "from 0 to 1"),
+        ("stopMove", [], None, ""),
+        ("waitUntilMoveIsFinished", [], None, ""),
+    ],
+)
+def test_walking_methods_give_nothing_and_name_the_wrong_argument(
+    all_ways: WalkingMethods, method: str, arguments: list[Any], wrong: list[Any] | None, sentence: str
+) -> None:
+    assert call(all_ways, method, *arguments) is None
+    if wrong is not None:
+        with pytest.raises(NaoqiRefused, match=sentence):
+            call(all_ways, method, *wrong)
+
+
+def test_facts_of_a_walk_are_a_bool_and_three_floats(all_ways: WalkingMethods, stage: Stage) -> None:
+    """m, m and rad; per second of the velocity."""
+    assert call(all_ways, "moveIsActive") is False
+    assert call(all_ways, "getRobotPosition", True) == call(all_ways, "getRobotVelocity") == [0.0, 0.0, 0.0]
+    call(all_ways, "move", 0.05, 0.0, 0.0)
+    stage.place = 0.25
+    until(lambda: call(all_ways, "getRobotPosition", True) == [0.25, 0.0, 0.0])
+    assert call(all_ways, "moveIsActive") is True and call(all_ways, "getRobotVelocity") == [0.15, 0.0, 0.0]
+    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] of each place is expected"):
+        call(all_ways, "moveTo", [[0.1, 0.2]])
 
 
 def test_a_walk_without_an_end_goes_on_at_its_velocity(all_ways: WalkingMethods) -> None:
