@@ -127,6 +127,19 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "turned True 3 2",
             ],
         ),
+        (
+            "dialog.py",
+            [],
+            0,
+            [
+                "topic greeting",
+                "answer Hello Anna, nice to meet you",
+                "again What about you?",
+                "variable Anna",
+                "heard Yes",
+                "not understood what",
+            ],
+        ),
         ("sensors.py", [], 0, ["sonar 0.5 weight 2.0 None", "battery 90", "red 1.0"]),
         (
             "errors.py",

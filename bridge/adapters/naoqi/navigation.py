@@ -75,7 +75,7 @@ def ways_along(trajectory: Any) -> list[list[float]]:
 
     Args:
         trajectory: `["Holonomic", path, final theta, final time]` or `["Composed", trajectory, ...]`; a path is
-            `["Line", [x, y]]`, `["Circle", [x, y] of its centre, span]` or `["Composed", path, ...]`; m, rad, s.
+            `["Line", [x, y]]`, `["Circle", [x, y], span]` about x, y, or `["Composed", path, ...]`; m, rad, s.
             Each begins where the one before ends (assumed: a trajectory with its heading, a path without).
 
     Returns:

@@ -103,12 +103,14 @@ class Services:
         self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.update(frame)
-        self.events = Events(self.memory, publish)
+        self.events = Events(self.memory, self._told(publish))
+        self._speech = Speech(self._others, self.events, lambda: self.joints.now)
+        self._dialog = Dialog(self.events, self.memory.get, self._speech.say)
         self._microphones = Microphones(publish)
         self._robot_events = RobotEvents(self.events, self.memory, self._postures, frame)
         self._recognition = SpeechRecognition(self.events)
         self._eyes = eyes or NoEyes()
-        self._stage = Stage(config.body, self._frames, self._eyes, self._recognition.hear)
+        self._stage = Stage(config.body, self._frames, self._eyes, self._hear)
         self._video = VideoDevice(config.body, self._eyes)
         self._sonar = Sonar(self.joints, self.events)
         seeing = (self._stage, self._frames, self.events)
@@ -122,6 +124,20 @@ class Services:
         walk = self._walks.get("move")
         self._following = Following(self._stage, self._frames, self.motion, self.events, neck, walk)
         self._table = self._build()
+
+    def _hear(self, said: str) -> list[str]:
+        """Somebody says something; the words that were recognized."""
+        self._dialog.hear(said)
+        return self._recognition.hear(said)
+
+    def _told(self, publish: Publish) -> Publish:
+        """Tells of an event, and has dialogues answer it."""
+
+        def tell(event: str, value: Any, callbacks: list[list[Any]]) -> None:
+            publish(event, value, callbacks)
+            self._dialog.notice(event, value)
+
+        return tell
 
     def _robot_place(self) -> Sequence[float]:
         position = self._walks.get("getRobotPosition")
@@ -236,13 +252,12 @@ class Services:
     def _build(self) -> dict[str, dict[str, Method]]:
         settings = InertSettings()
         tracker = Tracker(self.joints, self.motion, self._frames, self._following)
-        speech = Speech(self._others, self.events, lambda: self.joints.now)
         recorder = Recorder(lambda: self.joints.now)
         reading: dict[str, Table] = {
             "ALMemory": self.memory.methods() | self.events.methods(),
             "ALLeds": Leds(self.joints, self._others).methods(),
-            "ALTextToSpeech": speech.methods(),
-            "ALAnimatedSpeech": speech.animated_methods(),
+            "ALTextToSpeech": self._speech.methods(),
+            "ALAnimatedSpeech": self._speech.animated_methods(),
             "ALAudioPlayer": self._audio.methods(),
             "ALAudioDevice": self._audio.device_methods()
             | recorder.device_methods()
@@ -259,7 +274,7 @@ class Services:
             "ALNotificationManager": Notifications().methods(),
             "ALPhotoCapture": PhotoCapture(self._eyes, self._others, lambda: self.joints.now).methods(),
             "ALVideoRecorder": VideoRecorder(self._eyes, self._others, lambda: self.joints.now).methods(),
-            "ALDialog": Dialog().methods(),
+            "ALDialog": self._dialog.methods(),
             "ALResourceManager": Resources().methods(),
             "ALBasicAwareness": Awareness().methods(),
         }

@@ -128,7 +128,7 @@ class WalkingMethods:
         return self.handover.walk_to(way, full.towards(way) if any(way) else way)
 
     def _from_here(self, target: Vec3) -> Vec3:
-        """A place that counts from the end of the steps that can no longer be changed, as one from here, m and rad.
+        """A place that counts from the end of the steps that cannot be changed any more, as one from here.
 
         So it does while the robot walks (confirmed: vendor's samples of `getNextRobotPosition`).
         """

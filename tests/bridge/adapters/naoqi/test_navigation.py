@@ -66,7 +66,7 @@ def test_move_along_follows_lines_one_after_the_other(robot: Robot, walks: Walks
 def test_move_along_a_circle_ends_where_the_circle_does_with_the_heading_asked_for(
     robot: Robot, walks: Walks
 ) -> None:
-    """Half a circle about a centre 0.5 m to the left ends 1 m to the left; then 1 m ahead in the heading there."""
+    """Half a circle about a centre 0.5 m to the left ends 1 m to the left; then 1 m ahead in its heading."""
     half = ["Holonomic", ["Composed", ["Circle", [0.0, 0.5], math.pi]], math.pi, 10.0]
     robot.call("ALNavigation", "moveAlong", ["Composed", half, ["Holonomic", ["Line", [1.0, 0.0]], 0.0, 5.0]])
     ((ways,),) = walks.asked
@@ -86,7 +86,7 @@ def test_move_along_a_circle_ends_where_the_circle_does_with_the_heading_asked_f
         [],
         ["Composed"],
         ["Holonomic", ["Line", [1.0]], 0.0, 1.0],
-        ["Holonomic", ["Spiral", [1, 2]], 0.0, 1.0],
+        ["Holonomic", ["Arc", [1, 2]], 0.0, 1.0],
     ],
 )
 def test_move_along_refuses_what_is_no_trajectory(robot: Robot, trajectory: Any) -> None:

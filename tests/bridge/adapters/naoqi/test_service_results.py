@@ -240,7 +240,7 @@ def test_a_method_returns_what_its_page_says(
         ("ALDialog.loadTopic", ["/nothing.top"], "cannot be read"),
         ("ALDialog.loadTopicContent", ["u: (hello) hello"], "topic: ~name"),
         ("ALDialog.activateTopic", ["greeting"], "unknown topic 'greeting'"),
-        ("ALDialog.forceInput", ["hello"], "there is no dialogue engine"),
+        ("ALDialog.tell", ["hi"], "forceInput, forceOutput, gotoTag and gotoTopic talk"),
         ("ALResourceManager.isResourceFree", ["arm"], "unknown resource 'arm'"),
         ("ALMotion.getMethodHelp", ["setAngels"], "did you mean 'setAngles'"),
         ("ALWorldRepresentation.getObjectNames", [], "no map of objects is kept"),

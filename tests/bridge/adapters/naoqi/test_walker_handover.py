@@ -312,7 +312,7 @@ def test_footsteps_of_a_walk_lead_to_its_end(all_ways: WalkingMethods, stage: St
 def test_a_walk_ordered_during_another_counts_from_where_the_fixed_steps_of_that_one_end(
     all_ways: WalkingMethods, stage: Stage
 ) -> None:
-    """What the vendor's samples compute: the inverse of the next position by the last one is the second order."""
+    """What the vendor's samples compute: from the next position to the last one is the second order."""
     first = all_ways.methods()["moveTo"](0.2, 0.0, 0.3)
     until(lambda: stage.state == "walk")
     beginning = planar(*call(all_ways, "getNextRobotPosition"))

@@ -1,0 +1,176 @@
+"""ALDialog answers by the rules of its topics, as the vendor's pages on QiChat say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+
+from bridge.adapters.naoqi.qichat import kept_of, parse
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+
+TOPIC = """topic: ~mine()
+language: enu
+concept:(food) [fruits chicken beef eggs "ice cream"]
+u: (I [want "would like"] {some} _~food) Sure! You must really like $1 .
+u: (how are you today) Hello human, I am fine thank you and you?
+  u1: ([fine good]) I am glad.
+  u1: (bad) Why?
+    u2: (_*) So $1 it is.
+u: (my name is _*) $name=$1 Hello $1
+u: (who am I) You are $name
+u: ([e:FrontTactilTouched e:MiddleTactilTouched]) You touched my head! %touched
+u: (e:Dialog/NotUnderstood) Pardon?
+u: (count) ["one" "two" three]
+u: ($mood==good how is it) Good # a comment
+u: (help {me} *) ^goto(helped)
+proposal: %helped I can help you.
+proposal: %second Anything else?
+"""
+
+
+@pytest.fixture
+def robot(standing: Callable[..., SensorFrame]) -> Robot:
+    robot = Robot(standing())
+    name = robot.call("ALDialog", "loadTopicContent", TOPIC)
+    assert name == "mine"
+    robot.call("ALDialog", "activateTopic", name)
+    robot.call("ALDialog", "subscribe", "me")
+    return robot
+
+
+def said(robot: Robot, words: str) -> str | None:
+    """The answer to a sentence, once it was spoken."""
+    return answer(robot, lambda: robot.call("ALDialog", "forceInput", words))
+
+
+def answer(robot: Robot, talk: Callable[[], Any]) -> str | None:
+    robot.events.clear()
+    spoken = talk()
+    if isinstance(spoken, Future):
+        assert robot.wait(spoken, 20.0) is None
+    found = [value for event, value in robot.events if event == "ALTextToSpeech/CurrentSentence" and value]
+    return found[-1] if found else None
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("I want some chicken", "Sure! You must really like chicken."),
+        ("I would like ice cream!", "Sure! You must really like ice cream."),
+        ("How are you today?", "Hello human, I am fine thank you and you?"),
+        ("help me with this", "I can help you."),
+        ("help", "I can help you."),
+    ],
+)
+def test_a_rule_answers_what_it_matches_as_a_whole(robot: Robot, words: str, expected: str) -> None:
+    assert said(robot, words) == expected
+    assert dict(robot.events)["Dialog/LastAnswer"] == expected
+    assert dict(robot.events)["Dialog/MatchedTopic"] == "mine"
+
+
+def test_what_no_rule_matches_is_not_understood(robot: Robot) -> None:
+    robot.events.clear()
+    robot.call("ALDialog", "forceInput", "I want some chicken now")
+    assert dict(robot.events)["Dialog/NotUnderstood"] == "I want some chicken now"
+    robot.run(2.0)
+    assert ("ALTextToSpeech/CurrentSentence", "Pardon?") in robot.events
+
+
+def test_rules_within_a_rule_come_after_it_only(robot: Robot) -> None:
+    assert said(robot, "bad") is None or "Why" not in str(said(robot, "bad"))
+    said(robot, "how are you today")
+    assert said(robot, "bad") == "Why?"
+    assert said(robot, "the weather") == "So the weather it is."
+
+
+def test_a_variable_is_a_datum_of_the_memory(robot: Robot) -> None:
+    assert said(robot, "my name is Anna Bell") == "Hello Anna Bell"
+    assert robot.call("ALMemory", "getData", "name") == "Anna Bell"
+    robot.call("ALMemory", "insertData", "name", "Bert")
+    assert said(robot, "who am I") == "You are Bert"
+    assert said(robot, "how is it") == "Pardon?"
+    robot.call("ALMemory", "insertData", "mood", "good")
+    assert said(robot, "how is it") == "Good"
+
+
+def test_choices_take_turns(robot: Robot) -> None:
+    assert [said(robot, "count") for _ in range(4)] == ["one", "two", "three", "one"]
+
+
+def test_a_touched_head_is_an_event_to_answer_when_it_is_touched_and_not_when_it_is_let_go(
+    robot: Robot,
+) -> None:
+    def touch(value: float) -> None:
+        robot.call("ALMemory", "raiseEvent", "FrontTactilTouched", value)
+        robot.run(3.0)
+
+    assert answer(robot, lambda: touch(1.0)) == "You touched my head!"
+    assert ("Dialog/Tag", "touched") in robot.events
+    assert answer(robot, lambda: touch(0.0)) is None
+    robot.call("ALDialog", "unsubscribe", "me")
+    assert answer(robot, lambda: touch(1.0)) is None
+
+
+def test_proposals_are_said_in_their_order_and_then_nothing(robot: Robot) -> None:
+    assert answer(robot, lambda: robot.call("ALDialog", "gotoTopic", "mine")) == "I can help you."
+    assert robot.call("ALDialog", "getFocus") == "mine"
+    assert answer(robot, lambda: robot.call("ALDialog", "forceOutput")) == "Anything else?"
+    assert answer(robot, lambda: robot.call("ALDialog", "forceOutput")) is None
+    assert ("Dialog/NothingToSay", 1) in robot.events
+    assert answer(robot, lambda: robot.call("ALDialog", "gotoTag", "helped", "mine")) == "I can help you."
+
+
+def test_a_tag_that_is_switched_off_is_not_said(robot: Robot) -> None:
+    robot.call("ALDialog", "disableTag", "helped", "mine")
+    assert answer(robot, lambda: robot.call("ALDialog", "gotoTag", "helped", "mine")) is None
+    robot.call("ALDialog", "enableTag", "helped", "mine")
+    assert answer(robot, lambda: robot.call("ALDialog", "gotoTag", "helped", "mine")) == "I can help you."
+
+
+def test_words_of_a_program_s_concept_count_until_they_are_cleared(robot: Robot) -> None:
+    robot.call("ALDialog", "setConcept", "food", "English", ["double-decker bus"])
+    robot.call("ALDialog", "addToConcept", "food", "English", ["dragon"])
+    assert said(robot, "I want a dragon") != "Sure! You must really like dragon."  # `a` is in no rule
+    assert said(robot, "I want dragon") == "Sure! You must really like dragon."
+    robot.call("ALDialog", "clearConcepts")
+    assert said(robot, "I want eggs") == "Sure! You must really like eggs."
+
+
+def test_words_that_the_robot_hears_are_answered_while_somebody_has_subscribed(robot: Robot) -> None:
+    def hear() -> None:
+        robot.call("NaoHil", "hear", "count")
+        robot.run(2.0)
+
+    assert answer(robot, hear) == "one"
+    robot.call("ALDialog", "deactivateTopic", "mine")
+    assert answer(robot, hear) is None
+
+
+@pytest.mark.parametrize(
+    ("source", "sentence"),
+    [
+        ("u:(hi) hello", "this is no topic"),
+        ("topic: ~a()\nu:(hi hello", r"line 2: \(\.\.\.\) is expected"),
+        ("topic: ~a()\nu:([hi) hello", "line 2: '\\)' closes no bracket|is not closed|expected"),
+        ("topic: ~a()\nu2:(hi) hello", "line 2: u2 has no rule above it"),
+        ("topic: ~a()\nu:(" + "[" * 20 + "a" + "]" * 20 + ") hello", "too deep"),
+        ("topic: ~a()\n" + "u:(a) b\n" * 1001, "more than 1000 rules"),
+        ("x" * 70_000, "longer than 65536 letters"),
+    ],
+)
+def test_what_is_no_topic_is_refused_with_its_line(robot: Robot, source: str, sentence: str) -> None:
+    with pytest.raises(NaoqiRefused, match=sentence):
+        robot.call("ALDialog", "loadTopicContent", source)
+
+
+def test_a_sentence_of_many_ways_to_match_is_matched_at_once() -> None:
+    """Wildcards after each other, of which a backtracking match would try every way."""
+    topic = parse("topic: ~a()\nconcept:(a) ~a\nu:(" + "{*} " * 40 + "end) b\nu:(~a) c")
+    assert kept_of(topic.rules[0].pattern, "word " * 55, {}) is None  # type: ignore[arg-type]
+    assert kept_of(topic.rules[0].pattern, "word " * 55 + "end", {}) == ()  # type: ignore[arg-type]
+    assert kept_of(topic.rules[1].pattern, "a", topic.concepts) is None  # type: ignore[arg-type]
