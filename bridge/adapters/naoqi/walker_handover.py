@@ -34,6 +34,11 @@ _MAX_CYCLES: Final = 200
 _WALKING: Final = ("walk", "stopping")
 
 
+Way = Callable[[], tuple[Vec3, Vec3]]
+"""Gives x, y (m) and yaw (rad) of a place in the robot's frame, and a velocity: the walk there makes use of as
+much of the gait's limits as this one."""
+
+
 class StartedWalker(Protocol):
     """A walker's process."""
 
@@ -138,31 +143,35 @@ class WalkerHandover:
             velocity: as for `walk`.
             distance: m, not negative; 0: nothing happens.
         """
-        return self._walk_to_end({"velocity": velocity, "distance": distance} if distance else None)
+        order = {"velocity": velocity, "distance": distance} if distance else None
+        return self._walk_to_end(lambda: order)
 
-    def walk_to(self, target: Vec3, velocity: Vec3) -> Future[Any]:
+    def walk_to(self, way: Way) -> Future[Any]:
         """Walk to a place; the future is done at the end of the walk: true, or false if another order ended it.
 
         Args:
-            target: x, y (m) and yaw (rad) in the robot's frame.
-            velocity: the walk makes use of as much of the gait's limits as this one.
+            way: there, asked for when it is this walk's turn.
         """
-        self._head_for(target)
-        return self._walk_to_end({"velocity": velocity, "target": target} if any(target) else None)
+        return self._walk_to_end(lambda: self._order(way))
 
-    def go_to(self, target: Vec3, velocity: Vec3) -> Future[Any]:
+    def go_to(self, way: Way) -> Future[Any]:
         """As `walk_to`, but the future is done when the walker has accepted it."""
-        self._head_for(target)
-        return self._submit(
-            lambda: self._walk({"velocity": velocity, "target": target}) if any(target) else None
-        )
 
-    def _walk_to_end(self, order: dict[str, Any] | None) -> Future[Any]:
+        def job() -> None:
+            """In the thread of walks."""
+            order = self._order(way)
+            if order is not None:
+                self._walk(order)
+
+        return self._submit(job)
+
+    def _walk_to_end(self, asked: Callable[[], dict[str, Any] | None]) -> Future[Any]:
         """Walk as ordered; the call ends with the walk, or with its refusal. None: nowhere."""
         ended: Future[Any] = Future()
 
         def job() -> None:
             """In the thread of walks."""
+            order = asked()
             if order is None:
                 ended.set_result(True)
                 return
@@ -206,9 +215,12 @@ class WalkerHandover:
         x, y, yaw = self.position()
         return *planar_local((x, y, yaw), self._goal), self._goal[2] - yaw
 
-    def _head_for(self, target: Vec3) -> None:
+    def _order(self, way: Way) -> dict[str, Any] | None:
+        """The order of a walk to a place, which is the goal now; None: it is here."""
+        target, velocity = way()
         x, y, yaw = self.position()
         self._goal = (*planar_point((x, y, yaw), target), yaw + target[2]) if any(target) else None
+        return {"velocity": velocity, "target": target} if any(target) else None
 
     def velocity(self) -> list[float]:
         """Of the steps that are planned now: m/s, m/s, rad/s."""
@@ -273,11 +285,15 @@ class WalkerHandover:
         if not any(order["velocity"]):
             self._stop_walk()
             return
-        self._ensure_walker()
-        self._interrupt()
-        self._stopping = False
-        assert self._client is not None
-        status = self._client.walk(gait=self._gait, **order)
+        try:
+            self._ensure_walker()
+            self._interrupt()
+            self._stopping = False
+            assert self._client is not None
+            status = self._client.walk(gait=self._gait, **order)
+        except NaoHilError:
+            self._goal = None
+            raise
         began = status.seq
         deadline = time.monotonic() + _MAX_WAIT
         # The walk is accepted before the first step begins; until then the walker still stands.

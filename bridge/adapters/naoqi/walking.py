@@ -94,8 +94,8 @@ class WalkingMethods:
             legs: `LLeg` or `RLeg` for each step.
             steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
         """
-        target = self._from_here(self._end_of("ALMotion.setFootSteps", legs, steps))
-        return self.handover.go_to(target, full_speed("", ()).towards(target))
+        target = self._end_of("ALMotion.setFootSteps", legs, steps)
+        return self.handover.go_to(lambda: self._way(target, full_speed("", ())))
 
     def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
         """As `setFootSteps`, and wait for the end."""
@@ -124,16 +124,17 @@ class WalkingMethods:
         if not self._full[1]:
             ahead = math.copysign(self._full[0], target[0])
             return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
-        way = self._from_here(target)
-        return self.handover.walk_to(way, full.towards(way) if any(way) else way)
+        return self.handover.walk_to(lambda: self._way(target, full))
 
-    def _from_here(self, target: Vec3) -> Vec3:
-        """A place that counts from the end of the steps that cannot be changed any more, as one from here.
+    def _way(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
+        """A place from here, and the velocity there.
 
-        So it does while the robot walks (confirmed: vendor's samples of `getNextRobotPosition`).
+        While the robot walks, the place counts from the end of the steps that cannot be changed any more
+        (confirmed: vendor's samples of `getNextRobotPosition`).
         """
         ahead = self.poses_ahead()[:_FIXED_STEPS] if self.handover.active else []
-        return _composed(ahead[-1], target) if ahead else target
+        place = _composed(ahead[-1], target) if ahead else target
+        return place, full.towards(place) if any(place) else place
 
     def poses_ahead(self) -> list[Vec3]:
         """Where the robot is after each step to come, from here, m and rad: by the vendor's length of steps."""
