@@ -12,7 +12,7 @@ from typing import Any, Final
 from bridge.adapters.naoqi.arguments import number, robot_file, text
 from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.methods import Table
-from bridge.adapters.naoqi.qichat import Pattern, Rule, Topic, kept_of, parse, plain_words
+from bridge.adapters.naoqi.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
 from bridge.adapters.naoqi.voice import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
@@ -25,6 +25,8 @@ MAX_TOPICS: Final = 100
 MAX_TOPIC: Final = 1 << 16
 """Letters of a topic."""
 MAX_CONCEPTS: Final = 1000
+MAX_ANSWER: Final = 2000
+"""Letters of an answer."""
 _JUMPS: Final = 20
 """`^goto` in one answer."""
 _EVENTS: Final = (
@@ -52,6 +54,8 @@ class Dialog:
         self._subscribers: set[str] = set()
         self._concepts: dict[tuple[str, str], list[str]] = {}
         """Of programs, by name and language."""
+        self._patterns: dict[tuple[str, str], Pattern] = {}
+        """What their words match."""
         self._blocked: set[tuple[str, str]] = set()
         """Topic and tag of what is switched off."""
         self._within: tuple[str, list[Rule]] = ("", [])
@@ -102,8 +106,9 @@ class Dialog:
     def _input(self, said: str) -> Future[Any] | None:
         """Answer what is said; done when the answer was spoken."""
         self._raise("LastInput", said)
+        steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
-            kept = kept_of(rule.pattern, said, self._concepts_of(topic)) if rule.pattern else None
+            kept = kept_of(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
             if kept is not None and self._holds(rule):
                 self._raise("MatchedInput", said)
                 self._raise("MatchedTopic", topic.name)
@@ -113,8 +118,8 @@ class Dialog:
 
     def _concepts_of(self, topic: Topic) -> dict[str, Pattern]:
         own = {
-            name.casefold(): Pattern("choice", parts=tuple(_of_words(word) for word in words))
-            for (name, language), words in self._concepts.items()
+            name.casefold(): pattern
+            for (name, language), pattern in self._patterns.items()
             if topic.language in _codes(language)
         }
         return topic.concepts | own
@@ -145,11 +150,12 @@ class Dialog:
     def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
         """What is said for an answer; its variables are set on the way."""
         for _ in range(_JUMPS):
-            jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer)
+            jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
             if jump is None:
                 break
             goal = self._tagged(topic, jump[1])
             answer = answer.replace(jump[0], goal.answer if goal else "", 1)
+        answer = answer[:MAX_ANSWER]
         while found := _CHOICE.search(answer):
             options = [quoted or word for quoted, word in _OPTION.findall(found[2])] or [""]
             turn = 0 if found[1] == "^first" else self._turn(topic.name, found[2])
@@ -297,11 +303,21 @@ class Dialog:
         return key
 
     def _set_concept(self, concept: Any, language: Any, words: Any, *_: Any) -> None:
-        self._concepts[self._key(concept, language)] = _words(words)
+        key = self._key(concept, language)
+        self._keep(key, _words(words))
+
+    def _keep(self, key: tuple[str, str], words: list[str]) -> None:
+        self._concepts[key] = words
+        self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
 
     def _add_to_concept(self, concept: Any, language: Any, words: Any) -> None:
-        kept = self._concepts.setdefault(self._key(concept, language), [])
-        kept += [word for word in _words(words) if word not in kept][: MAX_CONCEPTS - len(kept)]
+        key = self._key(concept, language)
+        kept = self._concepts.get(key, [])
+        self._keep(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
+
+    def _clear_concepts(self) -> None:
+        self._concepts.clear()
+        self._patterns.clear()
 
     def _reset(self) -> None:
         self._within, self._focus = ("", []), ""
@@ -339,7 +355,7 @@ class Dialog:
             "getConcept": lambda concept, language: self._concepts.get(self._key(concept, language), []),
             "setConcept": self._set_concept,
             "addToConcept": self._add_to_concept,
-            "clearConcepts": lambda: self._concepts.clear(),
+            "clearConcepts": self._clear_concepts,
         }
 
 

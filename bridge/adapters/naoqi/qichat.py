@@ -19,6 +19,7 @@ MAX_RULES: Final = 1000
 """Rules and proposals of a topic."""
 MAX_WORDS: Final = 60
 """Words of a sentence that are looked at."""
+MAX_STEPS: Final = 20_000
 _DEEPEST: Final = 12
 """Brackets and concepts within each other."""
 _HEAD: Final = re.compile(r"\s*(u|proposal|concept|dynamic|topic|language|include)([1-9]?)\s*:(.*)", re.DOTALL)
@@ -207,25 +208,38 @@ def plain_words(said: str) -> list[str]:
     return [word.casefold() for word in re.findall(_WORD, said)]
 
 
-def kept_of(pattern: Pattern, said: str, concepts: Mapping[str, Pattern]) -> tuple[str, ...] | None:
+class Steps:
+    """Steps that the matching of one sentence may still take, so that no topic holds the robot up."""
+
+    def __init__(self, left: int = MAX_STEPS) -> None:
+        self.left = left
+
+
+def kept_of(
+    pattern: Pattern, said: str, concepts: Mapping[str, Pattern], steps: Steps
+) -> tuple[str, ...] | None:
     """The words that a pattern keeps of a whole sentence; None: it does not match.
 
     Args:
         pattern: of a rule.
         said: the sentence.
         concepts: by their names in small letters.
+        steps: of the sentence, with all rules; where they end nothing matches any more.
     """
     words = plain_words(said)[:MAX_WORDS]
-    spans = _ends(pattern, words, 0, concepts, 0).get(len(words))
+    spans = _ends(pattern, words, 0, concepts, 0, steps).get(len(words))
     if spans is None:
         return None
     spoken = re.findall(_WORD, said)
     return tuple(" ".join(spoken[start:end]) for start, end in spans)
 
 
-def _ends(pattern: Pattern, words: list[str], start: int, concepts: Mapping[str, Pattern], depth: int) -> Ends:
+def _ends(
+    pattern: Pattern, words: list[str], start: int, concepts: Mapping[str, Pattern], depth: int, steps: Steps
+) -> Ends:
     """All ends of a match from one word on; of several ways to the same end the first counts."""
-    if depth > 2 * _DEEPEST:
+    steps.left -= 1
+    if depth > 2 * _DEEPEST or steps.left < 0:
         return {}
     parts = pattern.parts
     if pattern.kind == "word":
@@ -236,17 +250,17 @@ def _ends(pattern: Pattern, words: list[str], start: int, concepts: Mapping[str,
         return {end: () for end in range(start, len(words) + 1)}
     if pattern.kind == "concept":
         concept = concepts.get(pattern.text)
-        return _ends(concept, words, start, concepts, depth + 1) if concept else {}
+        return _ends(concept, words, start, concepts, depth + 1, steps) if concept else {}
     if pattern.kind == "choice":
         found: Ends = {}
         for part in parts:
-            found = _ends(part, words, start, concepts, depth + 1) | found
+            found = _ends(part, words, start, concepts, depth + 1, steps) | found
         return found
     reached: Ends = {start: ()}
     for part in parts:
         onward: Ends = {}
         for end, kept in reached.items():
-            for further, more in _ends(part, words, end, concepts, depth + 1).items():
+            for further, more in _ends(part, words, end, concepts, depth + 1, steps).items():
                 onward.setdefault(further, kept + more)
         reached = onward
     if pattern.kind == "keep":

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bridge.adapters.naoqi.qichat import kept_of, parse
+from bridge.adapters.naoqi.qichat import Steps, kept_of, parse
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
@@ -168,9 +168,29 @@ def test_what_is_no_topic_is_refused_with_its_line(robot: Robot, source: str, se
         robot.call("ALDialog", "loadTopicContent", source)
 
 
-def test_a_sentence_of_many_ways_to_match_is_matched_at_once() -> None:
-    """Wildcards after each other, of which a backtracking match would try every way."""
-    topic = parse("topic: ~a()\nconcept:(a) ~a\nu:(" + "{*} " * 40 + "end) b\nu:(~a) c")
-    assert kept_of(topic.rules[0].pattern, "word " * 55, {}) is None  # type: ignore[arg-type]
-    assert kept_of(topic.rules[0].pattern, "word " * 55 + "end", {}) == ()  # type: ignore[arg-type]
-    assert kept_of(topic.rules[1].pattern, "a", topic.concepts) is None  # type: ignore[arg-type]
+def matched(rule: str, words: str) -> tuple[tuple[str, ...] | None, int]:
+    """What a rule keeps of a sentence, and the steps that it took."""
+    topic, steps = parse(f"topic: ~a()\nconcept:(a) ~a\nu:({rule}) b"), Steps()
+    pattern = topic.rules[0].pattern
+    assert pattern is not None
+    return kept_of(pattern, words, topic.concepts, steps), 20_000 - steps.left
+
+
+def test_a_sentence_of_many_ways_to_match_takes_few_steps() -> None:
+    """Wildcards after each other, of which a backtracking match would try 56^5 / 5! ways (4.6 million)."""
+    kept, steps = matched("{*} " * 5 + "end", "word " * 55)
+    assert kept is None and steps < 20_000
+    kept, steps = matched("{*} " * 5 + "end", "word " * 55 + "end")
+    assert kept == () and steps < 20_000
+
+
+def test_a_match_that_takes_too_long_and_a_concept_of_itself_are_none() -> None:
+    kept, steps = matched("{*} " * 500 + "end", "word " * 55 + "end")
+    assert kept is None and steps > 20_000
+    assert matched("~a", "a")[0] is None
+
+
+def test_answers_that_lead_to_themselves_end(robot: Robot) -> None:
+    topic = "topic: ~loop()\nu:(loop) ^goto(t)\nproposal: %t ^goto(t) again ^goto(t)"
+    robot.call("ALDialog", "activateTopic", robot.call("ALDialog", "loadTopicContent", topic))
+    assert said(robot, "loop") == " ".join(["again"] * 20)
