@@ -15,6 +15,7 @@ from nao_hil.bench import (
     campaign_speed_up,
     cycles,
     huang_search,
+    identification,
     lateness,
     lola,
     naoqi,
@@ -41,22 +42,33 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "campaign-faults": campaign_faults.measure,
     "campaign-speed-up": campaign_speed_up.measure,
 }
+LONG: dict[str, Callable[[], dict[str, Any]]] = {
+    "identification": identification.measure,
+    "identification-calibration": identification.calibrate,
+}
+"""A quarter of an hour or more each: run only when named."""
 
 
 def main() -> None:
     """Run the named benchmarks, or all."""
     parser = argparse.ArgumentParser(prog="python -m nao_hil.bench", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHES)}; default: all")
+    known = BENCHES | LONG
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help=f"of {', '.join(known)}; default: all but {' and '.join(LONG)}, which are long",
+    )
     parser.add_argument("--json", action="store_true", help="end with one JSON object")
     arguments = parser.parse_args()
     for name in arguments.names:
-        if name not in BENCHES:
-            parser.error(f"unknown benchmark {name!r}; known: {', '.join(BENCHES)}")
+        if name not in known:
+            parser.error(f"unknown benchmark {name!r}; known: {', '.join(known)}")
     results: dict[str, dict[str, Any]] = {}
     for name in arguments.names or BENCHES:
         print(f"{name} ...", flush=True)
         try:
-            results[name] = BENCHES[name]()
+            results[name] = known[name]()
         except NaoHilError as error:
             results[name] = {"not run": str(error)}
         for key, value in results[name].items():

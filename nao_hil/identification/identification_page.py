@@ -103,6 +103,9 @@ def in_words(name: str, each: Identified) -> tuple[str, str]:
         "full_voltage_error": (1.0, "rad"),
         "gear_compliance": (1.0, "rad/(N m)"),
         "dry_friction": (1.0, "N m"),
+        "lead": (1e3, "ms"),
+        "motor_time_constant": (1e3, "ms"),
+        "gear_relaxation": (1e3, "ms"),
     }[kind]
     low, high = (scale * bound for bound in each.interval)
     return f"{scale * each.value:.4g} {unit}", f"{low:.4g} to {high:.4g}"

@@ -12,7 +12,15 @@ from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.wear import WearProfile
 from nao_hil.identification.identification import Identification
 
-_UNITS = {"delay": "s", "full_voltage_error": "rad", "gear_compliance": "rad/(N m)", "dry_friction": "N m"}
+_UNITS = {
+    "delay": "s",
+    "full_voltage_error": "rad",
+    "gear_compliance": "rad/(N m)",
+    "dry_friction": "N m",
+    "lead": "s",
+    "motor_time_constant": "s",
+    "gear_relaxation": "s",
+}
 
 
 def write_profile(path: Path, found: Identification, base: WearProfile) -> None:

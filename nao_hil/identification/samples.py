@@ -24,9 +24,10 @@ AFTER: Final = 0.7
 """Time for which a joint is watched after its command has moved, s."""
 FAST: Final = 0.6
 """Speed of a command from which on motion is fast, rad/s."""
-QUICK: Final = ("HeadYaw", "HeadPitch", "ElbowYaw", "WristYaw", "AnklePitch", "AnkleRoll")
+QUICK: Final = ("HeadYaw", "HeadPitch", "AnklePitch", "AnkleRoll")
 """Joints whose fast motion counts: with it the model is as near to the engine's robot as in slow motion, the
-rounding of the encoder (measured; that of ElbowRoll is ten times as far off)."""
+rounding of the encoder (measured; with ElbowRoll and ElbowYaw it is ten times as far off, because a forearm
+stops somewhere within its backlash; WristYaw is taken to be like them)."""
 _EPSILON: Final = 1e-7
 _STEADY: Final = 0.02
 """Change of the stiffness that does not matter."""
