@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Final, get_type_hints
@@ -25,21 +25,8 @@ _KEYS: Final = Annotated[
 ]
 
 
-def add_keys(app: typer.Typer) -> None:
-    """Give every registered command with an endpoint the option `--keys`."""
-    for command in _commands(app):
-        if command.callback is not None:
-            command.callback = _with_keys(command.callback)
-
-
-def _commands(app: typer.Typer) -> Iterator[Any]:
-    yield from app.registered_commands
-    for group in app.registered_groups:
-        if group.typer_instance is not None:
-            yield from _commands(group.typer_instance)
-
-
-def _with_keys(run: Callable[..., Any]) -> Callable[..., Any]:
+def with_keys_option(run: Callable[..., Any]) -> Callable[..., Any]:
+    """The function of a command, with the option `--keys` if it takes an endpoint."""
     signature = inspect.signature(run)
     endpoints = [name for name in ENDPOINTS if name in signature.parameters]
     if not endpoints:

@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
-
-
-class RunUnlessNamed(TyperGroup):
-    """`nao-hil export RUN ...` means `nao-hil export run RUN ...`."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the name in where there is none of a command."""
-        named = not args or args[0] in self.commands or args[0].startswith("-")
-        return super().parse_args(ctx, args if named else ["run", *args])
 
 
 def export_run(

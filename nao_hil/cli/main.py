@@ -12,128 +12,92 @@ import os
 import re
 import sys
 import traceback
-from typing import Annotated, Any
+from importlib import import_module
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 from bridge.errors import NaoHilError
 from nao_hil import __version__
-from nao_hil.cli import (
-    campaign,
-    catalogue,
-    compare,
-    config,
-    demo,
-    design,
-    doctor,
-    drive,
-    emulate,
-    excite,
-    experiment,
-    export,
-    export_run,
-    guard,
-    identify,
-    info,
-    keys,
-    lola,
-    map,
-    motion,
-    naoqi,
-    plan,
-    plot,
-    record,
-    replay,
-    results,
-    run_choregraphe,
-    run_naoqi,
-    tune,
-    up,
-    view,
-    walk,
-    world,
-)
-from nao_hil.cli.certificates import add_keys
+from nao_hil.cli.certificates import with_keys_option
 from nao_hil.cli.logs import end_log
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
 
-app = typer.Typer(
-    name="nao-hil",
-    help="An emulator of the humanoid robot NAO, and a walking controller for it.",
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-app.command()(demo.demo)
-app.command()(up.up)
-app.command()(emulate.emulate)
-app.command()(walk.walk)
-app.command()(drive.drive)
-app.command()(view.view)
-app.command()(record.record)
-app.command()(replay.replay)
-app.command()(info.info)
-app.command()(plot.plot)
-app.command()(compare.compare)
-app.command()(excite.excite)
-app.command()(identify.identify)
-app.command()(doctor.doctor)
-app.command()(plan.plan)
-app.command("run-naoqi", context_settings={"allow_interspersed_args": False})(run_naoqi.run_naoqi)
-app.command("run-choregraphe")(run_choregraphe.run_choregraphe)
-app.command()(motion.motion)
-app.command()(experiment.experiment)
-app.command()(campaign.campaign)
-app.command("map")(map.map_)
-app.command()(tune.tune)
-app.command()(results.results)
-app.command()(catalogue.robots)
-app.command()(catalogue.gaits)
-app.command()(experiment.experiments)
-app.command()(catalogue.scenarios)
-app.command()(guard.stop)
-app.command()(guard.arm)
-app.command()(keys.keys)
-serve = typer.Typer(
-    help="Let a robot on the link pose as a NAO for programs written for one.", no_args_is_help=True
-)
-serve.command("lola")(lola.serve)
-serve.command("naoqi")(naoqi.serve)
-app.add_typer(serve, name="serve")
-bridge = typer.Typer(help="Put a real NAO on the link.", no_args_is_help=True)
-bridge.command("lola")(lola.bridge)
-bridge.command("naoqi")(naoqi.bridge)
-app.add_typer(bridge, name="bridge")
-designs = typer.Typer(help="Compute the numbers that the walker and the robot load.", no_args_is_help=True)
-designs.command("torso")(design.torso)
-designs.command("ensemble")(design.ensemble)
-app.add_typer(designs, name="design")
-worlds = typer.Typer(
-    help="Put a ball, landmarks and faces before the cameras of an emulated robot.", no_args_is_help=True
-)
-worlds.command("ball")(world.ball)
-worlds.command("landmark")(world.landmark)
-worlds.command("face")(world.face)
-worlds.command("remove")(world.remove)
-worlds.command("list")(world.show)
-app.add_typer(worlds, name="world")
-exports = typer.Typer(
-    cls=export_run.RunUnlessNamed,
-    help="Write a recorded run as a page or a video, or the calibrated robot for other simulators.",
-    no_args_is_help=True,
-)
-exports.command("run")(export_run.export_run)
-exports.command("mjcf")(export.mjcf)
-exports.command("urdf")(export.urdf)
-app.add_typer(exports, name="export")
-configuration = typer.Typer(help="Show or check the configuration of a run.", no_args_is_help=True)
-configuration.command("show")(config.show)
-configuration.command("check")(config.check)
-app.add_typer(configuration, name="config")
-add_keys(app)  # after all commands
+_COMMANDS: Final = {
+    "demo": "demo:demo",
+    "up": "up:up",
+    "emulate": "emulate:emulate",
+    "walk": "walk:walk",
+    "drive": "drive:drive",
+    "view": "view:view",
+    "record": "record:record",
+    "replay": "replay:replay",
+    "info": "info:info",
+    "plot": "plot:plot",
+    "compare": "compare:compare",
+    "excite": "excite:excite",
+    "identify": "identify:identify",
+    "doctor": "doctor:doctor",
+    "plan": "plan:plan",
+    "run-naoqi": "run_naoqi:run_naoqi",
+    "run-choregraphe": "run_choregraphe:run_choregraphe",
+    "motion": "motion:motion",
+    "experiment": "experiment:experiment",
+    "campaign": "campaign:campaign",
+    "map": "map:map_",
+    "tune": "tune:tune",
+    "results": "results:results",
+    "robots": "catalogue:robots",
+    "gaits": "catalogue:gaits",
+    "experiments": "experiment:experiments",
+    "scenarios": "catalogue:scenarios",
+    "stop": "guard:stop",
+    "arm": "guard:arm",
+    "keys": "keys:keys",
+}
+"""Command -> module of this package and function in it, in the order of the help."""
+_GROUPS: Final = {
+    "serve": (
+        "Let a robot on the link pose as a NAO for programs written for one.",
+        {"lola": "lola:serve", "naoqi": "naoqi:serve"},
+    ),
+    "bridge": ("Put a real NAO on the link.", {"lola": "lola:bridge", "naoqi": "naoqi:bridge"}),
+    "design": (
+        "Compute the numbers that the walker and the robot load.",
+        {"torso": "design:torso", "ensemble": "design:ensemble"},
+    ),
+    "world": (
+        "Put a ball, landmarks and faces before the cameras of an emulated robot.",
+        {
+            "ball": "world:ball",
+            "landmark": "world:landmark",
+            "face": "world:face",
+            "remove": "world:remove",
+            "list": "world:show",
+        },
+    ),
+    "export": (
+        "Write a recorded run as a page or a video, or the calibrated robot for other simulators.",
+        {"run": "export_run:export_run", "mjcf": "export:mjcf", "urdf": "export:urdf"},
+    ),
+    "config": (
+        "Show or check the configuration of a run.",
+        {"show": "config:show", "check": "config:check"},
+    ),
+}
+"""Group -> its help and its commands."""
+
+
+class _RunUnlessNamed(TyperGroup):
+    """`nao-hil export RUN ...` means `nao-hil export run RUN ...`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put the name in where there is none of a command."""
+        named = not args or args[0] in self.commands or args[0].startswith("-")
+        return super().parse_args(ctx, args if named else ["run", *args])
 
 
 def _version(value: bool) -> None:
@@ -142,13 +106,47 @@ def _version(value: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     pass
+
+
+def _application(arguments: list[str]) -> typer.Typer:
+    """The command line as far as these arguments need it: one command or group, or all of them for the help.
+
+    To load all modules and to build all options takes longer than most commands take to answer.
+    """
+    app = typer.Typer(
+        name="nao-hil",
+        help="An emulator of the humanoid robot NAO, and a walking controller for it.",
+        no_args_is_help=True,
+        rich_markup_mode="rich",
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        callback=_options,
+    )
+    names = [*_COMMANDS, *_GROUPS]
+    for name in arguments[:1] if arguments[:1] and arguments[0] in names else names:
+        if name in _COMMANDS:
+            _add(app, name, _COMMANDS[name])
+            continue
+        text, commands = _GROUPS[name]
+        group = typer.Typer(
+            cls=_RunUnlessNamed if name == "export" else TyperGroup, help=text, no_args_is_help=True
+        )
+        for command, place in commands.items():
+            _add(group, command, place)
+        app.add_typer(group, name=name)
+    return app
+
+
+def _add(app: typer.Typer, name: str, place: str) -> None:
+    module, _, function = place.partition(":")
+    run = with_keys_option(getattr(import_module(f"nao_hil.cli.{module}"), function))
+    app.command(name, context_settings={"allow_interspersed_args": name != "run-naoqi"})(run)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -170,8 +168,9 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run(arguments: list[str] | None = None) -> int:
     """As `main`, but the exit code is returned."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        result: Any = app(args=arguments, standalone_mode=False)
+        result: Any = _application(arguments)(args=arguments, standalone_mode=False)
     except _ClickException as error:
         # A command without arguments has shown its help instead.
         if sentence := _in_words(error.format_message()):

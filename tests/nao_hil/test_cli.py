@@ -248,7 +248,10 @@ def test_help_and_completion_load_no_library_of_one_command() -> None:
         "cryptography",
         "walker.planning",
     ]
-    script = f"import sys, nao_hil.cli.main; print([name for name in {heavy} if name in sys.modules])"
+    script = (
+        "import sys; from nao_hil.cli.main import run; run(['--help']); "
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
     done = subprocess.run(
         [sys.executable, "-c", script],
         cwd=REPOSITORY,

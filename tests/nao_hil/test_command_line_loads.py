@@ -5,20 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
-import pytest
+from tests.loops import TIMEOUT
 
-WITHOUT = """
-import sys
-
-class Absent:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == sys.argv[1]:
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-sys.meta_path.insert(0, Absent())
-from nao_hil.cli.main import run
-sys.exit(run(["--version"]))
-"""
 EXTRAS = (
     "pybullet",
     "mujoco",
@@ -32,10 +20,24 @@ EXTRAS = (
     "optuna",
     "viser",
 )
+WITHOUT = f"""
+import sys
+
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {EXTRAS}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Absent())
+from nao_hil.cli.main import run
+sys.exit(run(["--help"]))
+"""
 
 
-@pytest.mark.parametrize("extra", EXTRAS)
-def test_the_command_line_loads_without(extra: str) -> None:
-    done = subprocess.run([sys.executable, "-c", WITHOUT, extra], capture_output=True, text=True, check=False)
+def test_the_command_line_loads_without_extras() -> None:
+    """All commands: the help loads their modules."""
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT], capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("nao-hil ")
+    assert "run-naoqi" in done.stdout

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -28,9 +29,13 @@ class Method:
 
     call: Callable[..., Any]
     kind: Kind
-    signature: inspect.Signature
     offered: bool = True
     """Otherwise it only refuses."""
+
+    @cached_property
+    def signature(self) -> inspect.Signature:
+        """Its parameters; read once they are needed, for a robot has 3,000 methods."""
+        return inspect.signature(self.call)
 
 
 class VendorService(msgspec.Struct, frozen=True):
@@ -68,7 +73,7 @@ def of_kind(kind: Kind, table: Mapping[str, Callable[..., Any]]) -> dict[str, Me
         kind: of all of them.
         table: name -> what carries it out.
     """
-    return {name: Method(call, kind, inspect.signature(call)) for name, call in table.items()}
+    return {name: Method(call, kind) for name, call in table.items()}
 
 
 def refusals(service: str, methods: Iterable[str], offered: Iterable[str]) -> dict[str, Method]:
@@ -79,15 +84,16 @@ def refusals(service: str, methods: Iterable[str], offered: Iterable[str]) -> di
         methods: of the vendor's.
         offered: methods that this one offers.
     """
-    there = sorted(set(offered))
-    return {name: _refusal(service, name, there) for name in methods if name not in there}
+    there = set(offered)
+    default = f"{service} offers {', '.join(sorted(there)) or 'nothing'}"
+    return {name: _refusal(service, name, default) for name in methods if name not in there}
 
 
-def _refusal(service: str, method: str, offered: list[str]) -> Method:
+def _refusal(service: str, method: str, default: str) -> Method:
     reasons = VENDOR[service].no if service in VENDOR else {}
-    reason = reasons.get(method) or reasons.get("*") or f"{service} offers {', '.join(offered) or 'nothing'}"
+    reason = reasons.get(method) or reasons.get("*") or default
 
     def refuse(*_: Any) -> None:
         raise NaoqiRefused(f"{service}.{method} is not offered by nao-hil: {reason}.")
 
-    return Method(refuse, "read", inspect.signature(refuse), offered=False)
+    return Method(refuse, "read", offered=False)
