@@ -11,7 +11,9 @@ from nao_hil.runs.in_process import walk_in_process
 @pytest.mark.parametrize(("robot", "start"), [("nao-v6", "lie-back"), ("nao-v3", "lie-front")])
 def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     summary = walk_in_process(
-        run_config(None, robot=robot, gait="dynamic", start=start, steps=4, seed=21, recover=True)
+        run_config(
+            None, robot=robot, engine="mujoco", gait="dynamic", start=start, steps=4, seed=21, recover=True
+        )
     )
     # it lay from the start: that is no fall; it stands at the end, and has walked what was asked for
     assert (summary.falls, summary.recoveries, summary.steps) == (0, 1, 4)
@@ -19,6 +21,6 @@ def test_onto_its_feet_and_on(robot: str, start: str) -> None:
 
 def test_without_recovery_it_stays_where_it_is() -> None:
     summary = walk_in_process(
-        run_config(None, robot="nao-v6", gait="dynamic", start="lie-back", steps=4, seed=21)
+        run_config(None, robot="nao-v6", engine="mujoco", gait="dynamic", start="lie-back", steps=4, seed=21)
     )
     assert (summary.recoveries, summary.steps) == (0, 0)

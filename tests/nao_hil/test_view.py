@@ -448,7 +448,7 @@ def test_a_real_robot_has_no_world_to_change(gui: FakeGui, commands: FakeCommand
 def standing() -> list[Moment]:
     """Two seconds of a robot that stands."""
     builder, kept = MomentBuilder(), []
-    with EmulatedRobot(BODY, seed=0) as robot:
+    with EmulatedRobot(BODY, seed=0, engine="mujoco") as robot:
         for _ in range(200):
             robot.advance(None)
             for message in (robot.frame, robot.truth()):

@@ -48,7 +48,7 @@ def wait_for_robot(endpoint: str) -> None:
 
 @pytest.fixture
 def robot(start: Callable[..., Any], endpoint: str) -> str:
-    start("emulate", "--mode", "lockstep", "--listen", endpoint)
+    start("emulate", "--engine", "mujoco", "--mode", "lockstep", "--listen", endpoint)
     wait_for_robot(endpoint)
     return endpoint
 

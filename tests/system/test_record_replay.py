@@ -39,7 +39,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
     bare = controller_parameters("dynamic", {"switches": {"torso": "none"}})
     controller = Controller(BODY, gait, WalkOrder(), BODY.cycle, bare)
-    with EmulatedRobot(BODY, seed=2) as robot, Recorder(path, {"robot": "nao-v3"}) as recorder:
+    with EmulatedRobot(BODY, seed=2, engine="mujoco") as robot, Recorder(path, {"robot": "nao-v3"}) as recorder:
         inprocess.run(robot, Guard(BODY), controller, [recorder], 400)
     return path
 

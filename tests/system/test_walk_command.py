@@ -17,7 +17,8 @@ from tests.loops import TIMEOUT, until
 
 @pytest.fixture
 def client(start: Callable[..., Any], endpoint: str) -> Iterator[WalkClient]:
-    robot = start("emulate", "--mode", "lockstep", "--name", "served", "--listen", endpoint)
+    emulate = ["emulate", "--engine", "mujoco", "--mode", "lockstep"]
+    robot = start(*emulate, "--name", "served", "--listen", endpoint)
     walker = start("walk", "--serve", "--gait", "static", "--name", "served", "--connect", endpoint, "--json")
 
     def answers(client: WalkClient) -> bool:

@@ -90,17 +90,17 @@ def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "slopes.toml"
-    file.write_text(FILE)
+    file.write_text(FILE.replace("seeds = 3", "seeds = 2"))
     command = ["campaign", str(file), "--out", str(tmp_path / "out"), "--cluster", "inline", "--json"]
     found = []
     for _ in range(2):
         assert run(command) == 0
         found.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
     assert found[0] == found[1]
-    assert found[0]["name"] == "slopes (only 3 of 20 seeds)"
-    assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(3, 3)] * 4
+    assert found[0]["name"] == "slopes (only 2 of 20 seeds)"
+    assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(2, 2)] * 4
     assert run(["results", "SELECT count(*) AS n FROM walks", str(tmp_path / "out"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])["rows"] == [{"n": 12}]
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["rows"] == [{"n": 8}]
 
 
 def test_a_cell_that_cannot_be_walked_is_named_and_the_others_count(
