@@ -1,8 +1,8 @@
-"""QiChat, the language of the vendor's dialogue topics, as far as the common rules of programs go.
+"""QiChat, the language of the vendor's dialogue topics: the part of it that programs commonly use.
 
 Rules of the user (`u:`, `u1:` to `u9:` within another one) with words, `[choices]`, `{optional parts}`, `*`,
-`_` of what is kept, `~concepts`, `$variable==value` and `e:events`; proposals; answers with kept words `$1`,
-`$variables`, choices, concepts, `%tags`, `^goto`, `^rand` and `^first`; other functions are left out.
+`_` before what is kept, `~concepts`, `$variable==value` and `e:events`; proposals; answers with kept words
+`$1`, `$variables`, choices, concepts, `%tags`, `^goto`, `^rand` and `^first`; other functions are left out.
 Syntax: the vendor's pages on QiChat.
 """
 
@@ -20,6 +20,7 @@ MAX_RULES: Final = 1000
 MAX_WORDS: Final = 60
 """Words of a sentence that are looked at."""
 MAX_STEPS: Final = 20_000
+"""Parts of patterns that are tried for one sentence."""
 _DEEPEST: Final = 12
 """Brackets and concepts within each other."""
 _HEAD: Final = re.compile(r"\s*(u|proposal|concept|dynamic|topic|language|include)([1-9]?)\s*:(.*)", re.DOTALL)

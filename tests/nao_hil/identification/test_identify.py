@@ -23,8 +23,8 @@ from nao_hil.runs.config import run_config
 
 CYCLE = 0.01
 TRUTH = {"delay": 0.041, "full_voltage_error": 0.09, "gear_compliance": 0.010, "dry_friction": 0.065}
-ASSUMED = {"lead": 0.003, "motor_time_constant": 0.0055, "gear_relaxation": 0.014}
-"""Unlike the base, s."""
+TIME_CONSTANTS = {"lead": 0.003, "motor_time_constant": 0.0055, "gear_relaxation": 0.014}
+"""Other than those of the base, s."""
 BACKLASH = {"HeadPitch": 1.8, "KneePitch": 0.9, "ElbowYaw": 1.3}
 """deg"""
 
@@ -64,7 +64,7 @@ def recording(folder: Path) -> Path:
     backlash = msgspec.structs.replace(
         wear.servo.backlash, **{name: math.radians(width) for name, width in BACKLASH.items()}
     )
-    servo = msgspec.structs.replace(wear.servo, backlash=backlash, **TRUTH, **ASSUMED)
+    servo = msgspec.structs.replace(wear.servo, backlash=backlash, **TRUTH, **TIME_CONSTANTS)
     settings = run_config(None, engine="mujoco", start="hang", seed=21)
     file = folder / "frames.mcap"
     with (
@@ -103,7 +103,7 @@ def test_the_drives_of_a_recorded_robot_are_found(tmp_path: Path, capsys: pytest
     assert values["delay"] == pytest.approx(TRUTH["delay"], abs=2e-3)
     assert values["dry_friction"] == pytest.approx(TRUTH["dry_friction"], rel=0.15)
     assert values["stiffness.KneePitch"] == pytest.approx(1.0 / (0.09 / 7.786 + 0.010), rel=0.15)
-    for name, value in ASSUMED.items():
+    for name, value in TIME_CONSTANTS.items():
         assert values[name] == pytest.approx(value, rel=0.15)
     for name in ("HeadPitch", "KneePitch", "ElbowYaw"):
         assert math.degrees(values[f"backlash.{name}"]) == pytest.approx(BACKLASH[name], abs=0.2)
