@@ -37,7 +37,7 @@ Duration = Annotated[
     float | None,
     typer.Option(
         "--duration",
-        help="Seconds of one run, for `soak`, `velocity` and `terrain`; default: its own.",
+        help="Seconds of one run, for `soak`, `velocity`, `terrain`, `falls` (a push a minute).",
         min=10.0,
         metavar="S",
     ),

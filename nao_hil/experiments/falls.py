@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Final
 
 import msgspec
@@ -11,7 +12,7 @@ import numpy as np
 from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls_run import IMPULSE, WALKS, Fall, fall
+from nao_hil.experiments.falls_run import EVERY, FELLING, IMPULSE, WALKS, Fall, pushed_walk
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.campaign import Interrupted
 
@@ -106,12 +107,15 @@ def claims(result: FallsResult) -> tuple[Claim, ...]:
 
 
 def experiment(context: Context) -> Outcome:
-    """One push per seed."""
+    """One push per seed; with a duration, one a minute."""
     configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    falls: list[Fall] = context.campaign.map("falls", fall, configs)
-    if not falls:
+    walks = context.campaign.map("falls", partial(pushed_walk, duration=context.duration), configs)
+    if not walks:
         raise Interrupted
-    result = judge(falls)
+    result = judge([each for walk in walks for each in walk])
+    push = f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s"
+    if context.duration is not None:
+        push = f"{FELLING:g} N s every {EVERY:g} s of {context.duration:g} s"
     rows = tuple(
         (
             str(each.seed),
@@ -122,7 +126,7 @@ def experiment(context: Context) -> Outcome:
             ", ".join(f"{part} {speed:.1f} m/s" for part, speed in each.speed.items()),
             "yes" if each.walks_on else "no",
         )
-        for each in falls
+        for each in result.falls
     )
     head = ("seed", "push", "fell", "noticed before", "at degrees", "reached the ground", "walks on")
     page = ReportPage(
@@ -133,7 +137,7 @@ def experiment(context: Context) -> Outcome:
             context,
             [
                 ("gait", context.changes.gait),
-                ("push", f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s on the torso in any level direction, 50 ms"),
+                ("push", f"{push}, on the torso in any level direction, 50 ms"),
             ],
         ),
         claims=claims(result),

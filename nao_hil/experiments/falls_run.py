@@ -1,8 +1,9 @@
-"""One walk with a push that may fell it: is the fall foreseen, how hard is it, and does the robot walk on."""
+"""Walks with pushes that may fell the robot: is the fall foreseen, how hard is it, does the robot walk on."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from typing import Final
 
 import msgspec
@@ -16,15 +17,20 @@ from emulator.robot import EmulatedRobot
 from emulator.world.queries import carry_out
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
+from walker.controller import Controller
 
 IMPULSE: Final = (1.0, 4.0)
-"""N s of the push, from where to where, in any level direction; it lasts 50 ms."""
+"""N s of a single push, from where to where; it lasts 50 ms, in any level direction."""
+FELLING: Final = 4.0
+"""N s of each push of a long walk, likewise."""
 PUSHED: Final = (5.0, 8.0)
-"""s after the beginning in which it comes."""
+"""s after the beginning in which a single push comes."""
+EVERY: Final = 60.0
+"""s between two pushes of a long walk, and before the first."""
 WALKS: Final = 6.0
 """s that the robot is to be on its feet and walk again after it got up."""
-LONGEST: Final = 50.0
-"""s after which a run ends."""
+LONGEST: Final = 42.0
+"""s after a push in which that must begin and end."""
 FALLEN: Final = math.radians(45.0)
 _TOUCH: Final = 0.002
 """m over the ground at which a part has reached it."""
@@ -32,15 +38,15 @@ _PARTS: Final = ("Torso", "HeadPitch")
 
 
 class Fall(msgspec.Struct, frozen=True, kw_only=True):
-    """One walk and its push."""
+    """One push in a walk."""
 
     seed: int
     impulse: float
     """N s"""
     walked: float
-    """s from the end of the first approach to the push."""
+    """s of undisturbed walking before the push."""
     false_alarms: int
-    """Falls that the walker saw before the push."""
+    """Falls that the walker saw in that time."""
     fell: bool
     """The torso came to lean by 45 degrees."""
     lead: float
@@ -53,55 +59,92 @@ class Fall(msgspec.Struct, frozen=True, kw_only=True):
     """It was on its feet and walked for `WALKS` after the push, or after it got up."""
 
 
-def fall(config: RunConfig) -> Fall:
+@dataclass
+class _Course:
+    """A push to come, and what has been seen since the one before."""
+
+    at: float
+    """s"""
+    way: float
+    """rad; 0: forward."""
+    impulse: float
+    """N s"""
+    walked: float = 0.0
+    alarms: int = 0
+    noticed: float = math.inf
+    lean: float = 0.0
+    down: float = math.inf
+    upright_since: float = math.inf
+    heights: dict[str, float] = field(default_factory=dict)
+    speed: dict[str, float] = field(default_factory=dict)
+
+    def look(self, robot: EmulatedRobot, controller: Controller, before: str) -> None:
+        """One cycle; `before` is the walker's state before it."""
+        now, tilt = robot.time, _tilt(robot)
+        notice = controller.state == "fallen" and before not in ("fallen", "motion")
+        if now < self.at:
+            self.walked += robot.body.cycle * (controller.state == "walk")
+            self.alarms += notice
+            return
+        if notice and self.noticed == math.inf:
+            self.noticed, self.lean = now, tilt
+        if tilt > FALLEN:
+            self.down = min(self.down, now)
+        if self.noticed < math.inf and now - self.noticed < 2.0:
+            _impacts(robot, self.heights, self.speed)
+        walking = controller.state == "walk" and tilt < 0.5 * FALLEN
+        self.upright_since = min(self.upright_since, now) if walking else math.inf
+
+    def over(self, now: float) -> bool:
+        """Whether it is known what came of the push."""
+        return now - self.upright_since >= WALKS or now >= self.at + LONGEST
+
+    def fall(self, seed: int, now: float) -> Fall:
+        """The figures."""
+        return Fall(
+            seed=seed,
+            impulse=self.impulse,
+            walked=self.walked,
+            false_alarms=self.alarms,
+            fell=self.down < math.inf,
+            lead=max(self.down - self.noticed, 0.0) if self.down < math.inf else 0.0,
+            tilt=math.degrees(self.lean),
+            speed=self.speed,
+            walks_on=now - self.upright_since >= WALKS,
+        )
+
+
+def pushed_walk(config: RunConfig, duration: float | None = None) -> list[Fall]:
     """Walk, push, and look.
 
     Args:
         config: Body, wear, engine, gait and seed are read.
+        duration: Of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`.
     """
     random = np.random.default_rng([config.seed, 2])
-    at, way = float(random.uniform(*PUSHED)), float(random.uniform(-math.pi, math.pi))
-    impulse = float(random.uniform(*IMPULSE))
-    walk = msgspec.structs.replace(config, steps=0, duration=LONGEST, recover=True)
+    if duration is None:
+        at, way = float(random.uniform(*PUSHED)), float(random.uniform(-math.pi, math.pi))
+        courses = [_Course(at, way, float(random.uniform(*IMPULSE)))]
+    else:
+        ways = random.uniform(-math.pi, math.pi, max(int(duration / EVERY), 1)).tolist()
+        courses = [_Course(EVERY * (i + 1), way, FELLING) for i, way in enumerate(ways)]
+    last = courses[-1].at + LONGEST
+    walk = msgspec.structs.replace(config, steps=0, duration=last, recover=True)
     body = load_body(config.robot)
     controller, guard = controller_maker(walk)(body, body.cycle), Guard(body)
-    began = noticed = down = math.inf
-    lean, upright_since, alarms = 0.0, math.inf, 0
-    speed: dict[str, float] = {}
-    heights: dict[str, float] = {}
+    falls: list[Fall] = []
     with build_robot(walk) as robot:
-        while robot.time < LONGEST:
-            frame, before = robot.frame, controller.state
-            answer = controller.tick(frame)
-            robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
-            now, tilt = robot.time, _tilt(robot)
-            began = min(began, now) if controller.state == "walk" else began
-            if controller.state == "fallen" and before not in ("fallen", "motion"):
-                alarms += now < at
-                if now >= at and noticed == math.inf:
-                    noticed, lean = now, tilt
-            if now - body.cycle < at <= now:
-                x, y = impulse * math.cos(way), impulse * math.sin(way)
-                carry_out(robot, Push(target="Torso", impulse=(x, y, 0.0), duration=0.05))
-            if now >= at and tilt > FALLEN:
-                down = min(down, now)
-            if noticed < math.inf and now - noticed < 2.0:
-                _impacts(robot, heights, speed)
-            walking = now > at and controller.state == "walk" and tilt < 0.5 * FALLEN
-            upright_since = min(upright_since, now) if walking else math.inf
-            if now - upright_since >= WALKS:
-                break
-    return Fall(
-        seed=config.seed,
-        impulse=impulse,
-        walked=max(at - began, 0.0),
-        false_alarms=alarms,
-        fell=down < math.inf,
-        lead=max(down - noticed, 0.0) if down < math.inf else 0.0,
-        tilt=math.degrees(lean),
-        speed=speed,
-        walks_on=upright_since < math.inf,
-    )
+        for course in courses:
+            while not course.over(robot.time):
+                frame, before = robot.frame, controller.state
+                answer = controller.tick(frame)
+                robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
+                if robot.time - body.cycle < course.at <= robot.time:
+                    x, y = course.impulse * math.cos(course.way), course.impulse * math.sin(course.way)
+                    carry_out(robot, Push(target="Torso", impulse=(x, y, 0.0), duration=0.05))
+                course.look(robot, controller, before)
+            falls.append(course.fall(config.seed, robot.time))
+    return falls
 
 
 def _tilt(robot: EmulatedRobot) -> float:

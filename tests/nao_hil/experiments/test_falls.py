@@ -1,0 +1,40 @@
+"""Falls: what counts as foreseen, and a walk that is pushed."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from nao_hil.experiments.falls import judge
+from nao_hil.experiments.falls_run import FELLING, Fall, pushed_walk
+from nao_hil.runs.config import RunConfig
+
+STOOD = Fall(
+    seed=0,
+    impulse=1.0,
+    walked=5.0,
+    false_alarms=0,
+    fell=False,
+    lead=0.0,
+    tilt=0.0,
+    speed={},
+    walks_on=True,
+)
+FELL = msgspec.structs.replace(STOOD, fell=True, lead=0.25, tilt=12.0, speed={"Torso": 1.5})
+
+
+def test_every_fall_must_be_foreseen_in_time_softly_and_without_alarms() -> None:
+    falls = [FELL] * 60 + [STOOD] * 40
+    result = judge(falls)
+    assert (result.passed, result.fell, result.foreseen, result.walked_s) == (True, 60, 60, 500.0)
+    for flaw in ({"lead": 0.1}, {"tilt": 25.0}, {"speed": {"HeadPitch": 2.3}}, {"walks_on": False}):
+        spoilt = [msgspec.structs.replace(each, **flaw) for each in falls[:10]]
+        assert not judge([*spoilt, *falls[10:]]).passed, flaw
+    assert not judge([msgspec.structs.replace(STOOD, false_alarms=1), *falls]).passed
+
+
+def test_a_push_each_minute_of_a_long_walk() -> None:
+    (fall,) = pushed_walk(RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=3), duration=60.0)
+    assert fall.impulse == FELLING
+    assert fall.walked == pytest.approx(58.0, abs=2.0)  # the rest is the approach to the stand
+    assert fall.walks_on
