@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import socket
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -12,6 +11,7 @@ from typing import Final
 import msgspec
 
 from bridge.errors import ConfigurationError, LinkError
+from nao_hil.runs.supervisor import free_port
 from nao_hil.view.export.video import CHROMIUM, SOFTWARE
 
 PICTURE: Final = b"/world/robot/Torso"
@@ -48,9 +48,7 @@ class Viewer(ABC):
     """Looks at a page in a thread of its own, from its creation to `close`."""
 
     def __init__(self) -> None:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = int(probe.getsockname()[1])
+        self.port = free_port()
         self._ready, self._stop = threading.Event(), threading.Event()
         self._rate = 0.0
         self._thread = threading.Thread(target=self._look, daemon=True)

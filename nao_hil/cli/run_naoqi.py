@@ -12,8 +12,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -91,14 +91,15 @@ def run_program(
     with ExitStack() as ends:
         folder = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="nao-hil-naoqi-")))
         started = []
-        if not _answers(host, port):
-            for name, command in _missing(robot, url, connect, folder):
-                child = Child(name, command, folder)
-                ends.callback(child.end, GRACE)
-                started.append(child)
-            with open_console().status("starting the robot"):
-                # the port is open before all services are there
-                _await(lambda: f"is served at {url}" in started[-1].stderr, started)
+        with _alone(port):
+            if not _answers(host, port):
+                for name, command in _missing(robot, url, connect, folder):
+                    child = Child(name, command, folder)
+                    ends.callback(child.end, GRACE)
+                    started.append(child)
+                with open_console().status("starting the robot"):
+                    # the port is open before all services are there
+                    _await(lambda: f"is served at {url}" in started[-1].stderr, started)
         process = subprocess.Popen(
             [sys.executable, "-m", "nao_hil.naoqi_programs.runner", str(program), *arguments],
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
@@ -113,6 +114,17 @@ def run_program(
         code = process.wait()
     code = 130 if stop.is_set() else 128 - code if code < 0 else code
     return code, [child.name for child in started]
+
+
+@contextmanager
+def _alone(port: int) -> Iterator[None]:
+    """Wait for other programs of this user that look for a server at this port or start one."""
+    import fcntl  # late: only where qi is
+
+    path = Path(tempfile.gettempdir()) / f"nao-hil-naoqi-{os.getuid()}-{port}.lock"
+    with path.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def _missing(robot: str | None, url: str, connect: str, folder: Path) -> list[tuple[str, list[str]]]:

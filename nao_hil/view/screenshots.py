@@ -11,7 +11,6 @@ import argparse
 import contextlib
 import io
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -22,7 +21,7 @@ from typing import Final
 from PIL import Image
 from playwright.sync_api import Error, Page, ViewportSize, sync_playwright
 
-from nao_hil.runs.supervisor import Child, free_endpoint
+from nao_hil.runs.supervisor import Child, free_endpoint, free_port
 from nao_hil.view.export.video import SOFTWARE
 
 SCREEN: Final[ViewportSize] = {"width": 1280, "height": 800}
@@ -142,7 +141,7 @@ class Photographer:
     @contextlib.contextmanager
     def _page(self, ready: str, query: str, *commands: list[str]) -> Iterator[Page]:
         """The page of the last of some commands in a browser, once these words are on it."""
-        port = _free_port()
+        port = free_port()
         served = []
         try:
             for i, command in enumerate(commands):
@@ -172,12 +171,6 @@ def pause(page: Page, button: str) -> None:
     """Pause or resume: a browser that draws in software shows lines later than meshes."""
     page.get_by_role("tab", name="World").click()
     press(page, button)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def _open(page: Page, address: str) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from nao_hil.cli.run_naoqi import _missing, _tell_spoken
 from nao_hil.naoqi_programs.runner import ADDRESS, main
+from tests.loops import TIMEOUT
+from tests.ports import free_endpoint, free_port
 
 
 @pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:{}", "tls/127.0.0.1:{}#keys=keys/controller"])
@@ -40,3 +45,21 @@ def test_what_is_no_naoqi_is_told_in_a_sentence(
     assert capsys.readouterr().err.endswith(
         f"error: No NAOqi answers at {url} (no answer). Stop what listens there, or give another --url.\n"
     )
+
+
+def test_programs_started_together_share_one_robot(tmp_path: Path) -> None:
+    """Before, the second one found a robot without a server, and ended with a port or a lease that was taken."""
+    pytest.importorskip("qi")
+    program = tmp_path / "hello.py"
+    program.write_text(
+        'from naoqi import ALProxy\nALProxy("ALTextToSpeech", "nao.local", 9559).say("Hello")\n'
+        "import time; time.sleep(5.0)\n"  # longer than the second one needs
+    )
+    places = ["--url", f"tcp://127.0.0.1:{free_port()}", "--connect", free_endpoint()]
+    command = [sys.executable, "-m", "nao_hil.cli", "run-naoqi", *places, "--json", str(program)]
+    programs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    started = [json.loads(process.communicate(timeout=TIMEOUT)[0]) for process in programs]
+    assert sorted(started, key=lambda result: len(result["started"])) == [
+        {"exit_code": 0, "started": []},
+        {"exit_code": 0, "started": ["robot", "server"]},
+    ]

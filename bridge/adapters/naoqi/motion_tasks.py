@@ -44,6 +44,7 @@ class MotionTasks:
     def __init__(self, numbers: Iterator[int] | None = None) -> None:
         self._running: list[RunningTask] = []
         self._numbers = itertools.count(1) if numbers is None else numbers
+        self._abandoned = False
 
     def begin(self, task: MotionTask, name: str = "", joints: Sequence[str] = ()) -> Future[Any]:
         """Run a task to its first wait; the future gets its result or its exception.
@@ -52,7 +53,12 @@ class MotionTasks:
             task: what it does.
             name: of the method that begins it; nothing: not a motion of joints.
             joints: that it moves or stiffens.
+
+        Raises:
+            NaoqiRefused: the robot has gone.
         """
+        if self._abandoned:
+            raise robot_gone()
         done: Future[Any] = Future()
         self._advance(RunningTask(next(self._numbers), name, tuple(joints), 0, task, done))
         return done
@@ -73,12 +79,17 @@ class MotionTasks:
         for task in due:
             self._advance(task)
 
-    def end(self, error: Exception | None = None) -> None:
-        """End all of them here; their callers get the error, or None as of a motion that was stopped."""
-        self.end_these(list(self._running), error)
+    def end(self) -> None:
+        """End all of them here, as motions that are stopped."""
+        self.end_these(list(self._running))
+
+    def abandon(self) -> None:
+        """The robot is gone: its cycles come no more, so all that waits fails, and nothing can begin."""
+        self._abandoned = True
+        self.end_these(list(self._running), robot_gone())
 
     def end_these(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
-        """End some of them here, as `end` does all."""
+        """End some of them here; their callers get the error, or None as of a motion that was stopped."""
         numbers = {task.number for task in tasks}
         self._running = [task for task in self._running if task.number not in numbers]
         for task in tasks:

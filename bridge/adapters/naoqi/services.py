@@ -30,7 +30,7 @@ from bridge.adapters.naoqi.life import AutonomousLife, Awareness
 from bridge.adapters.naoqi.memory import Memory
 from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
 from bridge.adapters.naoqi.microphones import Microphones
-from bridge.adapters.naoqi.motion_tasks import MotionTasks, robot_gone
+from bridge.adapters.naoqi.motion_tasks import MotionTasks
 from bridge.adapters.naoqi.navigation import Localization, VisualCompass, navigation_methods
 from bridge.adapters.naoqi.notifications import Notifications
 from bridge.adapters.naoqi.photos import PhotoCapture, VideoRecorder
@@ -172,8 +172,8 @@ class Services:
 
     def abandon(self) -> None:
         """The robot is gone: calls that wait for a motion fail; the lock is held."""
-        self._tasks.end(robot_gone())
-        self._others.end(robot_gone())
+        self._tasks.abandon()
+        self._others.abandon()
 
     def names(self) -> dict[str, list[str]]:
         """Service -> methods, those included that only refuse."""

@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 
 from bridge.adapters.naoqi.server import NaoqiServer
-from bridge.errors import LeaseRefused
+from bridge.errors import LeaseRefused, NaoqiRefused
 from bridge.messages import Notice
+from tests.bridge.adapters.naoqi.served import Robot
+from tests.frames import standing_frame
 from tests.ports import free_port
 
 
@@ -38,3 +40,15 @@ def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
     link.free = True
     server._require_lease()
     assert server._commanding
+
+
+def test_a_call_that_comes_after_the_robot_went_away_fails_at_once() -> None:
+    """It would wait for cycles that never come."""
+    robot = Robot(standing_frame())
+    robot.services.abandon()
+    for service, method, arguments in (
+        ("ALTextToSpeech", "say", ["hello"]),
+        ("ALMotion", "angleInterpolation", ["HeadYaw", 0.1, 1.0, True]),
+    ):
+        with pytest.raises(NaoqiRefused, match="The robot went away"):
+            robot.call(service, method, *arguments)
