@@ -1,7 +1,7 @@
-"""LoLA: the beat of a served socket, and what each hop between a controller and a robot costs.
+"""LoLA: the beat of a served socket, the time for an answer, and what each hop between a controller and a robot costs.
 
-The client is a raw socket. The beat is measured with an emulated V6 in real time, beside a bare loop that sends
-as many bytes over a unix socket. The hops are measured one by one, this process being the robot and the
+The client is a raw socket. Beat and time for an answer are measured with an emulated V6 in real time, beside a bare
+loop that sends as many bytes over a unix socket, and one that sends nothing. The hops are measured one by one, this process being the robot and the
 controller at both ends of each, so that one clock times both ways; beside them a unix socket's bare echo.
 """
 
@@ -17,7 +17,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,24 +28,30 @@ from bridge.adapters.lola.address import Address, connect
 from bridge.adapters.lola.identity import Identity
 from bridge.adapters.lola.packets import actuator_map, sensor_packet
 from bridge.adapters.lola.schema import CYCLE, SENSOR_BYTES
+from bridge.body.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.guard_client import GuardClient
 from bridge.messages import ActuatorFrame, Info
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY, quiet_process
+from emulator.engine.catalogue import ENGINES
 from emulator.timing import CycleTimer
 from nao_hil.bench.round_trip import standing_frame
+from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.supervisor import Child, free_endpoint
 
 _WARM_UP: Final = 100
 _TRIPS: Final = 500
 _TIMEOUT: Final = 60.0
+_ANSWERS: Final = 600
+"""Packets that are answered after a sleep."""
 _COMMAND: Final = actuator_map((0.0,) * 25, (0.0,) * 25)
+_STAND: Final = actuator_map(POSTURES["StandInit"], (1.0,) * 25)
 
 
 def measure(seconds: float = 60.0) -> dict[str, Any]:
-    """`beat` and `hops`."""
-    return {"beat": beat(seconds), "hops": hops()}
+    """`beat`, `window` and `hops`."""
+    return {"beat": beat(seconds), "window": window(), "hops": hops()}
 
 
 def beat(seconds: float) -> dict[str, Any]:
@@ -65,6 +72,47 @@ def beat(seconds: float) -> dict[str, Any]:
             floor = _gaps(path, seconds)
             bare.terminate()
     return {"seconds": seconds, "served_ms": served, "bare_loop_ms": floor}
+
+
+def window(sleeps: Sequence[float] = (0.007, 0.008, 0.009)) -> dict[str, Any]:
+    """Answers of 600 that were late, by engine and by the client's sleep between packet and answer.
+
+    Args:
+        sleeps: s.
+
+    Returns:
+        Also of a bare loop's cycles meanwhile the fractions that began over 0.5 ms and over 1 ms late.
+    """
+    late: dict[str, Any] = {}
+    with BareLoop() as bare:
+        for engine in ENGINES:
+            if find_spec(engine) is not None:
+                late[engine] = {f"{1e3 * sleep:g} ms": _late_answers(engine, sleep) for sleep in sleeps}
+    shares = {f"over {limit:g} ms": float((bare.lateness > 1e-3 * limit).mean()) for limit in (0.5, 1.0)}
+    return {"answers": _ANSWERS, "late": late, "bare_loop": shares}
+
+
+def _late_answers(engine: str, sleep: float) -> int:
+    with tempfile.TemporaryDirectory() as name:
+        folder, endpoint = Path(name), free_endpoint()
+        path = str(folder / "robocup")
+        body = ["--robot", "nao-v6", "--engine", engine]
+        robot = Child("robot", ["emulate", *body, "--listen", endpoint, "--out", name, "--json"], folder)
+        server = Child("serve", ["serve", "lola", "--socket", path, "--connect", endpoint], folder)
+        try:
+            with _connected(path) as peer:
+                quiet_process(ROBOT_PRIORITY)
+                for number in range(_WARM_UP + _ANSWERS):
+                    _read(peer)
+                    time.sleep(sleep if number >= _WARM_UP else 0.0)
+                    peer.sendall(_STAND)
+        finally:
+            outcome = robot.end(5.0)
+            server.end(5.0)
+    if outcome.result is None:
+        raise LinkError(f"the robot's process failed: {outcome.error}")
+    missed: int = outcome.result["cycles_missed"]
+    return missed
 
 
 def bare_loop(path: str, seconds: float) -> None:
