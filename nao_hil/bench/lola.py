@@ -1,8 +1,9 @@
-"""LoLA: the beat of a served socket, the time for an answer, and what each hop between a controller and a robot costs.
+"""LoLA: the beat of a served socket, the time for an answer, and what each hop between both ends costs.
 
-The client is a raw socket. Beat and time for an answer are measured with an emulated V6 in real time, beside a bare
-loop that sends as many bytes over a unix socket, and one that sends nothing. The hops are measured one by one, this process being the robot and the
-controller at both ends of each, so that one clock times both ways; beside them a unix socket's bare echo.
+The client is a raw socket. Beat and time for an answer are measured with an emulated V6 in real time, beside a
+bare loop that sends as many bytes over a unix socket, and one that sends nothing. The hops are measured one by
+one, this process being the robot and the controller at both ends of each, so that one clock times both ways;
+beside them a unix socket's bare echo.
 """
 
 from __future__ import annotations

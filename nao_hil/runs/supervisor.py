@@ -24,7 +24,7 @@ PORTS: Final = range(10_240, 32_768)
 def free_port() -> int:
     """A port of loopback that nobody listens on now.
 
-    It is none that the system gives to outgoing connections: one of those may be taken before it is listened on.
+    It is none that the system gives to outgoing connections: one of these could take it before its use.
 
     Raises:
         LinkError: there is none.

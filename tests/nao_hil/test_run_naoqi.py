@@ -48,7 +48,7 @@ def test_what_is_no_naoqi_is_told_in_a_sentence(
 
 
 def test_programs_started_together_share_one_robot(tmp_path: Path) -> None:
-    """Before, the second one found a robot without a server, and ended with a port or a lease that was taken."""
+    """Before, the second one found a robot without a server, and a port or a lease that was taken."""
     pytest.importorskip("qi")
     program = tmp_path / "hello.py"
     program.write_text(

@@ -7,6 +7,6 @@ from tests.ports import EPHEMERAL
 
 
 def test_no_outgoing_connection_of_this_machine_can_take_a_free_endpoint() -> None:
-    """The system gives these the ports from EPHEMERAL on, also between the choice and the use of an endpoint."""
+    """The system gives these the ports from EPHEMERAL on, also between an endpoint's choice and its use."""
     for _ in range(50):
         assert int(free_endpoint().rpartition(":")[2]) < EPHEMERAL

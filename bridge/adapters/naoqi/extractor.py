@@ -8,6 +8,7 @@ from typing import Any, Final
 from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.methods import Table
+from bridge.errors import NaoqiRefused
 
 QUIET: Final = {
     "ALPeoplePerception": "PeoplePerception/PeopleDetected",
@@ -140,8 +141,12 @@ class VisionExtractor(Extractor):
     def _pause(self, paused: Any) -> None:
         self._paused = flag(paused, f"{self._service}.pause: paused")
 
-    def _keep(self, name: str, value: Any, most: float) -> bool:
-        self._kept[name] = round(number(value, f"{self._service}.set{name}", 0, most))
+    def _keep(self, name: str, values: Sequence[Any], most: float) -> bool:
+        """Remember a value, which comes alone or behind a subscriber's name."""
+        method = f"{self._service}.set{name}"
+        if len(values) not in (1, 2):
+            raise NaoqiRefused(f"{method} takes a value, or a name and a value.")
+        self._kept[name] = round(number(values[-1], method, 0, most))
         return True
 
     def methods(self) -> Table:
@@ -153,8 +158,8 @@ class VisionExtractor(Extractor):
             "pause": self._pause,
             "isProcessing": lambda: self.processing,
             "getFrameRate": lambda: self._kept["FrameRate"],
-            "setFrameRate": lambda *rate: self._keep("FrameRate", rate[-1] if rate else None, 30),
+            "setFrameRate": lambda *values: self._keep("FrameRate", values, 30),
             "getResolution": lambda: self._kept["Resolution"],
-            "setResolution": lambda *size: self._keep("Resolution", size[-1] if size else None, 8),
+            "setResolution": lambda *values: self._keep("Resolution", values, 8),
             "setParameter": lambda name, value: text(name, f"{self._service}.setParameter: name") and None,
         }

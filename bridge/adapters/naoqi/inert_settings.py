@@ -17,21 +17,18 @@ from bridge.errors import NaoqiRefused
 logger = logging.getLogger(__name__)
 
 MOTION: Final[dict[str, Any]] = {
-    "BreathEnabled": False,
     "IdlePostureEnabled": False,
     "SmartStiffnessEnabled": False,
     "PushRecoveryEnabled": False,
     "DiagnosisEffectEnabled": False,
     "CollisionProtectionEnabled": False,
     "ExternalCollisionProtectionEnabled": False,
-    "BreathConfig": [["Bpm", 30.0], ["Amplitude", 1.0]],
     "OrthogonalSecurityDistance": 0.4,
     "TangentialSecurityDistance": 0.1,
 }
 """Of `ALMotion`, with what is read before it is set: each has a `set...` and a `get...`."""
 OF_A_PART: Final = frozenset(
     {
-        "BreathEnabled",
         "IdlePostureEnabled",
         "CollisionProtectionEnabled",
         "ExternalCollisionProtectionEnabled",

@@ -11,6 +11,7 @@ from typing import Any
 from bridge.adapters.naoqi.arguments import text
 from bridge.adapters.naoqi.audio import AudioPlayer
 from bridge.adapters.naoqi.behaviors import behavior_methods
+from bridge.adapters.naoqi.breathing import Breathing
 from bridge.adapters.naoqi.cartesian import Cartesian
 from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.dcm_service import dcm_methods, moved_joints
@@ -97,6 +98,7 @@ class Services:
         self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
         self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
         self._postures = Postures(self.joints, self.motion, self._tasks)
+        self._breathing = Breathing(self.joints, self._postures)
         self._falls = FallManager(self.joints, self.motion)
         self._protection = WalkProtection(self.joints)
         self._walks = walking.methods()
@@ -158,6 +160,8 @@ class Services:
         self._microphones.update(now)
         self._following.update(now)
         self._sonar.update()
+        if not self.handover.has_robot:
+            self._breathing.update()
         self._tasks.run(now)
         self._others.run(now)
 
@@ -332,6 +336,7 @@ class Services:
         return (
             of_kind("read", reading | settings.methods("ALMotion", MOTION) | self.upper_body.methods())
             | of_kind("read", self._falls.methods() | self._frames.methods() | whole_body.methods())
+            | of_kind("read", self._breathing.methods())
             | of_kind("joints", self.motion.moving() | cartesian.methods() | whole_body.moving())
             | of_kind("posture", ending_walks)
             | of_kind("walk", self._walks)
