@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from bridge.types import Vec3
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.values import PhysicsSettings
+
+_NO_TREE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
+_FEW: Final = 32
+"""Geoms of a body up to which looking at each is faster than a tree of them."""
 
 
 def _leave(_: Any) -> None:
@@ -63,12 +67,19 @@ class Simulation:
             self._data = mujoco.MjData(self._model)
         else:
             self._model, self._data = self.spec.recompile(self._model, self._data)
+        self._choose_midphase()
         self.tune(self._model)
         for joint, position in self._starts.items():
             self._data.joint(joint).qpos = position
         self._starts.clear()
         self.version += 1
         self._stale, self._moved = False, True
+
+    def _choose_midphase(self) -> None:
+        """Trees of geoms for a field of tiles; without them a standing robot's step takes a tenth less."""
+        self._model.opt.disableflags &= ~_NO_TREE
+        if self._model.body_geomnum.max() <= _FEW:
+            self._model.opt.disableflags |= _NO_TREE
 
     @property
     def model(self) -> Any:
