@@ -69,10 +69,9 @@ docs: setup
 bench: setup
 	$(BIN)/python -m nao_hil.bench
 
-images:
-	cd docker && for target in emulator walker campaign bridge view; do \
-		docker build -f Dockerfile --target $$target -t nao-hil-$$target \
-		--build-arg BASE=$${BASE:-python:3.11-slim-bookworm} --build-arg NO_INDEX=$$NO_INDEX .. || exit 1; done
+images: setup
+	docker/build compose.yaml emulator walker lola view
+	docker/build compose.campaign.yaml scheduler
 
 compose-test: setup
 	docker/compose-test

@@ -1,6 +1,6 @@
 """Requirements of nao-hil with the extras named, one a line, and the lock's versions as constraints.
 
-Usage: requirements.py [EXTRA ...] > requirements.txt; requirements.py --constraints > constraints.txt
+Usage: requirements.py FOLDER [EXTRA ...] writes FOLDER/requirements.txt and FOLDER/constraints.txt.
 """
 
 import re
@@ -13,21 +13,17 @@ HERE = Path(__file__).parent
 ROOT = HERE if (HERE / "pyproject.toml").exists() else HERE.parent
 
 
-def main(arguments: list[str]) -> None:
-    """Print what was asked for."""
-    if arguments == ["--constraints"]:
-        lock = (ROOT / "requirements.lock").read_text()
-        # Constraints have no extras.
-        pins = re.findall(r"^([a-z0-9-]+)(?:\[.*\])?(==[^\\]*)", lock, re.MULTILINE)
-        print("\n".join(name + pin.rstrip() for name, pin in pins))
-        return
+def main(folder: Path, *extras: str) -> None:
+    """Write both."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    for line in project["dependencies"]:
-        print(line)
-    for extra in arguments:
-        for line in project["optional-dependencies"][extra]:
-            print(line)
+    of = project["optional-dependencies"]
+    lines = [*project["dependencies"], *(line for extra in extras for line in of[extra])]
+    (folder / "requirements.txt").write_text("\n".join(lines))
+    # Constraints have no extras.
+    lock = (ROOT / "requirements.lock").read_text()
+    pins = re.findall(r"^([a-z0-9-]+)(?:\[.*\])?(==[^\\]*)", lock, re.MULTILINE)
+    (folder / "constraints.txt").write_text("\n".join(name + pin.rstrip() for name, pin in pins))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main(Path(sys.argv[1]), *sys.argv[2:])
