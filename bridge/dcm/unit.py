@@ -154,6 +154,11 @@ class Dcm:
                 self._buffers.pop(index, None)
         self._framed = True
 
+    def move(self, name: str, value: float) -> None:
+        """Put an actuator at a value; what waits for it goes on from there."""
+        index = self._table.index[short(name)]
+        self._last[index] = self._table.to_counts(index, value)
+
     def run_cycle(self) -> Targets | None:
         """Compute what is sent in the cycle that begins now, and go to the next boundary.
 

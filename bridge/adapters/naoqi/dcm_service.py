@@ -19,12 +19,14 @@ def dcm_methods(joints: Joints) -> dict[str, Method]:
     def set_alias(*arguments: Any) -> None:
         command = arguments[0] if len(arguments) == 1 else list(arguments)
         dcm.set_alias(set_alias_request(_list("setAlias", command)))
+        joints.guarded.difference_update(moved_joints(dcm, command))
 
     def create_alias(command: Any) -> list[str | list[str]]:
         return dcm.create_alias(alias_request(_list("createAlias", command)))
 
     def put(command: Any) -> None:
         dcm.set(set_request(_list("set", command)))
+        joints.guarded.difference_update(moved_joints(dcm, command))
 
     def get_time(offset: Any) -> int:
         if isinstance(offset, bool) or not isinstance(offset, int):

@@ -18,19 +18,18 @@ logger = logging.getLogger(__name__)
 
 MOTION: Final[dict[str, Any]] = {
     "IdlePostureEnabled": False,
-    "SmartStiffnessEnabled": False,
-    "PushRecoveryEnabled": False,
-    "DiagnosisEffectEnabled": False,
-    "CollisionProtectionEnabled": False,
-    "ExternalCollisionProtectionEnabled": False,
+    "SmartStiffnessEnabled": True,
+    "PushRecoveryEnabled": True,
+    "DiagnosisEffectEnabled": True,
+    "ExternalCollisionProtectionEnabled": True,
     "OrthogonalSecurityDistance": 0.4,
     "TangentialSecurityDistance": 0.1,
 }
-"""Of `ALMotion`, with what is read before it is set: each has a `set...` and a `get...`."""
+"""Of `ALMotion`, with what is read before it is set: each has a `set...` and a `get...`. Reflexes are on when a
+robot is switched on (confirmed: check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm)."""
 OF_A_PART: Final = frozenset(
     {
         "IdlePostureEnabled",
-        "CollisionProtectionEnabled",
         "ExternalCollisionProtectionEnabled",
         "Parameter",
     }

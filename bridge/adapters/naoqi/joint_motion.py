@@ -63,6 +63,7 @@ class JointMotion:
             target = self._clipped(joint, wanted)
             seconds = abs(target - self._joints.commanded(joint)) / (speed_fraction * self._joints.speed(joint))
             self._joints.put_position(joint, [(seconds, target)])
+            self._joints.guarded.add(joint)
 
     def _clipped(self, joint: str, angle: float) -> float:
         lower, upper, *_ = self._joints.limits(joint)
@@ -107,6 +108,7 @@ class JointMotion:
         for joint, values, moments in _left_hip_last(zip(joints, targets, times, strict=True)):
             angles = [self._clipped(joint, value) for value in values]
             self._joints.put_position(joint, smooth(self._joints.commanded(joint), angles, moments))
+            self._joints.guarded.add(joint)
         last = max((moments[-1] for moments in times), default=0.0)
         yield self._joints.now + round(1000.0 * last)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 from bridge.adapters.naoqi.names import JointNames, actuator, slot
@@ -13,6 +13,8 @@ from bridge.dcm.buffer import TimedCommand, Update
 from bridge.dcm.requests import SetRequest
 from bridge.messages import ActuatorFrame, SensorFrame
 
+Positions = tuple[float, ...]
+"""25 in frame order, rad."""
 HAND_SPEED: Final = 8.33
 """1/s (confirmed: vendor's URDFs, V3.3 to V6)."""
 HAND_TORQUE: Final = 0.292
@@ -32,6 +34,11 @@ class Joints:
         self.names = JointNames(body)
         self.dcm = Dcm(body, frame.position, start=round(1000.0 * frame.time))
         self.frame = frame
+        self.guarded: set[str] = set()
+        """Joints whose present way is to keep clear of the body."""
+        self.shield: Callable[[Positions, Positions], Positions] = lambda wanted, _: wanted
+        """Makes positions that keep clear of wanted ones, and of those sent before."""
+        self._wanted = self._shielded = self._before = frame.position
         self.hold()
 
     def hold(self, without: Iterable[str] = ()) -> None:
@@ -41,10 +48,15 @@ class Joints:
             without: joints that go on as they are commanded.
         """
         self.dcm.put_frame(self.frame.position, self.frame.stiffness, {slot(joint) for joint in without})
+        self._before = self.frame.position
 
     def cycle(self, frame: SensorFrame) -> None:
         """A new frame: the cycle that its predecessor began is over, and those of frames that were missed."""
         self.dcm.run_cycle()
+        for joint in self.guarded:
+            if self._wanted[slot(joint)] != self._shielded[slot(joint)]:
+                self.dcm.move(actuator(joint), self._shielded[slot(joint)])
+        self._before = self._shielded
         for _ in range(frame.seq - self.frame.seq - 1):
             self.dcm.skip_cycle()
         self.frame = frame
@@ -55,7 +67,9 @@ class Joints:
         The robot takes the newest answer at the end of that cycle, so one call changes it until then.
         """
         targets = self.dcm.ahead()
-        return ActuatorFrame(reply_to=self.frame.seq, position=targets.position, stiffness=targets.stiffness)
+        self._wanted = targets.position
+        self._shielded = self.shield(self._wanted, self._before)
+        return ActuatorFrame(reply_to=self.frame.seq, position=self._shielded, stiffness=targets.stiffness)
 
     @property
     def now(self) -> int:
@@ -81,6 +95,7 @@ class Joints:
 
     def put_position(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
         """Replace a joint's way: pairs of time from now (s) and angle (rad)."""
+        self.guarded.discard(joint)
         self.put(actuator(joint), points)
 
     def put_stiffness(self, joint: str, points: Sequence[tuple[float, float]]) -> None:

@@ -41,6 +41,7 @@ from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection, stays_st
 from bridge.adapters.naoqi.recorder import Recorder
 from bridge.adapters.naoqi.resources import Resources
 from bridge.adapters.naoqi.robot_events import RobotEvents
+from bridge.adapters.naoqi.self_collision import ArmProtection
 from bridge.adapters.naoqi.sensing import Sonar, sensing_services
 from bridge.adapters.naoqi.speech import Speech
 from bridge.adapters.naoqi.stage import Stage
@@ -98,11 +99,12 @@ class Services:
         self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
         self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
         self._postures = Postures(self.joints, self.motion, self._tasks)
+        self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
+        self._arms = ArmProtection(self.joints, self._frames.links)
         self._breathing = Breathing(self.joints, self._postures)
         self._falls = FallManager(self.joints, self.motion)
         self._protection = WalkProtection(self.joints)
         self._walks = walking.methods()
-        self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.update(frame)
         self.events = Events(self.memory, self._told(publish))
@@ -326,7 +328,6 @@ class Services:
             "killTasksUsingResources": self.motion.end_using,
         }
         reading = self.motion.reading() | {
-            "isCollision": self._is_collision,
             "killTask": self.motion.end_task,
             "robotIsWakeUp": lambda: self._postures.awake,
             "setMotionConfig": self._protection.configure,
@@ -336,16 +337,11 @@ class Services:
         return (
             of_kind("read", reading | settings.methods("ALMotion", MOTION) | self.upper_body.methods())
             | of_kind("read", self._falls.methods() | self._frames.methods() | whole_body.methods())
-            | of_kind("read", self._breathing.methods())
+            | of_kind("read", self._breathing.methods() | self._arms.methods())
             | of_kind("joints", self.motion.moving() | cartesian.methods() | whole_body.moving())
             | of_kind("posture", ending_walks)
             | of_kind("walk", self._walks)
         )
-
-    def _is_collision(self, chain: Any) -> str:
-        """`none`: nothing looks for collisions."""
-        self.joints.names.group(text(chain, "ALMotion.isCollision: chain"))
-        return "none"
 
     def _parameters(self, service: str, method: Any) -> list[str]:
         """Names of a method's arguments, as ours has them."""
