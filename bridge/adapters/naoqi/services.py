@@ -52,6 +52,7 @@ from bridge.adapters.naoqi.video import VideoDevice
 from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
 from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.adapters.naoqi.whole_body import WholeBody
+from bridge.adapters.naoqi.world_representation import WorldRepresentation
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
@@ -282,6 +283,7 @@ class Services:
             "ALVideoRecorder": VideoRecorder(self._eyes, self._others, lambda: self.joints.now).methods(),
             "ALDialog": self._dialog.methods(),
             "ALResourceManager": Resources().methods(),
+            "ALWorldRepresentation": WorldRepresentation(self._frames).methods(),
             "ALBasicAwareness": Awareness().methods(),
         }
         quiet = {name: Extractor(name, self.events, [event]) for name, event in QUIET.items()}

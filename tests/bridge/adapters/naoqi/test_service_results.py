@@ -243,7 +243,7 @@ def test_a_method_returns_what_its_page_says(
         ("ALDialog.tell", ["hi"], "forceInput, forceOutput, gotoTag and gotoTopic talk"),
         ("ALResourceManager.isResourceFree", ["arm"], "unknown resource 'arm'"),
         ("ALMotion.getMethodHelp", ["setAngels"], "did you mean 'setAngles'"),
-        ("ALWorldRepresentation.getObjectNames", [], "no map of objects is kept"),
+        ("ALWorldRepresentation.clearOldPositions", [], "only the newest position of an object is kept"),
         ("ALTextToSpeech.setVoice", ["Nobody"], "unknown voice 'Nobody'"),
     ],
 )
