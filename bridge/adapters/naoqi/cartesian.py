@@ -229,9 +229,10 @@ class Cartesian:
                 places = [_changed(start, place) for place in places]
             found.append(_Path(name, code, mask, start, places, _times(when, len(places))))
         joints = self._moved(effectors)
-        return self._tasks.begin(self._follow(found, joints), "positionInterpolations", joints)
+        return self._tasks.begin(self._follow(found, joints), "positionInterpolations", joints, locks=True)
 
     def _follow(self, paths: list[_Path], joints: list[str]) -> MotionTask:
+        paths = [path._replace(start=self._here(path.effector, path.space)) for path in paths]
         names, spaces = [path.effector for path in paths], self._spaces([path.space for path in paths])
         masks, began = [path.mask for path in paths], self._joints.now
         end = max(path.times[-1] for path in paths)

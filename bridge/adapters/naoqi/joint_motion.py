@@ -76,22 +76,27 @@ class JointMotion:
         targets = lists_each(angles, len(joints), f"{method}: angleLists")
         moments = lists_each(times, len(joints), f"{method}: timeLists")
         require_times(moments, targets, method)
-        if not flag(absolute, f"{method}: isAbsolute"):
-            targets = [
-                [self._joints.commanded(joint) + value for value in values]
-                for joint, values in zip(joints, targets, strict=True)
-            ]
-        return self._tasks.begin(self.through(joints, targets, moments), "angleInterpolation", joints)
+        fixed = flag(absolute, f"{method}: isAbsolute")
+
+        def task() -> MotionTask:
+            froms = [0.0 if fixed else self._joints.commanded(joint) for joint in joints]
+            goals = [[start + value for value in values] for start, values in zip(froms, targets, strict=True)]
+            yield from self.through(joints, goals, moments)
+
+        return self._tasks.begin(task(), "angleInterpolation", joints, locks=True)
 
     def interpolation_with_speed(self, names: Any, angles: Any, speed: Any) -> Future[Any]:
         """To one angle each, all joints arriving together when the slowest does; waits for the end."""
         method = "ALMotion.angleInterpolationWithSpeed"
         joints = self._joints.names.resolve(names)
         targets = one_each(angles, len(joints), f"{method}: targetAngles")
-        seconds = self.time_to(joints, targets, fraction(speed, f"{method}: maxSpeedFraction"))
-        every = [[seconds]] * len(joints)
-        task = self.through(joints, [[target] for target in targets], every)
-        return self._tasks.begin(task, "angleInterpolationWithSpeed", joints)
+        share = fraction(speed, f"{method}: maxSpeedFraction")
+
+        def task() -> MotionTask:
+            every = [[self.time_to(joints, targets, share)]] * len(joints)
+            yield from self.through(joints, [[target] for target in targets], every)
+
+        return self._tasks.begin(task(), "angleInterpolationWithSpeed", joints, locks=True)
 
     def time_to(self, joints: Sequence[str], targets: Sequence[float], speed_fraction: float) -> float:
         """Seconds after which all joints can be at their targets, at a fraction of their largest speed."""

@@ -32,6 +32,8 @@ class RunningTask:
     """To go on at, ms."""
     steps: MotionTask
     done: Future[Any]
+    locks: bool = False
+    """Later motions of its joints that lock wait for its end."""
 
 
 class MotionTasks:
@@ -46,13 +48,17 @@ class MotionTasks:
         self._numbers = itertools.count(1) if numbers is None else numbers
         self._abandoned = False
 
-    def begin(self, task: MotionTask, name: str = "", joints: Sequence[str] = ()) -> Future[Any]:
+    def begin(
+        self, task: MotionTask, name: str = "", joints: Sequence[str] = (), *, locks: bool = False
+    ) -> Future[Any]:
         """Run a task to its first wait; the future gets its result or its exception.
 
         Args:
             task: what it does.
             name: of the method that begins it; nothing: not a motion of joints.
             joints: that it moves or stiffens.
+            locks: it waits for the end of earlier tasks that lock one of its joints, and locks them (vendor's
+                page on motion tasks).
 
         Raises:
             NaoqiRefused: the robot has gone.
@@ -60,8 +66,15 @@ class MotionTasks:
         if self._abandoned:
             raise robot_gone()
         done: Future[Any] = Future()
-        self._advance(RunningTask(next(self._numbers), name, tuple(joints), 0, task, done))
+        number = next(self._numbers)
+        steps = self._postponed(task, number, set(joints)) if locks else task
+        self._advance(RunningTask(number, name, tuple(joints), 0, steps, done, locks))
         return done
+
+    def _postponed(self, task: MotionTask, number: int, joints: set[str]) -> MotionTask:
+        while any(one.locks and one.number < number and joints & set(one.joints) for one in self._running):
+            yield 0  # until the next cycle
+        return (yield from task)
 
     @property
     def motions(self) -> list[RunningTask]:

@@ -31,16 +31,29 @@ class Posts:
     ) -> None:
         self._tasks, self._numbers, self._end_motion = tasks, numbers, end_motion
         self._running: dict[int, Future[Any]] = {}
+        self._ends: dict[int, Callable[[], Any]] = {}
+        """Of calls that are no tasks: what ends them."""
 
-    def add(self, result: Any) -> int:
-        """The number of a call with this result, or with a future of it."""
+    def add(self, result: Any, end: Callable[[], Any] | None = None) -> int:
+        """The number of a call.
+
+        Args:
+            result: what it gave, or a future of it.
+            end: ends it, if it is no task.
+        """
         key = next(self._numbers)
         if isinstance(result, Future):
             if len(self._running) >= MAX_POSTS:
                 raise NaoqiRefused(f"{MAX_POSTS} calls run already; wait for some.")
             self._running[key] = result
-            result.add_done_callback(lambda _: self._running.pop(key, None))
+            if end is not None:
+                self._ends[key] = end
+            result.add_done_callback(lambda _: self._forget(key))
         return key
+
+    def _forget(self, key: int) -> None:
+        self._running.pop(key, None)
+        self._ends.pop(key, None)
 
     def running(self, key: Any) -> bool:
         """Whether the call of this number has not ended."""
@@ -84,7 +97,10 @@ class Posts:
                 if not (task.joints and self._end_motion(task.number)):
                     tasks.end_these([task])
                 return True
-        return False
+        end = self._ends.get(wanted)
+        if end is not None:
+            end()
+        return end is not None
 
 
 def _key(key: Any) -> int:

@@ -107,13 +107,13 @@ class Postures:
             self.awake = True
             return (yield from self._stiffen_and_reach(posture, speed_fraction))
 
-        return self._tasks.begin(task(), "goToPosture", self._all)
+        return self._tasks.begin(task(), "goToPosture", self._all, locks=True)
 
     def apply(self, name: Any, speed: Any) -> Future[Any]:
         """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
         speed_fraction = fraction(speed, "ALRobotPosture.applyPosture: maxSpeedFraction")
         task = self._stiffen_and_reach(_known(name), speed_fraction)
-        return self._tasks.begin(task, "applyPosture", self._all)
+        return self._tasks.begin(task, "applyPosture", self._all, locks=True)
 
     def wake_up(self) -> Future[Any]:
         """Switch the stiffness on, and stand up from a crouch."""

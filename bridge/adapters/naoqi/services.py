@@ -226,7 +226,8 @@ class Services:
         """Begin a call and do not wait for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
         result = self.call(service, text(name, f"{service}.pCall: method"), rest)
-        key = self._posts.add(result)
+        walks = self._table[service][name].kind == "walk"
+        key = self._posts.add(result, self._walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
             self._audio.begun(result, key)
         return key

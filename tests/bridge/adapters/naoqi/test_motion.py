@@ -366,3 +366,38 @@ def test_a_robot_that_is_lifted_says_so(standing: Callable[..., SensorFrame]) ->
     robot.run(0.1, fsr=(0.0,) * 8)
     assert robot.services.call("ALMemory", "getData", ["footContact"]) == 0.0
     assert robot.events == [("footContactChanged", False)]
+
+
+def test_an_interpolation_waits_for_an_earlier_one_of_its_joint(standing: Callable[..., SensorFrame]) -> None:
+    """The vendor's page on motion tasks, and its sample that kills the first one: the second begins then."""
+    robot = Robot(standing())
+    robot.motion("setStiffnesses", "Head", 1.0)
+    first = robot.motion("angleInterpolation", "HeadYaw", 0.4, 2.0, True)
+    second = robot.motion("angleInterpolation", ["HeadYaw", "HeadPitch"], [[-0.4], [0.2]], [[1.0], [1.0]], True)
+    robot.run(1.99)
+    assert not first.done()
+    assert robot.angle("HeadYaw") == pytest.approx(0.4, abs=0.01)
+    assert robot.angle("HeadPitch") == pytest.approx(0.0, abs=1e-3)
+    robot.run(0.1)
+    assert first.done() and not second.done()
+    robot.run(1.0)
+    assert second.result(0.0) is None
+    assert robot.angle("HeadYaw") == pytest.approx(-0.4, abs=1e-3)
+    robot.motion("angleInterpolation", "HeadYaw", 0.4, 2.0, True)
+    third = robot.motion("angleInterpolation", "HeadYaw", 0.1, 1.0, False)  # from where it begins
+    ((_, number, _), _) = robot.motion("getTaskList")
+    robot.run(1.0)
+    robot.motion("killTask", number)
+    there = robot.angle("HeadYaw")
+    robot.wait(third, 1.1)
+    assert robot.angle("HeadYaw") == pytest.approx(there + 0.1, abs=0.01)
+
+
+def test_angles_that_are_set_do_not_wait(standing: Callable[..., SensorFrame]) -> None:
+    """The vendor's page: setAngles takes no resource, and the last command counts."""
+    robot = Robot(standing())
+    robot.motion("setStiffnesses", "Head", 1.0)
+    robot.motion("angleInterpolation", "HeadYaw", 0.4, 2.0, True)
+    robot.motion("setAngles", "HeadYaw", -0.4, 1.0)
+    robot.run(0.5)
+    assert robot.angle("HeadYaw") == pytest.approx(-0.4, abs=1e-3)

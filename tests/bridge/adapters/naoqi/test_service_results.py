@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import wave
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -460,3 +461,14 @@ def test_a_module_that_listens_gets_85_ms_of_silence_at_a_time(
     assert (module, method, count, length, len(stamp)) == ("Ear", "processRemote", channels, samples, 2)
     assert sound == bytes(2 * channels * samples)
     assert 1000.0 / 85.3 - 1 <= len(called) <= 1000.0 / 85.3 + 13
+
+
+def test_a_posted_walk_is_stopped_by_its_number(standing: Callable[..., SensorFrame]) -> None:
+    walk: Future[Any] = Future()
+    walks = {"moveTo": lambda x, y, theta: walk, "stopMove": lambda: walk.set_result(False)}
+    robot = Robot(standing(), walks=walks)
+    key = robot.motion("pCall", ["moveTo", 1.0, 0.0, 0.0])
+    assert robot.motion("isRunning", key) is True
+    assert robot.motion("stop", key) is True
+    assert walk.done() and robot.motion("isRunning", key) is False
+    assert robot.motion("stop", key) is False
