@@ -13,7 +13,7 @@ def main(seeds: int, scenario: str) -> None:
     """Ten seconds of the dynamic gait, without and with torso control."""
     for torso in ("none", "robust"):
         walks = [
-            nao_hil.walk("dynamic", seed=seed, scenario=scenario, duration=10.0, torso=torso)
+            nao_hil.walk("dynamic", seed=seed, scenario=scenario, duration=10.0, torso=torso, engine="mujoco")
             for seed in range(seeds)
         ]
         stand = sum(not walk.fell for walk in walks)

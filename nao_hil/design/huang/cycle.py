@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -74,18 +75,18 @@ class Cycle:
             self._feet[t] = (ankles[0], ankles[1])
         return self._feet[t]
 
-    def x_at(self, choice: Choice, t: float) -> float:
-        """X of the hips' middle at a time, s, for a choice, m."""
-        return hip_x(self.p, choice.x_sd, choice.x_ed).at(t).position + self.p.D_s / self.p.T_c * t
+    def x_of(self, choice: Choice) -> Callable[[float], float]:
+        """X of the hips' middle for a choice, m, as a function of time, s."""
+        along, mean = hip_x(self.p, choice.x_sd, choice.x_ed), self.p.D_s / self.p.T_c
+        return lambda t: along.at(t).position + mean * t
 
     def zmp(self, choice: Choice) -> tuple[Array, Array]:
         """Zero moment point over the cycle by poses alone, no table: x and y, shape (times,), m."""
-        along, across = hip_x(self.p, choice.x_sd, choice.x_ed), hip_y(self.p, choice.y_d, choice.y_m)
-        mean, step = self.p.D_s / self.p.T_c, 1e-3
+        along, across, step = self.x_of(choice), hip_y(self.p, choice.y_d, choice.y_m), 1e-3
         points = []
         for t in self.times.tolist():
             before, now, after = (
-                self.frames(s, along.at(s).position + mean * s, across.at(s).position)
+                self.frames(s, along(s), across.at(s).position)
                 for s in (t - step, t, t + step)
             )
             points.append(self.bodies.zmp(before, now, after, step))
@@ -98,11 +99,11 @@ class Cycle:
         x = sample_x(p, self.times).at(np.array([choice.x_sd]), np.array([choice.x_ed]))
         y = sample_y(p, self.times).at(np.array([choice.y_d]), np.array([choice.y_m]))
         middle = 0.5 * (p.T_c + p.T_d)
-        com = self.bodies.centre_of_mass(self.frames(middle, self.x_at(choice, middle), choice.y_m))
-        ahead = com[0] - self.x_at(choice, middle)
+        hip = self.x_of(choice)(middle)
+        ahead, _, height = self.bodies.centre_of_mass(self.frames(middle, hip, choice.y_m)) - (hip, 0.0, 0.0)
         return (
-            (x.position + ahead - x.acceleration * com[2] / GRAVITY)[:, 0],
-            (y.position - y.acceleration * com[2] / GRAVITY)[:, 0],
+            (x.position + ahead - x.acceleration * height / GRAVITY)[:, 0],
+            (y.position - y.acceleration * height / GRAVITY)[:, 0],
         )
 
     def table(self, choice: Choice, axis: str, motions: Linear, corners: tuple[Array, Array]) -> ZmpTable:
@@ -128,9 +129,10 @@ class Cycle:
                     u.min(axis=1),
                     u.max(axis=1),
                 )
+            along = self.x_of(choice)
             return ZmpTable(
                 self.bodies,
-                lambda t, u: self.frames(t, self.x_at(choice, t), u),
+                lambda t, u: self.frames(t, along(t), u),
                 self.times,
                 u.min(axis=1),
                 u.max(axis=1),
