@@ -74,6 +74,19 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
             ["near True", "camera up True", "moved [0.0, 0.0, 0.0]", "half turn 180"],
         ),
         (
+            "tasks.py",
+            [],
+            0,
+            [
+                "tasks ['angleInterpolation', 'angleInterpolation'] True",
+                "then -0.3 []",
+                "arm True near",
+                "arm False collision",
+                "breathes True [['Bpm', 12.0], ['Amplitude', 0.5]]",
+                "cup [1.0, 0.2, 0.7]",
+            ],
+        ),
+        (
             "pictures.py",
             [],
             0,
