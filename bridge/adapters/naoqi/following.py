@@ -140,7 +140,7 @@ class Following:
         for i, name in enumerate(self._cameras):
             for sighting in self._stage.seen(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
-                    point: Array = self._frames.in_torso(name, links) @ _point(sighting, target.size)
+                    point: Array = self._frames.in_torso(name, links) @ point_of(sighting, target.size)
                     self._place = np.linalg.inv(self._frames.space(1, links, True)) @ point
                     return point
         return None
@@ -174,7 +174,7 @@ class Following:
         self._walking = walking
 
 
-def _point(sighting: Sighting, size: float) -> Array:
+def point_of(sighting: Sighting, size: float) -> Array:
     """Where a thing of this diameter is, in the camera's frame, (4,), m."""
     distance = 0.5 * size / math.sin(0.5 * sighting.size)
     across, down = math.tan(sighting.alpha), math.tan(sighting.beta)

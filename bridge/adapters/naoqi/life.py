@@ -1,8 +1,7 @@
-"""ALAutonomousLife and ALBasicAwareness on a robot without a life of its own: what is set is remembered."""
+"""ALAutonomousLife on a robot without a life of its own: what is set is remembered."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import flag, text
@@ -18,10 +17,6 @@ ABILITIES: Final = (
     *("ListeningMovement", "SpeakingMovement"),
 )
 """Autonomous abilities (confirmed: vendor's page)."""
-ENGAGEMENT_MODES: Final = ("Unengaged", "FullyEngaged", "SemiEngaged")
-TRACKING_MODES: Final = ("Head", "BodyRotation", "WholeBody", "MoveContextually")
-STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "TabletTouch")
-"""Of `ALBasicAwareness` (confirmed: vendor's page)."""
 
 
 class AutonomousLife:
@@ -83,57 +78,3 @@ class AutonomousLife:
             "getAutonomousAbilitiesStatus": self._status,
             "isMonitoringLaunchpadConditions": lambda: False,
         }
-
-
-class Awareness:
-    """Methods of `ALBasicAwareness`: they remember what was set, and nobody is perceived; the caller locks."""
-
-    def __init__(self) -> None:
-        self._enabled = self._paused = False
-        self._engagement, self._tracking = ENGAGEMENT_MODES[0], TRACKING_MODES[0]
-        self._stimuli = dict.fromkeys(STIMULI, True)
-
-    def _enable(self, enabled: Any) -> None:
-        self._enabled = flag(enabled, "ALBasicAwareness.setEnabled: enabled")
-
-    def _pause(self, paused: bool) -> None:
-        self._paused = paused
-
-    def _set_engagement(self, mode: Any) -> None:
-        self._engagement = _one_of(mode, ENGAGEMENT_MODES, "engagement mode")
-
-    def _set_tracking(self, mode: Any) -> None:
-        self._tracking = _one_of(mode, TRACKING_MODES, "tracking mode")
-
-    def _set_stimulus(self, stimulus: Any, enabled: Any) -> None:
-        name = _one_of(stimulus, STIMULI, "stimulus")
-        self._stimuli[name] = flag(enabled, "ALBasicAwareness.setStimulusDetectionEnabled: enabled")
-
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return {
-            "setEnabled": self._enable,
-            "isEnabled": lambda: self._enabled,
-            "isRunning": lambda: self._enabled and not self._paused,
-            "startAwareness": lambda: self._enable(True),
-            "stopAwareness": lambda: self._enable(False),
-            "isAwarenessRunning": lambda: self._enabled and not self._paused,
-            "pauseAwareness": lambda: self._pause(True),
-            "resumeAwareness": lambda: self._pause(False),
-            "isAwarenessPaused": lambda: self._paused,
-            "getEngagementMode": lambda: self._engagement,
-            "setEngagementMode": self._set_engagement,
-            "getTrackingMode": lambda: self._tracking,
-            "setTrackingMode": self._set_tracking,
-            "isStimulusDetectionEnabled": lambda stimulus: self._stimuli[
-                _one_of(stimulus, STIMULI, "stimulus")
-            ],
-            "setStimulusDetectionEnabled": self._set_stimulus,
-        }
-
-
-def _one_of(name: Any, known: Sequence[str], what: str) -> str:
-    chosen = text(name, f"ALBasicAwareness: {what}")
-    if chosen not in known:
-        raise NaoqiRefused(f"ALBasicAwareness: {unknown_name(what, chosen, known)}.")
-    return chosen

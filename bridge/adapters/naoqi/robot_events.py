@@ -50,6 +50,8 @@ _FIRST: Final[dict[str, Any]] = {
     "ALAnimatedSpeech/EndOfAnimatedSpeech": 0,
     "ALBasicAwareness/HumanTracked": -1,
     "ALBasicAwareness/HumanLost": -1,
+    "ALBasicAwareness/PeopleLeft": -1,
+    "ALBasicAwareness/StimulusDetected": "",
     "PeoplePerception/PeopleList": [],
 }
 """Event -> its value before it is raised for the first time (assumed)."""

@@ -10,6 +10,7 @@ from typing import Any
 
 from bridge.adapters.naoqi.arguments import text
 from bridge.adapters.naoqi.audio import AudioPlayer
+from bridge.adapters.naoqi.awareness import Awareness
 from bridge.adapters.naoqi.behaviors import behavior_methods
 from bridge.adapters.naoqi.breathing import Breathing
 from bridge.adapters.naoqi.cartesian import Cartesian
@@ -27,7 +28,7 @@ from bridge.adapters.naoqi.inert_settings import MOTION, SETTINGS, InertSettings
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.leds import Leds
-from bridge.adapters.naoqi.life import AutonomousLife, Awareness
+from bridge.adapters.naoqi.life import AutonomousLife
 from bridge.adapters.naoqi.memory import Memory
 from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
 from bridge.adapters.naoqi.microphones import Microphones
@@ -127,6 +128,7 @@ class Services:
         self._compass = VisualCompass(self._frames, self.events, self._walks, self._robot_place)
         neck = config.body.lengths.NeckOffsetZ
         walk = self._walks.get("move")
+        self._awareness = Awareness(self._stage, self._frames, self.motion, self.events, self.memory)
         self._following = Following(self._stage, self._frames, self.motion, self.events, neck, walk)
         self._table = self._build()
 
@@ -162,6 +164,7 @@ class Services:
         self._compass.update(now)
         self._microphones.update(now)
         self._following.update(now)
+        self._awareness.update(now)
         self._sonar.update()
         if not self.handover.has_robot:
             self._breathing.update()
@@ -285,7 +288,7 @@ class Services:
             "ALDialog": self._dialog.methods(),
             "ALResourceManager": Resources().methods(),
             "ALWorldRepresentation": WorldRepresentation(self._frames).methods(),
-            "ALBasicAwareness": Awareness().methods(),
+            "ALBasicAwareness": self._awareness.methods(),
         }
         quiet = {name: Extractor(name, self.events, [event]) for name, event in QUIET.items()}
         quiet |= {name: VisionExtractor(name, self.events, [event]) for name, event in QUIET_VISION.items()}
