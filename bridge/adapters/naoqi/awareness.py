@@ -34,7 +34,7 @@ NOBODY: Final = -1
 LOST: Final = 3000
 """ms without a sight of somebody after which the robot has lost them (assumed)."""
 _PERSON: Final = "PeoplePerception/Person/"
-_SPACES: Final = {0: "Torso", 1: "World", 2: "Robot"}
+_SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
 
 
 class Awareness:
@@ -103,7 +103,7 @@ class Awareness:
     def _look_around(self) -> dict[int, list[float]]:
         """Number -> place in the Torso frame, m, of the people that are seen, the largest face first."""
         links = self._frames.links(self._frames.position(True))
-        spaces = {f"PositionIn{name}Frame": self._frames.space(i, links, True) for i, name in _SPACES.items()}
+        spaces = {key: self._frames.space(i, links, True) for i, key in _SPACES.items()}
         places: dict[int, list[float]] = {}
         for i, camera in enumerate(self._cameras):
             for sighting in self._stage.seen("face", i):
