@@ -86,8 +86,7 @@ class Cycle:
         points = []
         for t in self.times.tolist():
             before, now, after = (
-                self.frames(s, along(s), across.at(s).position)
-                for s in (t - step, t, t + step)
+                self.frames(s, along(s), across.at(s).position) for s in (t - step, t, t + step)
             )
             points.append(self.bodies.zmp(before, now, after, step))
         x, y = np.array(points).T
