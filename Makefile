@@ -42,9 +42,9 @@ demo: setup
 	$(BIN)/nao-hil demo
 
 # Workers take runs of neighbouring tests: what a module prepares is prepared once, and no page of the docs waits.
-# One more than there are processors: some tests wait.
+# One more than there are processors: some tests wait. So none has a processor for numpy's threads.
 test: setup
-	$(BIN)/pytest -n $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist worksteal -m "not realtime and not browser"
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist worksteal -m "not realtime and not browser"
 
 # One after the other, with the machine to themselves; see docs/testing.md for when one is skipped.
 realtime-test: setup
