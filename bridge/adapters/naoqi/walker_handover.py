@@ -6,11 +6,13 @@ that needs the joints takes it back when the walker stands. During a handover th
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from typing import Any, Final, Protocol
 
 from bridge.adapters.naoqi.motion_tasks import pass_on, robot_gone
@@ -20,6 +22,8 @@ from bridge.messages.walk import WalkStatus
 from bridge.realtime import leave_real_time
 from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
+
+logger = logging.getLogger(__name__)
 
 _POLL: Final = 0.1
 """s between two queries of the walker's status."""
@@ -91,6 +95,9 @@ class WalkerHandover:
         self._ends: dict[Future[Any], bool | None] = {}
         """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
+        self._lock = threading.Lock()
+        self._waiting: list[Vec3] = []
+        """The velocity of the job that was put last, if it is one and has not begun."""
         self._thread = threading.Thread(target=self._run, name="walker-handover", daemon=True)
         self._thread.start()
 
@@ -128,13 +135,37 @@ class WalkerHandover:
         return self._submit(self._ensure_walker)
 
     def walk(self, velocity: Vec3) -> Future[Any]:
-        """Walk until told otherwise; the future is done when the walker has accepted it. All zeros: stand.
+        """Walk until told otherwise. All zeros: stand.
+
+        The future is done when the walker has accepted it, and at once while the robot walks: a program that
+        steers is not held up, and of velocities that wait the newest counts.
 
         Args:
             velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
         """
         self._goal = None
-        return self._submit(lambda: self._walk({"velocity": velocity}))
+        if not any(velocity) or not self.active or self._stopping:
+            return self._submit(lambda: self._walk({"velocity": velocity}))
+        with self._lock:
+            if self._waiting:
+                self._waiting[0] = velocity
+            else:
+                self._waiting = [velocity]
+                self._jobs.put((partial(self._steer, self._waiting), Future()))
+        done: Future[Any] = Future()
+        done.set_result(None)
+        return done
+
+    def _steer(self, waiting: list[Vec3]) -> None:
+        """In the thread of walks: walk at the newest velocity that waited."""
+        with self._lock:
+            velocity = waiting[0]
+            if self._waiting is waiting:
+                self._waiting = []
+        try:
+            self._walk({"velocity": velocity})
+        except NaoHilError as error:
+            logger.warning("%s", error)
 
     def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
         """Walk a distance; the future is done at the end of the walk: true, or false if another order ended it.
@@ -233,7 +264,9 @@ class WalkerHandover:
 
     def _submit(self, work: Callable[[], Any]) -> Future[Any]:
         done: Future[Any] = Future()
-        self._jobs.put((work, done))
+        with self._lock:
+            self._waiting = []  # a velocity that comes later counts after this
+            self._jobs.put((work, done))
         return done
 
     def _run(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -388,3 +389,21 @@ def test_the_default_configuration_is_what_robots_print(all_ways: WalkingMethods
     assert [value for _, value in config] == pytest.approx([0.04, 0.14, 0.349066, 1.0, 0.02, 0.0, 0.0])
     with pytest.raises(NaoqiRefused, match="unknown config 'Best'"):
         call(all_ways, "getMoveConfig", "Best")
+
+
+def test_a_program_that_steers_is_not_held_up_and_its_newest_velocity_counts(
+    walking: WalkingMethods, stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The vendor's move and moveToward do not wait; the walker takes a tenth of a second for each order."""
+    call(walking, "moveToward", 0.2, 0.0, 0.0)
+    free, walk = threading.Event(), stage.walk
+    monkeypatch.setattr(stage, "walk", lambda **order: (free.wait(PATIENT), walk(**order))[1])
+    for speed in (0.4, 0.6, 0.8, 1.0):
+        call(walking, "moveToward", speed, 0.0, 0.0)
+    stopped = walking.methods()["stopMove"]()
+    assert stage.did[-1] == "walk 0.03 None"
+    free.set()
+    stopped.result(PATIENT)
+    walks = [did for did in stage.did if did.startswith("walk")]
+    assert len(walks) <= 3 and walks[-1] == "walk 0.15 None"
+    assert stage.did[-1] == "stop"
