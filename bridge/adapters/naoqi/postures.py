@@ -51,8 +51,10 @@ _SETTLING: Final = 300
 """ms after which the joints are where they were sent, by the sensors (assumed)."""
 REST_SPEED: Final = 0.6
 LEGS_AT_REST: Final = 0.1
-"""Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, the
-emulated robot, whose thighs do not rest on its calves, tips over backwards; from 0.05 on it stays."""
+"""Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, knees and
+ankles rest at the ends of their ranges, and the torso turns backwards about the limp hips within 4 s (V5 and V6
+on PyBullet, V3 on MuJoCo; V5 and V6 stay there). From 0.05 on it stays, as it does with twice the assumed dry
+friction (V5 on PyBullet)."""
 _LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
 
 
