@@ -13,11 +13,11 @@ from typing import Any, Final
 from bridge.errors import ConfigurationError
 
 _OLD: Final = (
-    re.compile(r"^\s*print\s+[^(\s=]", re.MULTILINE),
-    re.compile(r"^\s*print\s*$", re.MULTILINE),
+    re.compile(r"(^|[;:])\s*print\s+[^(\s=]", re.MULTILINE),
+    re.compile(r"(^|[;:])\s*print\s*$", re.MULTILINE),
     re.compile(r"^\s*except\s+[\w.()\s,]+,\s*\w+\s*:", re.MULTILINE),
-    re.compile(r"^\s*raise\s+\w+\s*,", re.MULTILINE),
-    re.compile(r"^\s*exec\s+[\"'\w]", re.MULTILINE),
+    re.compile(r"(^|[;:])\s*raise\s+\w+\s*,", re.MULTILINE),
+    re.compile(r"(^|[;:])\s*exec\s+[\"'\w]", re.MULTILINE),
     re.compile(r"<>"),
     re.compile(r"\bur['\"]"),
     re.compile(r"[=(,\s]0[0-7]+\b"),

@@ -196,6 +196,9 @@ def meaning(source: str) -> dict[str, Any]:
         ("print ''\nx = map(ord, bytearray('ab', 'ascii')) + [ord('c')]", [97, 98, 99]),
         ("x = {1: 2}.has_key(1)", True),
         ("try:\n    raise ValueError, 'bad'\nexcept ValueError, e:\n    x = str(e)", "bad"),
+        ("x = 1; print x", 1),
+        ("if False: print 'a'\nelse: print 'b'\nx = 2", 2),
+        ("try:\n    pass; raise ValueError, 'bad'\nexcept ValueError: x = 3", 3),
         ("x = 7 / 2", 3.5),  # Python 3 reads it: it is Python 3
     ],
 )
