@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Final
 
 import msgspec
@@ -12,7 +11,7 @@ import numpy as np
 from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls_run import EVERY, FELLING, IMPULSE, WALKS, Fall, pushed_walk
+from nao_hil.experiments.falls_run import EVERY, FELLING, IMPULSE, WALKS, Fall, PushedWalk, pushed_walk
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.campaign import Interrupted
 
@@ -108,8 +107,11 @@ def claims(result: FallsResult) -> tuple[Claim, ...]:
 
 def experiment(context: Context) -> Outcome:
     """One push per seed; with a duration, one a minute."""
-    configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    walks = context.campaign.map("falls", partial(pushed_walk, duration=context.duration), configs)
+    tasks = [
+        PushedWalk(config=msgspec.structs.replace(context.changes, seed=seed), duration=context.duration)
+        for seed in context.seeds
+    ]
+    walks: list[list[Fall]] = context.campaign.map("falls", pushed_walk, tasks)
     if not walks:
         raise Interrupted
     result = judge([each for walk in walks for each in walk])

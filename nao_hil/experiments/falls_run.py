@@ -114,13 +114,18 @@ class _Course:
         )
 
 
-def pushed_walk(config: RunConfig, duration: float | None = None) -> list[Fall]:
-    """Walk, push, and look.
+class PushedWalk(msgspec.Struct, frozen=True, kw_only=True):
+    """What to walk."""
 
-    Args:
-        config: Body, wear, engine, gait and seed are read.
-        duration: Of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`.
-    """
+    config: RunConfig
+    """Body, wear, engine, gait and seed are read."""
+    duration: float | None = None
+    """Of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`."""
+
+
+def pushed_walk(task: PushedWalk) -> list[Fall]:
+    """Walk, push, and look."""
+    config, duration = task.config, task.duration
     random = np.random.default_rng([config.seed, 2])
     if duration is None:
         at, way = float(random.uniform(*PUSHED)), float(random.uniform(-math.pi, math.pi))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import msgspec
 import pytest
 
 from nao_hil.experiments import falls_run
-from nao_hil.experiments.falls import judge
-from nao_hil.experiments.falls_run import FELLING, Fall, pushed_walk
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.falls import experiment, judge
+from nao_hil.experiments.falls_run import FELLING, Fall
+from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 
 STOOD = Fall(
@@ -34,9 +38,12 @@ def test_every_fall_must_be_foreseen_in_time_softly_and_without_alarms() -> None
     assert not judge([msgspec.structs.replace(STOOD, false_alarms=1), *falls]).passed
 
 
-def test_a_push_in_each_part_of_a_long_walk(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_push_in_each_part_of_a_long_walk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(falls_run, "EVERY", 12.0)
-    (fall,) = pushed_walk(RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=3), duration=12.0)
+    changes = RunConfig(robot="nao-v6", engine="mujoco", gait="omni")
+    with Campaign(cluster="inline") as campaign:
+        context = Context(campaign, tmp_path, (3,), changes, duration=12.0)
+        (fall,) = experiment(context).result.falls
     assert fall.impulse == FELLING
     assert fall.walked == pytest.approx(10.0, abs=2.0)  # the rest is the approach to the stand
     assert fall.walks_on
