@@ -60,13 +60,16 @@ def _listen_unix(address: Address) -> socket.socket:
         with socket.socket(socket.AF_UNIX) as probe, contextlib.suppress(ConnectionRefusedError):
             probe.connect(address.path)
             raise LinkError(f"Cannot listen on {address}: another server does; stop it, or name another path.")
-        os.unlink(address.path)
     listener = socket.socket(socket.AF_UNIX)
+    ready = f"{address.path}.{os.getpid()}"
     try:
-        listener.bind(address.path)
+        listener.bind(ready)
         listener.listen()
+        os.rename(ready, address.path)  # a client that sees the path can connect
     except OSError:
         listener.close()
+        with contextlib.suppress(OSError):
+            os.unlink(ready)
         raise
     return listener
 

@@ -35,6 +35,20 @@ def test_a_socket_that_a_dead_server_left_is_replaced(tmp_path: Path) -> None:
     assert not (tmp_path / "robocup").exists()
 
 
+def test_the_path_is_there_once_a_client_can_connect(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, seen, begin = tmp_path / "robocup", [], socket.socket.listen
+
+    def watched(listener: socket.socket) -> None:
+        seen.append(path.exists())
+        begin(listener)
+
+    monkeypatch.setattr(socket.socket, "listen", watched)
+    address = Address(path=str(path))
+    with listen(address), connect(address, 1.0):
+        assert seen == [False]
+    assert [each.name for each in tmp_path.iterdir()] == ["robocup"]
+
+
 def test_where_somebody_listens_or_a_file_is_nobody_else_listens(tmp_path: Path) -> None:
     address = Address(path=str(tmp_path / "robocup"))
     with listen(address), pytest.raises(LinkError, match="another server does"):
