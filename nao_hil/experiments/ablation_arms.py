@@ -16,8 +16,12 @@ THESIS: Final = "the thesis' alone"
 NONE: Final = "none"
 
 
-DEPENDENT: Final = ("common_ankle_tilt", "height_recovery", "attitude_correction")
-"""Switches that act on another mechanism's offsets or input: alone they do nothing."""
+DEPENDENT: Final = (
+    *("common_ankle_tilt", "height_recovery", "attitude_correction", "gyroscope_lean"),
+    *("foothold_feedback", "foot_placement", "capture_step", "heading_hold"),
+)
+"""Switches that alone do nothing here: they act on another mechanism's offsets or input, or on `Plan.pendulum`,
+which neither gait gives."""
 
 
 @dataclass(frozen=True)
