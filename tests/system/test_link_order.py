@@ -87,8 +87,10 @@ def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
     robot: RobotLink, controller: ControllerLink, stranger: zenoh.Session
 ) -> None:
     controller.acquire()
-    stranger.put("nao/nao/actuators", b"\x00" * (2 * MAX_RECEIVED))
-    stranger.put("nao/nao/actuators", b"")
+    # behind so large a payload the queue is full, and a put that does not wait is dropped there
+    wait = zenoh.CongestionControl.BLOCK
+    stranger.put("nao/nao/actuators", b"\x00" * (2 * MAX_RECEIVED), congestion_control=wait)
+    stranger.put("nao/nao/actuators", b"", congestion_control=wait)
     until(lambda: robot.refused, "the small one after it")
     assert robot.refused == 1
     controller.send(COMMAND)
