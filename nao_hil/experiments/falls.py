@@ -11,7 +11,7 @@ import numpy as np
 from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls_run import EVERY, FELLING, IMPULSE, WALKS, Fall, PushedWalk, pushed_walk
+from nao_hil.experiments.falls_run import EVERY, FELLING, IMPULSE, WALKS, Fall, PushedWalk, pushed_walk, pushes
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.campaign import Interrupted
 
@@ -107,6 +107,8 @@ def claims(result: FallsResult) -> tuple[Claim, ...]:
 
 def experiment(context: Context) -> Outcome:
     """One push per seed; with a duration, one a minute."""
+    if context.duration is not None:
+        pushes(context.duration)
     tasks = [
         PushedWalk(config=msgspec.structs.replace(context.changes, seed=seed), duration=context.duration)
         for seed in context.seeds

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from bridge.body import load_body
+from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.messages.world import Push
 from emulator.engine.shapes import link_shapes, lowest_point
@@ -60,7 +61,7 @@ class Fall(msgspec.Struct, frozen=True, kw_only=True):
 
 
 @dataclass
-class _Course:
+class _PushTrial:
     """A push to come, and what has been seen since the one before."""
 
     at: float
@@ -123,32 +124,46 @@ class PushedWalk(msgspec.Struct, frozen=True, kw_only=True):
     """Of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`."""
 
 
+def pushes(duration: float) -> int:
+    """Number of pushes in a long walk.
+
+    Args:
+        duration: Of the walk, s.
+
+    Raises:
+        ConfigurationError: it is too short for one.
+    """
+    if duration < EVERY:
+        raise ConfigurationError(f"falls: --duration must be at least {EVERY:g} s, the time between pushes.")
+    return int(duration / EVERY)
+
+
 def pushed_walk(task: PushedWalk) -> list[Fall]:
     """Walk, push, and look."""
     config, duration = task.config, task.duration
     random = np.random.default_rng([config.seed, 2])
     if duration is None:
         at, way = float(random.uniform(*PUSHED)), float(random.uniform(-math.pi, math.pi))
-        courses = [_Course(at, way, float(random.uniform(*IMPULSE)))]
+        trials = [_PushTrial(at, way, float(random.uniform(*IMPULSE)))]
     else:
-        ways = random.uniform(-math.pi, math.pi, max(int(duration / EVERY), 1)).tolist()
-        courses = [_Course(EVERY * (i + 1), way, FELLING) for i, way in enumerate(ways)]
-    last = courses[-1].at + LONGEST
+        ways = random.uniform(-math.pi, math.pi, pushes(duration)).tolist()
+        trials = [_PushTrial(EVERY * (i + 1), way, FELLING) for i, way in enumerate(ways)]
+    last = trials[-1].at + LONGEST
     walk = msgspec.structs.replace(config, steps=0, duration=last, recover=True)
     body = load_body(config.robot)
     controller, guard = controller_maker(walk)(body, body.cycle), Guard(body)
     falls: list[Fall] = []
     with build_robot(walk) as robot:
-        for course in courses:
-            while not course.over(robot.time):
+        for trial in trials:
+            while not trial.over(robot.time):
                 frame, before = robot.frame, controller.state
                 answer = controller.tick(frame)
                 robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
-                if robot.time - body.cycle < course.at <= robot.time:
-                    x, y = course.impulse * math.cos(course.way), course.impulse * math.sin(course.way)
+                if robot.time - body.cycle < trial.at <= robot.time:
+                    x, y = trial.impulse * math.cos(trial.way), trial.impulse * math.sin(trial.way)
                     carry_out(robot, Push(target="Torso", impulse=(x, y, 0.0), duration=0.05))
-                course.look(robot, controller, before)
-            falls.append(course.fall(config.seed, robot.time))
+                trial.look(robot, controller, before)
+            falls.append(trial.fall(config.seed, robot.time))
     return falls
 
 

@@ -27,16 +27,16 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = {
 SLOWEST: Final = 5.0
 FASTEST: Final = 30.0
 """Breaths a minute (confirmed: vendor's page)."""
-_ARM: Final = {"ShoulderPitch": 2.0, "ShoulderRoll": 1.5, "ElbowRoll": -2.0}
-_LEG: Final = {"HipPitch": -1.0, "KneePitch": 2.0, "AnklePitch": -1.0}
+_ARM: Final = {"ShoulderPitch": 0.035, "ShoulderRoll": 0.026, "ElbowRoll": -0.035}
+_LEG: Final = {"HipPitch": -0.0175, "KneePitch": 0.035, "AnklePitch": -0.0175}
 _INHALED: Final[Mapping[str, Mapping[str, float]]] = {
-    "Head": {"HeadPitch": -1.5},
+    "Head": {"HeadPitch": -0.026},
     "LArm": {f"L{joint}": angle for joint, angle in _ARM.items()},
     "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM.items()},
     "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG.items()},
 }
-"""Degrees that joints are away from where they rest, at amplitude 0 (confirmed: under 5; which: assumed). At
-amplitude 1 it is twice as far (assumed). Torso and soles stay level."""
+"""Angles of joints away from where they rest, at amplitude 0, rad (confirmed: under 5 degrees; which: assumed).
+At amplitude 1 it is twice as far (assumed). Torso and soles stay level."""
 _MOVED: Final = 1e-3
 """rad; a joint that is farther from where it was sent was moved by the program."""
 
@@ -93,7 +93,7 @@ class Breathing:
         seconds = 30.0 / self._bpm
         for joint, angle in _INHALED[part].items():
             lower, upper, *_ = self._joints.limits(joint)
-            target = min(max(self._base[joint] + breadth * math.radians(angle), lower), upper)
+            target = min(max(self._base[joint] + breadth * angle, lower), upper)
             way = smooth(self._joints.commanded(joint), [target], [seconds])
             self._joints.put_position(joint, way)
             self._sent[joint] = target

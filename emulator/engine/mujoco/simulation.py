@@ -9,7 +9,7 @@ from bridge.types import Vec3
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.values import PhysicsSettings
 
-_NO_TREE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
+_NO_MIDPHASE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
 _FEW: Final = 32
 """Geoms of a body up to which looking at each is faster than a tree of them."""
 
@@ -76,10 +76,10 @@ class Simulation:
         self._stale, self._moved = False, True
 
     def _choose_midphase(self) -> None:
-        """Trees of geoms for a field of tiles; without them a standing robot's step takes a tenth less."""
-        self._model.opt.disableflags &= ~_NO_TREE
+        """Use MuJoCo's tree of geoms only for bodies with many, such as a field of tiles."""
+        self._model.opt.disableflags &= ~_NO_MIDPHASE
         if self._model.body_geomnum.max() <= _FEW:
-            self._model.opt.disableflags |= _NO_TREE
+            self._model.opt.disableflags |= _NO_MIDPHASE
 
     @property
     def model(self) -> Any:

@@ -7,10 +7,11 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from bridge.errors import ConfigurationError
 from nao_hil.experiments import falls_run
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.falls import experiment, judge
-from nao_hil.experiments.falls_run import FELLING, Fall
+from nao_hil.experiments.falls_run import FELLING, Fall, pushes
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 
@@ -47,3 +48,9 @@ def test_a_push_in_each_part_of_a_long_walk(tmp_path: Path, monkeypatch: pytest.
     assert fall.impulse == FELLING
     assert fall.walked == pytest.approx(10.0, abs=2.0)  # the rest is the approach to the stand
     assert fall.walks_on
+
+
+def test_a_walk_too_short_for_a_push_is_refused_with_the_shortest() -> None:
+    with pytest.raises(ConfigurationError, match="at least 60 s"):
+        pushes(30.0)
+    assert [pushes(60.0), pushes(600.0)] == [1, 10]
