@@ -232,7 +232,7 @@ class RobotLink:
             ended = self.leases.gone(int(ticket, 16))
         except ValueError:
             return  # a token of another program
-        if ended:
+        if ended and not self._session.is_closed():  # a session that closes loses every token
             self.notice("controller-gone", f"Controller `{name}` is gone; the robot is free.")
 
     def close(self) -> None:
