@@ -108,7 +108,7 @@ class _PushTrial:
             walked=self.walked,
             false_alarms=self.alarms,
             fell=self.down < math.inf,
-            lead=max(self.down - self.noticed, 0.0) if self.down < math.inf else 0.0,
+            lead=round(max(self.down - self.noticed, 0.0), 6) if self.down < math.inf else 0.0,
             tilt=math.degrees(self.lean),
             speed=self.speed,
             walks_on=now - self.upright_since >= WALKS,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -27,15 +28,15 @@ INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
 """Of the mass from the middle of either sole, m."""
 
 
-def foreseen(ways, support="both"):
+def foreseen(ways, support="both", phase="stand", level=None):
     """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
-    foresight = Foresight(P, BODY)
+    foresight, plan = Foresight(P, BODY), replace(STAND, support=support, phase=phase, level=level)
     for k in range(200):
         lean, rate, (x, y) = ways(k)
         frame = standing_frame(
             k, position=ANGLES, gyroscope=(*rate, 0.0), accelerometer=(x, y, GRAVITY), angle=lean
         )
-        if foresight.update(frame, lean, support, DT):
+        if foresight.update(frame, lean, plan, DT):
             return k
     return None
 
@@ -63,6 +64,27 @@ def test_a_push_is_seen_by_the_accelerometer_before_the_body_turns(acceleration,
     assert foreseen(pushed(*acceleration), support) == pytest.approx(time / DT, abs=1.6)
     weak = 0.9 * OMEGA * way / P.acceleration_time / a
     assert foreseen(pushed(weak * acceleration[0], weak * acceleration[1]), support) is None
+
+
+def test_a_walk_that_is_pushed_too_hard_is_seen_before_the_capture_point_shows_it():
+    """Sum a T (1 - e^(-t / T)) of the accelerometer. In a stand and a step out of one only the bounds count."""
+    a = 3.0 * P.push / P.push_time
+    time = -P.push_time * math.log(1.0 - 1.0 / 3.0)
+    bounds = -P.acceleration_time * math.log(
+        1.0 - OMEGA * (P.outside_stance + INSIDE) / (a * P.acceleration_time)
+    )
+    assert foreseen(pushed(0.0, a), "L", "SSL") == pytest.approx(time / DT, abs=1.6)
+    assert foreseen(pushed(0.0, a), "L") == pytest.approx(bounds / DT, abs=1.6)
+    assert foreseen(pushed(0.0, a), "L", "SSL", "R") == pytest.approx(bounds / DT, abs=1.6)
+
+
+def test_a_push_that_the_walk_survives_is_not_taken_for_a_fall():
+    a = 0.9 * P.push / P.push_time
+
+    def blow(k):
+        return (0.0, 0.0), (0.0, 0.0), (0.0, a if 0 < k * DT <= 0.1 else 0.0)
+
+    assert foreseen(blow, "L", "SSL") is None
 
 
 def test_a_pendulum_that_falls_from_rest_is_foreseen_before_20_degrees():

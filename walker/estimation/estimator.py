@@ -170,7 +170,7 @@ class Estimator:
         self._planned = planned
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
         if self._foresight is not None:
-            foreseen = self._foresight.update(frame, lean, plan.support, dt)
+            foreseen = self._foresight.update(frame, lean, plan, dt)
             falling = falling or (foreseen and not contacts.none)
         feedback = self._deviation.update(frame.position, lean, plan, dt)
         if self._capture is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from bridge.body.joints import INDEX
@@ -11,7 +12,10 @@ from walker.estimation.fall import FallParameters
 from walker.states.state import State, StateName
 
 _SQUAT: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
-"""Of both legs: the mass falls less far, and the soles stay level. HipRoll, AnkleRoll and HipYawPitch stay."""
+"""Of both legs: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
+_COUNTER: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
+"""By which the hips of both legs turn the way of the fall, rad: the torso turns back over the legs and
+leans later. The ranges of HipPitch and HipRoll leave no more."""
 _HEAD: Final = {"front": -0.65, "back": 0.5}
 """HeadPitch: the face away from the ground, or the chin on the chest (NaoTH turns it the same ways)."""
 _ARMS: Final = {"ShoulderPitch": 1.2, "ElbowRoll": -0.8}
@@ -26,11 +30,14 @@ def brace(frame: SensorFrame) -> tuple[float, ...]:
     """
     position = list(frame.position)
     position[INDEX["HeadYaw"]] = 0.0
-    forward = frame.angle[1] + 0.2 * frame.gyroscope[1] > 0.0
-    position[INDEX["HeadPitch"]] = _HEAD["front" if forward else "back"]
+    roll, pitch = (angle + 0.2 * rate for angle, rate in zip(frame.angle, frame.gyroscope, strict=False))
+    size = math.hypot(roll, pitch) or 1.0
+    position[INDEX["HeadPitch"]] = _HEAD["front" if pitch > 0.0 else "back"]
     for side, sign in (("L", 1.0), ("R", -1.0)):
         for joint, angle in _SQUAT.items():
             position[INDEX[side + joint]] = angle
+        position[INDEX[f"{side}HipRoll"]] += _COUNTER["HipRoll"] * roll / size
+        position[INDEX[f"{side}HipPitch"]] += _COUNTER["HipPitch"] * pitch / size
         position[INDEX[f"{side}ShoulderPitch"]] = _ARMS["ShoulderPitch"]
         position[INDEX[f"{side}ElbowRoll"]] = sign * _ARMS["ElbowRoll"]
     return tuple(position)
