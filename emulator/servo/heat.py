@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.types import Vec3
+from emulator.compiled import compiled
 from emulator.servo.parameters import Heating
 
 Vector = NDArray[np.float64]
@@ -35,7 +37,8 @@ class MotorHeat:
         """Degrees Celsius; may be set from outside (a fault)."""
         self._heating = heating
         self._rise = heating.rise / nominal**2
-        self._levels = (heating.warm, heating.hot, heating.critical)
+        self.levels = (heating.warm, heating.hot, heating.critical)
+        """At which the status changes, degrees Celsius."""
 
     def update(self, mean_square_torque: Vector, dt: float) -> None:
         """Heat and cool for a while.
@@ -44,19 +47,34 @@ class MotorHeat:
             mean_square_torque: Of each joint's motor, (n,), (N m)^2.
             dt: s.
         """
-        end = self._heating.room + self._rise * mean_square_torque
-        self.temperature += (end - self.temperature) * -np.expm1(-dt / self._heating.time_constant)
-
-    @property
-    def lowers(self) -> bool:
-        """Some motor is hot enough for the protection to act."""
-        return bool(self.temperature.max() > self._levels[0])
-
-    def stiffness_factor(self) -> Vector:
-        """Factor by which the protection lowers each requested stiffness."""
-        return np.asarray(np.interp(self.temperature, self._levels, (1.0, HOT_FACTOR, 0.0)))
+        gain = -np.expm1(-dt / self._heating.time_constant)
+        _approach(self.temperature, mean_square_torque, self._rise, self._heating.room, gain)
 
     def status(self) -> list[int]:
         """0 cool, 1 stiffness lowered, 2 by more than 30 %, 3 none left."""
-        levels: list[int] = np.searchsorted(self._levels, self.temperature, side="right").tolist()
+        levels: list[int] = np.searchsorted(self.levels, self.temperature, side="right").tolist()
         return levels
+
+
+@compiled
+def _approach(temperature: Vector, square: Vector, rise: Vector, room: float, gain: float) -> None:
+    for i in range(len(temperature)):
+        temperature[i] += (room + rise[i] * square[i] - temperature[i]) * gain
+
+
+@compiled
+def stiffness_factor(temperature: float, levels: Vec3) -> float:
+    """Factor by which the protection lowers a requested stiffness.
+
+    Args:
+        temperature: Of the motor, degrees Celsius.
+        levels: `MotorHeat.levels`.
+    """
+    warm, hot, critical = levels
+    if temperature < warm:
+        return 1.0
+    if temperature < hot:
+        return (HOT_FACTOR - 1.0) / (hot - warm) * (temperature - warm) + 1.0
+    if temperature < critical:
+        return (0.0 - HOT_FACTOR) / (critical - hot) * (temperature - hot) + HOT_FACTOR
+    return 0.0

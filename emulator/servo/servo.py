@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
-from emulator.drives import BRUSH_REACH, DRIVE
+from emulator.drives import BRUSH_REACH, DRIVE, end_cycle, set_power
 from emulator.servo.heat import MotorHeat
 from emulator.servo.limits import RequestLimits
 from emulator.servo.parameters import ServoParameters
@@ -66,10 +66,6 @@ class Servo:
         """Maximum torque at each joint, N m."""
         self.no_load_speed = np.array([joint_no_load_speed(body, name) for name in joints])
         """rad/s"""
-        self.backlash = np.array([parameters.backlash.of(name) for name in joints])
-        """Width of each dead zone, rad; may be set from outside (a fault)."""
-        self.strength = np.ones(len(joints))
-        """Fraction of its torque that each motor has; may be set from outside (a fault)."""
         self.heat = MotorHeat(
             parameters.heating, np.array([joint_nominal_torque(body, name) for name in joints]) * fraction
         )
@@ -92,14 +88,23 @@ class Servo:
         """Constants and state of all drives, `emulator.drives.DRIVE`."""
         self.motor_angle: Vector = self.drives["motor_angle"]
         """Angle of each motor behind its gear, rad: the joint angle follows it with backlash and twist."""
+        self.stiffness: Vector = self.drives["stiffness"]
+        """Stiffness in force: the request's, lowered by the heat protection."""
+        self.backlash: Vector = self.drives["backlash"]
+        """Width of each dead zone, rad; may be set from outside (a fault)."""
+        self.backlash[:] = [parameters.backlash.of(name) for name in joints]
+        self.strength: Vector = self.drives["strength"]
+        """Fraction of its torque that each motor has; may be set from outside (a fault)."""
+        self.strength[:] = 1.0
+        self._mean_square, self._power = self.drives["mean_square"], self.drives["power"]
         self.drives["brush"] = position
-        self._mean_square, self._mean_power = np.zeros((2, len(joints)))
         self._samples = 0
         self.start(position)
 
     def _records(self, parameters: ServoParameters) -> NDArray[Any]:
         """Constants of the drives, their state at zero."""
         drives = np.zeros(len(self.stall), DRIVE)
+        drives["stall_torque"], drives["no_load_speed"] = self.stall, self.no_load_speed
         drives["gain"] = gain = 1.0 / parameters.full_voltage_error
         # one step more, because the loop takes the motor's angle of the last step
         drives["lead"] = (parameters.lead + self._step) * gain
@@ -130,19 +135,14 @@ class Servo:
         self._queue.clear()
         self.drives["request"] = self.drives["motor_angle"] = position
         self.drives["twist"] = 0.0
-        self._wanted: Vector = np.ones(len(position))
+        self.drives["wanted"] = 1.0
         self.apply_power()
 
     def apply_power(self) -> None:
         """Put stiffness, heat protection, `strength` and `backlash` in force; for whoever has set one."""
-        self.stiffness = np.where(self._wanted > 0.0, self._wanted * self.heat.stiffness_factor(), self._wanted)
-        """Stiffness in force: the request's, lowered by the heat protection."""
-        fraction = np.where(self.stiffness == 0.0, self._brake, np.maximum(self.stiffness, 0.0))
-        limit = self.stall * self.strength * fraction
-        drives, half_backlash = self.drives, 0.5 * self.backlash
-        drives["limit"], drives["half_backlash"] = limit, half_backlash
-        drives["stride"] = np.where(self.stiffness > 0.0, self.no_load_speed * self._step, 0.0)
-        drives["reach"] = half_backlash + limit * self._compliance
+        set_power(
+            self.drives, self.heat.temperature, self.heat.levels, self._brake, self._compliance, self._step
+        )
 
     def advance(self, steps: int) -> int:
         """Take over a request that is due now; to be called before the drives run.
@@ -154,7 +154,7 @@ class Servo:
             How many of them, 1 at least, the drives have the same request; they are taken to run now.
         """
         if self._queue and self._queue[0][0] <= self._clock:
-            _, self.drives["request"], self._wanted = self._queue.popleft()
+            _, self.drives["request"], self.drives["wanted"] = self._queue.popleft()
             self.apply_power()
         if self._queue:
             steps = min(steps, max(self._queue[0][0] - self._clock, 1))
@@ -164,13 +164,10 @@ class Servo:
 
     def end_cycle(self) -> None:
         """Take stock of the torques since the last call: currents and heat."""
-        np.divide(self.drives["squares"], max(self._samples, 1), out=self._mean_square)
-        np.divide(self.drives["work"], max(self._samples, 1), out=self._mean_power)
+        end_cycle(self.drives, max(self._samples, 1))
         if self.heat.active:
             self.heat.update(self._mean_square, self._samples * self._step)
-            if self.heat.lowers:
-                self.apply_power()
-        self.drives["squares"] = self.drives["work"] = 0.0
+            self.apply_power()
         self._samples = 0
 
     def current(self) -> Vector:
@@ -183,11 +180,5 @@ class Servo:
         return np.asarray(self.stall * self._ampere, dtype=np.float64)
 
     def drawn(self) -> float:
-        """Current that all motors drew from the battery in the last cycle, A.
-
-        A motor on the fraction u of the full voltage draws u times its current. The power is the heat in the
-        armature's resistance, tau^2 / (stall / no-load speed), and the work tau qd. Power that a driven motor
-        returns is lost in its board (assumed).
-        """
-        power = self._mean_square / self._back_emf + self._mean_power
-        return float(np.maximum(power, 0.0).sum()) / self._voltage
+        """Current that all motors drew from the battery in the last cycle, A."""
+        return float(self._power.sum()) / self._voltage

@@ -10,7 +10,7 @@ from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
-from emulator.servo.heat import MotorHeat
+from emulator.servo.heat import MotorHeat, stiffness_factor
 from emulator.servo.parameters import Heating, ServoParameters
 from emulator.wear import WearProfile, load_wear
 
@@ -44,7 +44,7 @@ def test_status_and_stiffness_follow_the_temperature(temperature: float, status:
     heat = MotorHeat(HEATING, np.ones(1))
     heat.temperature[:] = temperature
     assert heat.status() == [status]
-    assert heat.stiffness_factor()[0] == pytest.approx(factor, abs=1e-9)
+    assert stiffness_factor(temperature, heat.levels) == pytest.approx(factor, abs=1e-9)
 
 
 def test_thresholds_must_rise() -> None:
