@@ -31,19 +31,20 @@ class FrameSampler:
     def __init__(
         self, joints: Sequence[str], servo: Servo, sensors: Sensors, hands: Hands, room: float
     ) -> None:
-        self._slots = [INDEX_WITH_MIRROR[name] for name in joints]
+        # the two hips share a slot; the left one, first in the model, is read
+        places = {INDEX_WITH_MIRROR[name]: i for i, name in reversed(list(enumerate(joints)))}
+        self._slots, self._joints = np.array(list(places)), np.array(list(places.values()))
         self._servo, self._sensors, self._hands, self._room = servo, sensors, hands, room
-        present = set(self._slots) | hands.slots
+        present = places.keys() | hands.slots
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
 
     def _by_slot(self, values: Vector) -> list[float]:
-        """Values of the mechanical joints in frame order; the two hips share the left one's slot."""
-        slots = [0.0] * N_JOINTS
-        # backwards, so that the left hip, first in the model, has the last word
-        for slot, value in zip(reversed(self._slots), reversed(values.tolist()), strict=True):
-            slots[slot] = value
-        return slots
+        """Values of the mechanical joints in frame order, 0 for all others."""
+        slots = np.zeros(N_JOINTS)
+        slots[self._slots] = values[self._joints]
+        by_slot: list[float] = slots.tolist()
+        return by_slot
 
     def angles(self, position: Vector) -> tuple[float, ...]:
         """Angles of the mechanical joints (n,), rad, and the hands' openings, in frame order."""

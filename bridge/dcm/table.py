@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, N_JOINTS
 from bridge.dcm.actuators import Actuator, actuators, driven_joints
 from bridge.types import Array
+
+Places = NDArray[np.int_]
 
 
 class ActuatorTable:
@@ -26,6 +29,8 @@ class ActuatorTable:
         self.slots = [INDEX[joint] for joint in driven_joints(body)]
         """Frame slot of each driven joint."""
         self.n_joints = len(self.slots)
+        self._places = np.array(self.slots)
+        self._frame = np.arange(2 * self.n_joints)
         self._gain = np.array([actuator.gain for actuator in self.rows])
         self._offset = np.array([actuator.offset for actuator in self.rows])
         # Rounded inwards, so that no integer stands for a value beyond the range.
@@ -44,6 +49,13 @@ class ActuatorTable:
         """Value that the board of an actuator reads back for counts that are not rounded yet."""
         return float(np.rint(counts) * self._gain[row] + self._offset[row])
 
+    def frame_rows(self, without: Collection[int] = ()) -> Places:
+        """Rows that a frame sets: of all positions and stiffnesses, but of those slots."""
+        if not without:
+            return self._frame
+        kept = [row for row in range(len(self._frame)) if self.slots[row % self.n_joints] not in without]
+        return np.array(kept, dtype=int)
+
     def frame_counts(self, position: Sequence[float], stiffness: Sequence[float]) -> Array:
         """Counts of all positions and stiffnesses, inside their ranges, shape (2 n_joints,).
 
@@ -51,18 +63,16 @@ class ActuatorTable:
             position: 25 in frame order, rad (hands: 0..1).
             stiffness: 25 in frame order.
         """
-        n = 2 * self.n_joints
-        wanted = np.concatenate((np.array(position)[self.slots], np.array(stiffness)[self.slots]))
+        n = len(self._frame)
+        wanted = np.array((position, stiffness))[:, self._places].ravel()
         counts = np.rint((wanted - self._offset[:n]) / self._gain[:n])
         inside: Array = np.minimum(np.maximum(counts, self._lower[:n]), self._upper[:n])
         return inside
 
     def frame_values(self, counts: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """25 positions and 25 stiffnesses in frame order, 0 for absent joints, of counts, shape (rows,)."""
-        n = 2 * self.n_joints
-        sent = (np.rint(counts[:n]) * self._gain[:n] + self._offset[:n]).tolist()
-        position, stiffness = [0.0] * N_JOINTS, [0.0] * N_JOINTS
-        for i, slot in enumerate(self.slots):
-            position[slot] = sent[i]
-            stiffness[slot] = sent[i + self.n_joints]
+        n = len(self._frame)
+        sent, frame = np.rint(counts[:n]) * self._gain[:n] + self._offset[:n], np.zeros((2, N_JOINTS))
+        frame[:, self._places] = sent.reshape(2, self.n_joints)
+        position, stiffness = frame.tolist()
         return tuple(position), tuple(stiffness)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -138,7 +138,7 @@ class Dcm:
         return TimedCommand(self.clock.since_start(command.time), self._table.to_counts(index, command.value))
 
     def put_frame(
-        self, position: Sequence[float], stiffness: Sequence[float], without: Container[int] = ()
+        self, position: Sequence[float], stiffness: Sequence[float], without: Collection[int] = ()
     ) -> None:
         """An actuator frame: ClearAll at the time of now, for all positions and stiffnesses.
 
@@ -147,11 +147,11 @@ class Dcm:
             stiffness: 25 in frame order.
             without: slots whose actuators go on as they are.
         """
-        counts = self._table.frame_counts(position, stiffness)
-        for index, value in enumerate(counts):
-            if self._table.slots[index % self._table.n_joints] not in without:
-                self._last[index] = value
-                self._buffers.pop(index, None)
+        rows = self._table.frame_rows(without)
+        self._last[rows] = self._table.frame_counts(position, stiffness)[rows]
+        if self._buffers:
+            for row in rows.tolist():
+                self._buffers.pop(row, None)
         self._framed = True
 
     def move(self, name: str, value: float) -> None:
