@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numba
+from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -27,4 +28,10 @@ def compiled(function: Function, *, nogil: bool = False) -> Function:
         kept = numba.njit(cache=True, nogil=nogil)(function)
     except RuntimeError:  # no folder can be written
         kept = numba.njit(function, nogil=nogil)
+    return kept
+
+
+def compilable(function: Function) -> Function:
+    """The function as it is, which `compiled` ones call as machine code: for what is quicker without a call of it."""
+    kept: Function = register_jitable(function)
     return kept

@@ -6,12 +6,17 @@ Nothing but the samples of the two sensors goes in. The filter is assumed; the v
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bridge.types import Vec2, Vec3
+from emulator.compiled import compilable, compiled
 from emulator.sensors.parameters import FusedAngleParameters
 from emulator.vectors import add, cross, length, scaled
 
+Vector = NDArray[np.float64]
 WINDOW: Final = 0.2
 """Time constant of the running means and variances that tell rest from motion, s."""
 QUIET_TIME: Final = 0.5
@@ -33,6 +38,23 @@ LONG_QUIET_TIME: Final = 3.0
 """How long they must last to be a bias and a lean after all, s: no robot turns or speeds up so evenly then."""
 MAX_DEPARTURE: Final = 0.3
 """Maximum departure of the mean acceleration's size from gravity at rest, m/s^2."""
+
+STATE: Final = np.dtype(
+    [
+        ("up", np.float64, 3),  # unit vector, Torso frame
+        ("bias", np.float64, 3),  # of the gyroscope, rad/s
+        ("mean_rate", np.float64, 3),  # rad/s
+        ("mean_acceleration", np.float64, 3),  # m/s^2
+        ("rate_variance", np.float64),
+        ("acceleration_variance", np.float64),
+        # for how long, s
+        ("quiet", np.float64),
+        ("doubted", np.float64),
+        ("rested", np.float64),
+        ("at_rest", np.bool_),
+    ]
+)
+"""What the unit knows."""
 
 
 class FusedAngle:
@@ -56,68 +78,95 @@ class FusedAngle:
     """
 
     def __init__(self, gravity: float, acceleration: Vec3, parameters: FusedAngleParameters) -> None:
-        self._gravity = gravity
-        self._motion_pull = 1.0 / parameters.motion_time
-        self._rest_pull = max(1.0 / parameters.rest_time, self._motion_pull)
-        self._bias_time = parameters.bias_time
-        self._up = _unit(acceleration)
-        self._bias: Vec3 = (0.0, 0.0, 0.0)
-        self._mean_rate: Vec3 = (0.0, 0.0, 0.0)
-        self._mean_acceleration = acceleration
-        self._rate_variance = self._acceleration_variance = 0.0
-        self._quiet = self._doubted = self._rested = 0.0
-        self.at_rest = False
+        motion_pull = 1.0 / parameters.motion_time
+        pulls = (motion_pull, max(1.0 / parameters.rest_time, motion_pull))
+        self._constants = (gravity, *pulls, parameters.bias_time)
+        self._state = np.zeros(1, STATE)
+        self._state["up"] = _unit(acceleration)
+        self._state["mean_acceleration"] = acceleration
+
+    @property
+    def at_rest(self) -> bool:
         """The unit believes that it rests."""
+        return bool(self._state["at_rest"][0])
 
     def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Take in the means of both sensors over the last dt seconds."""
-        self._judge_rest(acceleration, rate, dt)
-        pull = self._motion_pull
-        if self.at_rest:
-            self._rested = min(self._rested + dt, self._bias_time)
-            pull = max(self._rest_pull, 1.0 / self._rested)
-            learnt = add(self._mean_rate, scaled(self._bias, -1.0))
-            self._bias = add(self._bias, scaled(learnt, dt / self._rested))
-        turn = scaled(add(rate, scaled(self._bias, -1.0)), dt)
-        # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
-        way = cross(self._up, turn)
-        up = add(self._up, add(way, scaled(cross(way, turn), 0.5)))
-        # not the acceleration's direction: only the vectors themselves average to gravity
-        self._up = _unit(add(scaled(up, 1.0 - pull * dt), scaled(acceleration, pull * dt / self._gravity)))
-
-    def _judge_rest(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
-        """Means and variances of both sensors, and for how long they have been quiet."""
-        weight = dt / WINDOW
-        off_rate = add(rate, scaled(self._mean_rate, -1.0))
-        off_acceleration = add(acceleration, scaled(self._mean_acceleration, -1.0))
-        self._mean_rate = add(self._mean_rate, scaled(off_rate, weight))
-        self._mean_acceleration = add(self._mean_acceleration, scaled(off_acceleration, weight))
-        self._rate_variance += weight * (_square(off_rate) - self._rate_variance)
-        self._acceleration_variance += weight * (_square(off_acceleration) - self._acceleration_variance)
-        quiet = (
-            self._rate_variance < QUIET_RATE**2
-            and self._acceleration_variance < QUIET_ACCELERATION**2
-            and _square(self._mean_rate) < MAX_BIAS**2
-            and abs(length(self._mean_acceleration) - self._gravity) < MAX_DEPARTURE
-        )
-        self._quiet = self._quiet + dt if quiet else 0.0
-        turn = add(self._mean_rate, scaled(self._bias, -1.0))
-        lean = add(self._mean_acceleration, scaled(self._up, -self._gravity))
-        doubt = self._rested >= FIRST_REST and (_square(turn) > BIAS_STEP**2 or _square(lean) > LEAN_STEP**2)
-        self._doubted = self._doubted + dt if quiet and doubt else 0.0
-        self.at_rest = self._quiet >= QUIET_TIME and (not doubt or self._doubted >= LONG_QUIET_TIME)
+        _update(self._state, acceleration, rate, dt, *self._constants)
 
     @property
     def angle(self) -> Vec2:
         """AngleX (roll) and AngleY (pitch), rad."""
-        x, y, z = self._up
+        x, y, z = self._state["up"][0].tolist()
         return math.atan2(y, z), math.atan2(-x, math.hypot(y, z))
 
 
+@compilable
 def _square(a: Vec3) -> float:
     return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 
 
+@compilable
 def _unit(vector: Vec3) -> Vec3:
     size = length(vector)
     return scaled(vector, 1.0 / size) if size > 0.0 else (0.0, 0.0, 1.0)
+
+
+@compilable
+def _vector(a: Vector) -> Vec3:
+    return a[0], a[1], a[2]
+
+
+@compiled
+def _update(
+    state: NDArray[Any],
+    acceleration: Vec3,
+    rate: Vec3,
+    dt: float,
+    gravity: float,
+    motion_pull: float,
+    rest_pull: float,
+    bias_time: float,
+) -> None:
+    now = state[0]
+    _judge_rest(now, acceleration, rate, dt, gravity)
+    pull, bias = motion_pull, _vector(now.bias)
+    if now.at_rest:
+        now.rested = min(now.rested + dt, bias_time)
+        pull = max(rest_pull, 1.0 / now.rested)
+        learnt = add(_vector(now.mean_rate), scaled(bias, -1.0))
+        bias = add(bias, scaled(learnt, dt / now.rested))
+        now.bias[:] = bias
+    turn = scaled(add(rate, scaled(bias, -1.0)), dt)
+    # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
+    before = _vector(now.up)
+    way = cross(before, turn)
+    up = add(before, add(way, scaled(cross(way, turn), 0.5)))
+    # not the acceleration's direction: only the vectors themselves average to gravity
+    now.up[:] = _unit(add(scaled(up, 1.0 - pull * dt), scaled(acceleration, pull * dt / gravity)))
+
+
+@compilable
+def _judge_rest(now: Any, acceleration: Vec3, rate: Vec3, dt: float, gravity: float) -> None:
+    """Means and variances of both sensors, and for how long they have been quiet."""
+    weight = dt / WINDOW
+    mean_rate, mean_acceleration = _vector(now.mean_rate), _vector(now.mean_acceleration)
+    off_rate = add(rate, scaled(mean_rate, -1.0))
+    off_acceleration = add(acceleration, scaled(mean_acceleration, -1.0))
+    mean_rate = add(mean_rate, scaled(off_rate, weight))
+    mean_acceleration = add(mean_acceleration, scaled(off_acceleration, weight))
+    now.mean_rate[:], now.mean_acceleration[:] = mean_rate, mean_acceleration
+    now.rate_variance += weight * (_square(off_rate) - now.rate_variance)
+    now.acceleration_variance += weight * (_square(off_acceleration) - now.acceleration_variance)
+    quiet = (
+        now.rate_variance < QUIET_RATE**2
+        and now.acceleration_variance < QUIET_ACCELERATION**2
+        and _square(mean_rate) < MAX_BIAS**2
+        and abs(length(mean_acceleration) - gravity) < MAX_DEPARTURE
+    )
+    now.quiet = now.quiet + dt if quiet else 0.0
+    turn = add(mean_rate, scaled(_vector(now.bias), -1.0))
+    lean = add(mean_acceleration, scaled(_vector(now.up), -gravity))
+    doubt = now.rested >= FIRST_REST and (_square(turn) > BIAS_STEP**2 or _square(lean) > LEAN_STEP**2)
+    now.doubted = now.doubted + dt if quiet and doubt else 0.0
+    now.at_rest = now.quiet >= QUIET_TIME and (not doubt or now.doubted >= LONG_QUIET_TIME)

@@ -9,6 +9,7 @@ import numpy as np
 
 from bridge.body.model import InertialUnit
 from bridge.types import Vec2, Vec3
+from emulator.compiled import compilable, compiled
 from emulator.engine.values import TorsoState
 from emulator.sensors.fusion import FusedAngle
 from emulator.sensors.parameters import SensorParameters
@@ -30,6 +31,7 @@ class InertialSample(NamedTuple):
     """Fused AngleX and AngleY, rad."""
 
 
+@compilable
 def mean_rate(before: Rotation, after: Rotation, time: float) -> Vec3:
     """Mean angular velocity between two orientations less than 90 degrees apart, body frame, rad/s.
 
@@ -46,6 +48,32 @@ def mean_rate(before: Rotation, after: Rotation, time: float) -> Vec3:
     sine = math.sqrt(a * a + b * b + c * c)
     factor = (math.asin(min(sine, 1.0)) / sine if sine > 0.0 else 1.0) / time
     return a * factor, b * factor, c * factor
+
+
+@compiled
+def _velocity_of(place: Vec3, rotation: Rotation, velocity: Vec3, angular_velocity: Vec3) -> Vec3:
+    """Velocity of a place in the torso, world frame, m/s."""
+    return add(velocity, cross(angular_velocity, rotate(rotation, place)))
+
+
+@compiled
+def _means(
+    before: Rotation, after: Rotation, velocity: Vec3, later: Vec3, up: Vec3, cycle: float
+) -> tuple[Vec3, Vec3]:
+    """Mean specific force (m/s^2) and mean rate (rad/s) of a cycle, Torso frame.
+
+    Args:
+        before: Torso to world at its beginning.
+        after: And at its end.
+        velocity: Of the accelerometer's place at its beginning, world frame, m/s.
+        later: And at its end.
+        up: Acceleration against gravity, world frame, m/s^2.
+        cycle: s.
+    """
+    change = add(later, scaled(velocity, -1.0))
+    specific = add(scaled(change, 1.0 / cycle), up)
+    seen = add(rotate_back(before, specific), rotate_back(after, specific))
+    return scaled(seen, 0.5), mean_rate(before, after, cycle)
 
 
 class InertialSensors:
@@ -105,7 +133,7 @@ class InertialSensors:
             self._take(at_rest, (0.0, 0.0, 0.0))
 
     def _point_velocity(self, torso: TorsoState) -> Vec3:
-        return add(torso.velocity, cross(torso.angular_velocity, rotate(torso.rotation, self._place)))
+        return _velocity_of(self._place, torso.rotation, torso.velocity, torso.angular_velocity)
 
     def _take(self, acceleration: Vec3, rate: Vec3) -> None:
         seen, turned = self.accelerometer.measure(acceleration), self.gyroscope.measure(rate)
@@ -117,13 +145,10 @@ class InertialSensors:
 
     def update(self, torso: TorsoState) -> None:
         """Sample at the end of a cycle."""
-        velocity = self._point_velocity(torso)
-        change = add(velocity, scaled(self._velocity, -1.0))
-        specific = add(scaled(change, 1.0 / self._cycle), self._up)
-        seen = add(rotate_back(self._rotation, specific), rotate_back(torso.rotation, specific))
-        rate = mean_rate(self._rotation, torso.rotation, self._cycle)
+        before, velocity = self._velocity, self._point_velocity(torso)
+        seen, rate = _means(self._rotation, torso.rotation, before, velocity, self._up, self._cycle)
         self._velocity, self._rotation = velocity, torso.rotation
-        self._take(scaled(seen, 0.5), rate)
+        self._take(seen, rate)
 
     def rezero(self) -> None:
         """The unit starts anew, as after a loss of power: angle zero, nothing known of the gyroscope's bias."""
