@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.types import Quaternion, Vec3
+from emulator.compiled import compilable
 from emulator.vectors import Rotation
 
 _Real: Final = np.float32
@@ -78,16 +79,15 @@ def quaternion(roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Quate
     return x / norm, y / norm, z / norm, w / norm
 
 
+@compilable
 def matrix(q: Quaternion) -> Rotation:
     """Rotation matrix of a quaternion, row by row, in double precision."""
     x, y, z, w = q
     s = 2.0 / (x * x + y * y + z * z + w * w)
     xs, ys, zs = x * s, y * s, z * s
-    return (
-        *(1.0 - (y * ys + z * zs), x * ys - w * zs, x * zs + w * ys),
-        *(x * ys + w * zs, 1.0 - (x * xs + z * zs), y * zs - w * xs),
-        *(x * zs - w * ys, y * zs + w * xs, 1.0 - (x * xs + y * ys)),
-    )
+    xx, xy, xz, yy, yz, zz = x * xs, x * ys, x * zs, y * ys, y * zs, z * zs
+    wx, wy, wz = w * xs, w * ys, w * zs
+    return 1.0 - (yy + zz), xy - wz, xz + wy, xy + wz, 1.0 - (xx + zz), yz - wx, xz - wy, yz + wx, 1.0 - (xx + yy)
 
 
 def yaw_of(q: Quaternion) -> float:

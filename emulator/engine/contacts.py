@@ -7,103 +7,75 @@ force sensors have filters that see the average.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Final
 
-from bridge.types import Side, Vec2, Vec3
-from emulator.engine.values import FootLoad, GroundContacts
-from emulator.poses import ORIGIN, Pose, matrix
-from emulator.vectors import Rotation, add, rotate_back, scaled
+import numpy as np
+from numpy.typing import NDArray
 
+from bridge.types import Side, Vec3
+from emulator.compiled import compilable, compiled
+from emulator.engine.values import FootLoad, GroundContacts
+from emulator.vectors import add, rotate_back, scaled
+
+Vector = NDArray[np.float64]
+SIDES: Final[tuple[Side, Side]] = ("L", "R")
+"""Order of the feet in arrays."""
 STEEP: Final = 0.5
 """Cosine to the sole's normal below which a contact pushes on the rim of the foot, not on the sole."""
 
 
-class FootReaction:
-    """Sums over the contact points and steps of a cycle for one foot.
-
-    Args:
-        side: Of the foot.
-    """
-
-    def __init__(self, side: Side) -> None:
-        self.side: Side = side
-        self.place(ORIGIN)
-        self.clear()
-
-    def place(self, pose: Pose) -> None:
-        """Take over the pose of the AnkleRoll frame in the world."""
-        self._origin = pose.position
-        self._rotation: Rotation = matrix(pose.orientation)
-
-    def clear(self) -> None:
-        """Forget all contacts."""
-        self._fx = self._fy = self._fz = 0.0
-        self._normal = self._px = self._py = self._pz = 0.0
-        self._rim: list[Vec3] = []
-
-    def take(self, x: float, y: float, z: float, place: Vec3, normal: Vec3, normal_force: float) -> None:
-        """Add the force of one contact point in one physics step.
-
-        Args:
-            x: Of the force on the foot, world frame, N.
-            y: Likewise.
-            z: Likewise.
-            place: Of the contact, world frame, m.
-            normal: Of the contact, world frame.
-            normal_force: Part of the force along it, N.
-        """
-        m = self._rotation
-        # The force along the sole's normal, third column of the rotation, is the weight of the place in the
-        # centre of pressure.
-        weight = m[2] * x + m[5] * y + m[8] * z
-        self._fx += x
-        self._fy += y
-        self._fz += z
-        self._normal += weight
-        self._px += weight * place[0]
-        self._py += weight * place[1]
-        self._pz += weight * place[2]
-        if normal_force > 0.0 and abs(m[2] * normal[0] + m[5] * normal[1] + m[8] * normal[2]) < STEEP:
-            self._rim.append(place)
-
-    @property
-    def cop(self) -> Vec3 | None:
-        """Centre of pressure, world frame, m; None without load."""
-        if self._normal <= 0.0:
-            return None
-        return self._px / self._normal, self._py / self._normal, self._pz / self._normal
-
-    def _local(self, place: Vec3) -> Vec3:
-        """A place of the world in the AnkleRoll frame."""
-        return rotate_back(self._rotation, add(place, scaled(self._origin, -1.0)))
-
-    def mean(self, steps: int) -> FootLoad:
-        """The load as a mean over so many steps, in the foot's present pose."""
-        force = scaled((self._fx, self._fy, self._fz), 1.0 / steps)
-        cop = self.cop
-        place = None if cop is None else self._local(cop)[:2]
-        return FootLoad(force, self._normal / steps, place, tuple(map(self._local, self._rim)))
-
-
 def ground_contacts(
-    feet: Iterable[FootReaction], steps: int, normal: Vec3, touching: frozenset[str]
+    sums: Vector,
+    rim: Sequence[tuple[int, Vec3]],
+    frames: Vector,
+    steps: int,
+    normal: Vec3,
+    touching: frozenset[str],
 ) -> GroundContacts:
     """All contacts of a cycle.
 
     Args:
-        feet: Both, in their present poses.
-        steps: Of the cycle.
+        sums: Of each foot over its contact points and the steps, (2, 7): force on it, world frame, N; its part
+            along the sole's normal, N; place of the contact times that part, world frame, N m.
+        rim: Foot and place, world frame, m, of each contact on the rim.
+        frames: AnkleRoll frames now, (2, 12): origin in the world, m; rotation matrix to the world, row by row.
+        steps: Of the cycle, at least 1.
         normal: Of the floor, world frame.
         touching: Other links on the ground.
     """
+    means = np.zeros((len(SIDES), 6))
+    total, x, y = _means(sums, frames, steps, normal, means)
     loads: dict[Side, FootLoad] = {}
+    for i, (fx, fy, fz, pressing, *cop) in enumerate(means.tolist()):
+        points = tuple(_local(place, frames[i]) for foot, place in rim if foot == i)
+        loads[SIDES[i]] = FootLoad((fx, fy, fz), pressing, (cop[0], cop[1]) if pressing > 0.0 else None, points)
+    return GroundContacts(loads, (x / total, y / total) if total > 0.0 else None, touching)
+
+
+@compiled
+def _means(sums: Vector, frames: Vector, steps: int, normal: Vec3, means: Vector) -> Vec3:
+    """Mean force, normal force and centre of pressure in the sole frame of each foot, (2, 6), written.
+
+    Returns:
+        Sum of the feet's weights, and of their centres of pressure, x and y in the world, times these.
+    """
     total = x = y = 0.0
-    for foot in feet:
-        loads[foot.side] = load = foot.mean(steps)
-        cop = foot.cop
-        if cop is not None:
-            weight = sum(f * n for f, n in zip(load.force, normal, strict=True))
+    for i in range(len(sums)):
+        for axis in range(3):
+            means[i, axis] = sums[i, axis] * (1.0 / steps)
+        pressing = sums[i, 3]
+        means[i, 3] = pressing / steps
+        if pressing > 0.0:
+            cop = (sums[i, 4] / pressing, sums[i, 5] / pressing, sums[i, 6] / pressing)
+            means[i, 4], means[i, 5], _ = _local(cop, frames[i])
+            weight = means[i, 0] * normal[0] + means[i, 1] * normal[1] + means[i, 2] * normal[2]
             total, x, y = total + weight, x + weight * cop[0], y + weight * cop[1]
-    zmp: Vec2 | None = (x / total, y / total) if total > 0.0 else None
-    return GroundContacts(loads, zmp, touching)
+    return total, x, y
+
+
+@compilable
+def _local(place: Vec3, f: Vector) -> Vec3:
+    """A place of the world in a frame (12,)."""
+    way = add(place, scaled((f[0], f[1], f[2]), -1.0))
+    return rotate_back((f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11]), way)

@@ -38,8 +38,7 @@ class Surface:
     """Damping of the bed over its stiffness, s."""
 
 
-@dataclass(frozen=True)
-class TorsoState:
+class TorsoState(NamedTuple):
     """The Torso frame in the world."""
 
     position: Vec3
@@ -59,8 +58,7 @@ class TorsoState:
         return math.atan2(self.rotation[3], self.rotation[0])
 
 
-@dataclass(frozen=True)
-class FootLoad:
+class FootLoad(NamedTuple):
     """Contact forces on one foot."""
 
     force: Vec3
@@ -73,8 +71,7 @@ class FootLoad:
     """Points at which something pushes on the rim of the foot and not on its sole, AnkleRoll frame, m."""
 
 
-@dataclass(frozen=True)
-class GroundContacts:
+class GroundContacts(NamedTuple):
     """All contacts of the robot with the ground, forces as means over a cycle."""
 
     feet: Mapping[Side, FootLoad]

@@ -9,9 +9,8 @@ from numba import carray
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
-from bridge.types import Side
 from emulator.compiled import compiled
-from emulator.engine.contacts import STEEP, FootReaction, ground_contacts
+from emulator.engine.contacts import SIDES, STEEP, ground_contacts
 from emulator.engine.mujoco.native import Layout, pointer
 from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
@@ -21,7 +20,6 @@ from emulator.engine.values import GroundContacts
 from emulator.poses import matrix
 
 Vector = NDArray[np.float64]
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 _LINK, _GROUND, _OTHER = 2, 3, 4
 """What a geom belongs to; 0 and 1 are the feet."""
 _RIM: Final = 64
@@ -39,10 +37,10 @@ class MujocoContacts:
 
     def __init__(self, simulation: Simulation, robot: MujocoRobot, scene: MujocoScene) -> None:
         self._simulation, self._robot, self._scene = simulation, robot, scene
-        self._feet = [FootReaction(side) for side in _SIDES]
-        # per foot: force x, y, z; force along the sole's normal; place times that, x, y, z
-        self._sums, self._normals = np.zeros((2, 7)), np.zeros((2, 3))
-        self._rim = np.zeros((_RIM, 7))
+        # as for `ground_contacts`: sums of the contacts, and of one contact with the force of all
+        self._sums, self._whole = np.zeros((2, 7)), np.zeros((2, 7))
+        self._frames, self._normals = np.zeros((2, 12)), np.zeros((2, 3))
+        self._rim = np.zeros((_RIM, 4))
         self._counts = np.zeros(1, dtype=np.int64)
         self._version = -1
 
@@ -52,18 +50,12 @@ class MujocoContacts:
         model = self._simulation.model
         self._version = self._simulation.version
         robot = {int(model.body(name).id): name for name in (TORSO, *self._robot.joints)}
-        feet = [int(model.body(FOOT_LINKS[side]).id) for side in _SIDES]
+        feet = [int(model.body(FOOT_LINKS[side]).id) for side in SIDES]
+        self._feet = np.array(feet)
         kind = dict.fromkeys(robot, _LINK) | {feet[0]: 0, feet[1]: 1, self._scene.ground: _GROUND}
         self._links = [robot.get(body, "") for body in model.geom_bodyid.tolist()]
         self._kind = np.array([kind.get(body, _OTHER) for body in model.geom_bodyid.tolist()])
         self._touching = np.zeros(model.ngeom, dtype=np.bool_)
-
-    def _place_feet(self) -> None:
-        for i, foot in enumerate(self._feet):
-            pose = self._robot.link_pose(FOOT_LINKS[foot.side])
-            foot.place(pose)
-            turn = matrix(pose.orientation)
-            self._normals[i] = turn[2], turn[5], turn[8]
 
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """The last arguments of `add_contacts`, for the model as it is compiled now."""
@@ -73,7 +65,8 @@ class MujocoContacts:
     def begin(self) -> None:
         """Forget the last cycle; the soles' normals are those of now until `mean`."""
         self._find()
-        self._place_feet()
+        _place_feet(*self._robot.poses(), self._feet, self._frames)
+        self._normals[:] = self._frames[:, 5::3]
         self._sums[:] = 0.0
         self._counts[0] = 0
         self._touching[:] = False
@@ -81,18 +74,33 @@ class MujocoContacts:
     def mean(self, steps: int) -> GroundContacts:
         """Means over the steps since `begin`."""
         self._find()
-        for i, foot in enumerate(self._feet):
-            foot.clear()
-            fx, fy, fz, weight, px, py, pz = self._sums[i].tolist()
-            normal = tuple(self._normals[i].tolist())
-            if weight != 0.0:
-                foot.take(fx, fy, fz, (px / weight, py / weight, pz / weight), normal, 0.0)
-        for which, *numbers in self._rim[: self._counts[0]].tolist():
-            place, normal = numbers[:3], numbers[3:]
-            self._feet[int(which)].take(0.0, 0.0, 0.0, tuple(place), tuple(normal), 1.0)
-        self._place_feet()
+        _place_feet(*self._robot.poses(), self._feet, self._frames)
+        _unite(self._sums, self._normals, self._whole)
+        rim = [(int(foot), (x, y, z)) for foot, x, y, z in self._rim[: self._counts[0]].tolist()]
         touching = frozenset(self._links[geom] for geom in np.flatnonzero(self._touching))
-        return ground_contacts(self._feet, max(steps, 1), self._scene.normal, touching)
+        return ground_contacts(self._whole, rim, self._frames, max(steps, 1), self._scene.normal, touching)
+
+
+@compiled
+def _place_feet(positions: Vector, turns: Vector, feet: NDArray[np.int64], frames: Vector) -> None:
+    """The feet's frames as for `ground_contacts`, written, of MuJoCo's positions and quaternions of bodies."""
+    for i in range(len(feet)):
+        w, x, y, z = turns[feet[i], 0], turns[feet[i], 1], turns[feet[i], 2], turns[feet[i], 3]
+        frames[i, :3] = positions[feet[i]]
+        frames[i, 3:] = matrix((x, y, z, w))
+
+
+@compiled
+def _unite(sums: Vector, normals: Vector, whole: Vector) -> None:
+    """Take the force of all contacts of a foot at their centre of pressure for one contact, written."""
+    for i in range(len(sums)):
+        weight = sums[i, 3]
+        pressing = normals[i, 0] * sums[i, 0] + normals[i, 1] * sums[i, 1] + normals[i, 2] * sums[i, 2]
+        whole[i] = 0.0
+        if weight != 0.0:
+            whole[i, :3], whole[i, 3] = sums[i, :3], pressing
+            for axis in range(4, 7):
+                whole[i, axis] = pressing * (sums[i, axis] / weight)
 
 
 @compiled
@@ -154,5 +162,5 @@ def add_contacts(
                 entry = rim[counts[0]]
                 entry[0] = own
                 for axis in range(3):
-                    entry[1 + axis], entry[4 + axis] = place[axis], frame[axis]
+                    entry[1 + axis] = place[axis]
                 counts[0] += 1

@@ -53,6 +53,7 @@ class MujocoRobot(Multibody):
         self._bodies = {name: int(model.body(name).id) for name in (TORSO, *self.joints)}
         self._qpos, self._qvel, self._force = data.qpos, data.qvel, data.qfrc_applied
         self._pushes = data.xfrc_applied
+        self._positions, self._turns, self._matrices = data.xpos, data.xquat, data.xmat
         if not self._description.held:
             first = int(model.joint(TORSO).dofadr[0])
             self._free = slice(first, first + 6)
@@ -60,6 +61,16 @@ class MujocoRobot(Multibody):
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """Places of the joints in MuJoCo's vectors, and these: of `steps.run_steps`."""
         return self._angles, self._dofs, self._qpos, self._qvel, self._force, self._pushes
+
+    def _look_now(self) -> None:
+        """Let the poses of bodies be those of now."""
+        self._simulation.bring_up_to_date()
+        self.find()
+
+    def poses(self) -> tuple[Vector, Vector]:
+        """Positions, m, and quaternions w, x, y, z of all bodies now, in MuJoCo's order."""
+        self._look_now()
+        return self._positions, self._turns
 
     def read(self) -> None:
         """Take over the joints' state from MuJoCo."""
@@ -109,29 +120,26 @@ class MujocoRobot(Multibody):
 
     def torso(self) -> TorsoState:
         """See `Multibody`."""
-        data = self._simulation.now
+        self._look_now()
         body = self._bodies[TORSO]
-        x, y, z = data.xpos[body].tolist()
-        rotation = data.xmat[body]
+        x, y, z = self._positions[body].tolist()
+        rotation = self._matrices[body]
         velocity = angular = (0.0, 0.0, 0.0)
         if not self._description.held:
-            speed = data.qvel[self._free]
+            speed = self._qvel[self._free]
             velocity = tuple(speed[:3].tolist())
             # MuJoCo's angular velocity of a free joint is in the body's frame
             angular = tuple((rotation.reshape(3, 3) @ speed[3:]).tolist())
         return TorsoState(
-            position=(x, y, z),
-            orientation=xyzw(data.xquat[body]),
-            rotation=tuple(rotation.tolist()),
-            velocity=velocity,
-            angular_velocity=angular,
+            (x, y, z), xyzw(self._turns[body]), tuple(rotation.tolist()), velocity, angular
         )
 
     def link_pose(self, link: str) -> Pose:
         """See `Multibody`."""
-        data, body = self._simulation.now, self._bodies[link]
-        x, y, z = data.xpos[body].tolist()
-        return Pose((x, y, z), xyzw(data.xquat[body]))
+        self._look_now()
+        body = self._bodies[link]
+        x, y, z = self._positions[body].tolist()
+        return Pose((x, y, z), xyzw(self._turns[body]))
 
     def link_com(self, link: str) -> Vec3:
         """See `Multibody`."""

@@ -95,15 +95,19 @@ class Simulation:
             self._compile()
         return self._data
 
-    @property
-    def now(self) -> Any:
-        """MuJoCo's state with the poses of all bodies and geoms as they are now."""
+    def bring_up_to_date(self) -> None:
+        """Compute the poses of all bodies and geoms as they are now."""
         data = self.data
         if self._moved:
             mujoco.mj_kinematics(self._model, data)
             mujoco.mj_comPos(self._model, data)
             self._moved = False
-        return data
+
+    @property
+    def now(self) -> Any:
+        """MuJoCo's state with the poses of all bodies and geoms as they are now."""
+        self.bring_up_to_date()
+        return self._data
 
     def moved(self) -> None:
         """Something was put elsewhere: poses of bodies must be computed again."""

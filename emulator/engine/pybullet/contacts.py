@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
+
 from bridge.body import TORSO
 from bridge.types import Vec3
-from emulator.engine.contacts import FootReaction, ground_contacts
+from emulator.engine.contacts import SIDES, STEEP, ground_contacts
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BASE, BulletModel
 from emulator.engine.values import GroundContacts
+from emulator.poses import matrix
 
 
 class BulletContacts:
@@ -21,9 +24,11 @@ class BulletContacts:
 
     def __init__(self, model: BulletModel) -> None:
         self._model = model
-        self._reactions = {side: FootReaction(side) for side in model.feet}
+        self._reactions = [_FootReaction() for _ in SIDES]
         self._feet = {
-            link: self._reactions[side] for links in (model.feet, model.pads) for side, link in links.items()
+            links[side]: foot
+            for links in (model.feet, model.pads)
+            for side, foot in zip(SIDES, self._reactions, strict=True)
         }
         """By PyBullet's number of the link."""
         self._names = {BASE: TORSO} | dict(zip(model.numbers, model.joints, strict=True))
@@ -31,15 +36,15 @@ class BulletContacts:
         """PyBullet's numbers of a body and of the robot's link that touched it."""
         self._steps = 0
 
-    def _place_feet(self) -> None:
-        for side, foot in self._reactions.items():
-            foot.place(self._model.link_frame(self._model.feet[side]))
+    def _frames(self) -> list[tuple[float, ...]]:
+        """The AnkleRoll frames now: origins and rotation matrices."""
+        poses = [self._model.link_frame(self._model.feet[side]) for side in SIDES]
+        return [(*pose.position, *matrix(pose.orientation)) for pose in poses]
 
     def begin(self) -> None:
         """Forget the last cycle; the soles' normals are those of now until `mean`."""
-        self._place_feet()
-        for foot in self._reactions.values():
-            foot.clear()
+        for foot, frame in zip(self._reactions, self._frames(), strict=True):
+            foot.begin((frame[5], frame[8], frame[11]))
         self._others.clear()
         self._steps = 0
 
@@ -71,6 +76,48 @@ class BulletContacts:
             ground: PyBullet's numbers of all that counts as ground.
             normal: Of the floor, world frame.
         """
-        self._place_feet()
-        touching = {self._names[link] for body, link in self._others if body in ground}
-        return ground_contacts(self._reactions.values(), max(self._steps, 1), normal, frozenset(touching))
+        touching = frozenset(self._names[link] for body, link in self._others if body in ground)
+        sums = np.array([foot.sums for foot in self._reactions])
+        rim = [(i, place) for i, foot in enumerate(self._reactions) for place in foot.rim]
+        return ground_contacts(sums, rim, np.array(self._frames()), max(self._steps, 1), normal, touching)
+
+
+class _FootReaction:
+    """Sums over the contact points and steps of a cycle for one foot."""
+
+    def begin(self, normal: Vec3) -> None:
+        """Forget all contacts; the sole's normal in the world is this from now on."""
+        self._sole = normal
+        self._fx = self._fy = self._fz = 0.0
+        self._normal = self._px = self._py = self._pz = 0.0
+        self.rim: list[Vec3] = []
+        """Places of the contacts on the rim, world frame, m."""
+
+    @property
+    def sums(self) -> tuple[float, ...]:
+        """For `ground_contacts`."""
+        return self._fx, self._fy, self._fz, self._normal, self._px, self._py, self._pz
+
+    def take(self, x: float, y: float, z: float, place: Vec3, normal: Vec3, normal_force: float) -> None:
+        """Add the force of one contact point in one physics step.
+
+        Args:
+            x: Of the force on the foot, world frame, N.
+            y: Likewise.
+            z: Likewise.
+            place: Of the contact, world frame, m.
+            normal: Of the contact, world frame.
+            normal_force: Part of the force along it, N.
+        """
+        n = self._sole
+        # The force along the sole's normal is the weight of the place in the centre of pressure.
+        weight = n[0] * x + n[1] * y + n[2] * z
+        self._fx += x
+        self._fy += y
+        self._fz += z
+        self._normal += weight
+        self._px += weight * place[0]
+        self._py += weight * place[1]
+        self._pz += weight * place[2]
+        if normal_force > 0.0 and abs(n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]) < STEEP:
+            self.rim.append(place)
