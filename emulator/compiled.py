@@ -32,6 +32,6 @@ def compiled(function: Function, *, nogil: bool = False) -> Function:
 
 
 def compilable(function: Function) -> Function:
-    """The function as it is, which `compiled` ones call as machine code: for what is quicker without a call of it."""
+    """The function as it is, which `compiled` functions call as machine code."""
     kept: Function = register_jitable(function)
     return kept

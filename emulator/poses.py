@@ -87,7 +87,17 @@ def matrix(q: Quaternion) -> Rotation:
     xs, ys, zs = x * s, y * s, z * s
     xx, xy, xz, yy, yz, zz = x * xs, x * ys, x * zs, y * ys, y * zs, z * zs
     wx, wy, wz = w * xs, w * ys, w * zs
-    return 1.0 - (yy + zz), xy - wz, xz + wy, xy + wz, 1.0 - (xx + zz), yz - wx, xz - wy, yz + wx, 1.0 - (xx + yy)
+    return (
+        1.0 - (yy + zz),
+        xy - wz,
+        xz + wy,
+        xy + wz,
+        1.0 - (xx + zz),
+        yz - wx,
+        xz - wy,
+        yz + wx,
+        1.0 - (xx + yy),
+    )
 
 
 def yaw_of(q: Quaternion) -> float:

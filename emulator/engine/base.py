@@ -15,11 +15,10 @@ engine of N robots can do the same with a leading axis of N.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
@@ -90,12 +89,12 @@ class Engine(ABC):
         """Set the acceleration of gravity, world frame, m/s^2; (0, 0, -`settings.gravity`) at first."""
 
     @abstractmethod
-    def rays(self, starts: Sequence[Vec3], ends: Sequence[Vec3], *, ground_only: bool = False) -> list[RayHit]:
+    def rays(self, starts: ArrayLike, ends: ArrayLike, *, ground_only: bool = False) -> list[RayHit]:
         """Cast rays.
 
         Args:
-            starts: World frame, m.
-            ends: One for each start, world frame, m.
+            starts: World frame, (n, 3), m.
+            ends: One for each start, likewise.
             ground_only: Rays meet the floor and what is fixed on it, and nothing else.
         """
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.compiled import compiled
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import EncoderParameters
 
@@ -30,8 +31,7 @@ class Encoders:
         self, steps: int, count: int, parameters: EncoderParameters, random: np.random.Generator
     ) -> None:
         constants, noise = random.spawn(2)
-        self._step = 2.0 * math.pi / steps
-        self._grid = parameters.grid
+        self._step = 2.0 * math.pi / steps if parameters.grid else 0.0
         self.shift: Vector = np.where(constants.random(count) < 0.5, -1.0, 1.0) * parameters.residue
         """Place of each joint's grid, rad."""
         self.zero_error: Vector = constants.standard_normal(count) * parameters.zero_error
@@ -41,9 +41,16 @@ class Encoders:
 
     def read(self, angles: Vector) -> Vector:
         """Measured angles of true ones, rad."""
-        angles = angles + self.zero_error
-        if self._noise > 0.0:
-            angles += np.array(self._rows.next()) * self._noise
-        if self._grid:
-            angles = np.rint((angles - self.shift) / self._step) * self._step + self.shift
-        return angles
+        return _read(angles, self.zero_error, self._noise, self._rows.next(), self.shift, self._step)
+
+
+@compiled
+def _read(
+    angles: Vector, zero_error: Vector, deviation: float, noise: Vector, shift: Vector, step: float
+) -> Vector:
+    read = np.empty_like(angles)
+    for i in range(len(angles)):
+        read[i] = angles[i] + zero_error[i] + noise[i] * deviation
+        if step > 0.0:
+            read[i] = np.rint((read[i] - shift[i]) / step) * step + shift[i]
+    return read

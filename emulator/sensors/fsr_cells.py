@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from emulator.compiled import compiled
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import FsrParameters
 
+Vector = NDArray[np.float64]
 CELLS: Final = 8
 
 
@@ -31,32 +33,53 @@ class ForceCells:
     ) -> None:
         constants, drift, noise = random.spawn(3)
         p = parameters
-        self.gain: list[float] = (1.0 + p.gain * constants.standard_normal(CELLS)).tolist()
+        self.gain: Vector = 1.0 + p.gain * constants.standard_normal(CELLS)
         """Reading per force, cell by cell."""
-        self.offset: list[float] = (p.offset * constants.standard_normal(CELLS)).tolist()
+        self.offset: Vector = p.offset * constants.standard_normal(CELLS)
         """N"""
         self._max_force = max_force if p.saturation else math.inf
         self._step, self._dead_band, self._noise = p.step, p.dead_band, p.noise
         self._drifts, self._noises = NormalRows(drift, CELLS), NormalRows(noise, CELLS)
         self._drift_decay = math.exp(-cycle / p.drift_time)
         self._drift_step = p.drift * math.sqrt(1.0 - self._drift_decay**2)
-        self.drift: list[float] = [p.drift * n for n in self._drifts.next()]
+        self.drift: Vector = p.drift * self._drifts.next()
         """What the offsets have wandered to, N."""
 
-    def read(self, forces: Sequence[float]) -> tuple[float, ...]:
-        """Readings of all cells for the forces on them, N; once per cycle."""
-        if self._drift_step > 0.0:
-            self.drift = [
-                d * self._drift_decay + self._drift_step * n
-                for d, n in zip(self.drift, self._drifts.next(), strict=True)
-            ]
-        readings = [
-            (force if force >= self._dead_band else 0.0) * gain + offset + drift
-            for force, gain, offset, drift in zip(forces, self.gain, self.offset, self.drift, strict=True)
-        ]
-        if self._noise > 0.0:
-            readings = [r + self._noise * n for r, n in zip(readings, self._noises.next(), strict=True)]
-        if self._step > 0.0:
-            readings = [round(r / self._step) * self._step for r in readings]
+    def read(self, forces: Vector) -> tuple[float, ...]:
+        """Readings of all cells for the forces on them, (8,), N; once per cycle."""
+        self.drift = self.drift * self._drift_decay + self._drift_step * self._drifts.next()
+        readings: list[float] = _read(
+            forces,
+            self._dead_band,
+            self.gain,
+            self.offset,
+            self.drift,
+            self._noise,
+            self._noises.next(),
+            self._step,
+            self._max_force,
+        ).tolist()
+        return tuple(readings)
+
+
+@compiled
+def _read(
+    forces: Vector,
+    dead_band: float,
+    gain: Vector,
+    offset: Vector,
+    drift: Vector,
+    deviation: float,
+    noise: Vector,
+    step: float,
+    max_force: float,
+) -> Vector:
+    readings = np.empty(CELLS)
+    for i in range(CELLS):
+        felt = forces[i] if forces[i] >= dead_band else 0.0
+        reading = felt * gain[i] + offset[i] + drift[i] + deviation * noise[i]
+        if step > 0.0:
+            reading = round(reading / step) * step
         # a cell can be pressed only
-        return tuple(min(max(r, 0.0), self._max_force) for r in readings)
+        readings[i] = min(max(reading, 0.0), max_force)
+    return readings

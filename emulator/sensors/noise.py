@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+Vector = NDArray[np.float64]
 BLOCK: Final = 256
 
 
@@ -19,10 +21,12 @@ class NormalRows:
 
     def __init__(self, random: np.random.Generator, width: int) -> None:
         self._random, self._width = random, width
-        self._rows: list[list[float]] = []
+        self._left = 0
 
-    def next(self) -> list[float]:
-        """The next row."""
-        if not self._rows:
-            self._rows = self._random.standard_normal((BLOCK, self._width)).tolist()
-        return self._rows.pop()
+    def next(self) -> Vector:
+        """The next row, (width,)."""
+        if self._left == 0:
+            self._rows, self._left = self._random.standard_normal((BLOCK, self._width)), BLOCK
+        self._left -= 1
+        row: Vector = self._rows[self._left]
+        return row

@@ -8,12 +8,13 @@ from typing import Final
 
 import numpy as np
 
-from bridge.types import Vec2, Vec3
+from bridge.types import Array, Vec2, Vec3
+from emulator.compiled import compiled
 from emulator.engine.base import Engine
 from emulator.engine.values import TorsoState
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import SonarParameters
-from emulator.vectors import Rotation, add, rotate, scaled
+from emulator.vectors import Rotation, add, rotate
 
 MIN_DISTANCE: Final = 0.25
 MAX_DISTANCE: Final = 2.55
@@ -34,18 +35,18 @@ OWN_BODY_LAYERS: Final = 4
 """How many of the robot's own links a ray may pass; it does not hear itself (assumed)."""
 
 
-def _rays(side: float) -> list[Vec3]:
-    """Unit vectors of one sensor's rays, Torso frame; side is 1 left, -1 right."""
+def _rays(side: float) -> Array:
+    """Unit vectors of one sensor's rays, (n, 3), Torso frame; side is 1 left, -1 right."""
     sy, cy = math.sin(side * OUTWARD), math.cos(side * OUTWARD)
     sp, cp = math.sin(DOWN), math.cos(DOWN)
     to_torso: Rotation = (cy * cp, -sy, cy * sp, sy * cp, cy, sy * sp, -sp, 0.0, cp)
-    rays: list[Vec3] = [rotate(to_torso, (1.0, 0.0, 0.0))]
+    rays = [rotate(to_torso, (1.0, 0.0, 0.0))]
     for half in CONE:
         for k in range(RAYS_PER_RING):
             turn = 2.0 * math.pi * k / RAYS_PER_RING
             ray = (math.cos(half), math.sin(half) * math.cos(turn), math.sin(half) * math.sin(turn))
             rays.append(rotate(to_torso, ray))
-    return rays
+    return np.array(rays)
 
 
 class Sonars:
@@ -74,7 +75,7 @@ class Sonars:
         if self._cycles % self._every == 0:
             left = self._listen(torso, PLACE, self._left)
             right = self._listen(torso, (PLACE[0], -PLACE[1], PLACE[2]), self._right)
-            a, b = self._rows.next()
+            a, b = self._rows.next().tolist()
             self._reading = self._report(left, a), self._report(right, b)
         self._cycles += 1
 
@@ -90,25 +91,32 @@ class Sonars:
             distance = round(distance / self._step) * self._step
         return min(max(distance, MIN_DISTANCE), MAX_DISTANCE)
 
-    def _listen(self, torso: TorsoState, place: Vec3, rays: list[Vec3]) -> float:
+    def _listen(self, torso: TorsoState, place: Vec3, rays: Array) -> float:
         """Distance of the nearest echo of one sensor, m; infinite without one."""
-        origin = add(torso.position, rotate(torso.rotation, place))
-        ways = [rotate(torso.rotation, ray) for ray in rays]
-        nearest, begin = math.inf, [0.0] * len(ways)
+        origin = np.array(add(torso.position, rotate(torso.rotation, place)))
+        ways: Array = _turned(torso.rotation, rays)
+        begin: Array = np.zeros((len(rays), 1))
+        nearest = math.inf
         for _ in range(OWN_BODY_LAYERS):
-            hits = self._engine.rays(
-                [add(origin, scaled(way, at)) for way, at in zip(ways, begin, strict=True)],
-                [add(origin, scaled(way, MAX_DISTANCE)) for way in ways],
-            )
-            again, resume = [], []
-            for way, at, hit in zip(ways, begin, hits, strict=True):
+            hits = self._engine.rays(origin + ways * begin, origin + ways * MAX_DISTANCE)
+            again = []
+            for i, (way, at, hit) in enumerate(zip(ways.tolist(), begin[:, 0].tolist(), hits, strict=True)):
                 distance = at + hit.fraction * (MAX_DISTANCE - at)
                 if hit.kind == "robot":
-                    again.append(way)
-                    resume.append(distance + 1e-3)
+                    again.append(i)
+                    begin[i] = distance + 1e-3
                 elif hit.kind == "scene" and -sum(map(operator.mul, hit.normal, way)) > GRAZING:
                     nearest = min(nearest, distance)
             if not again:
                 break
-            ways, begin = again, resume
+            ways, begin = ways[again], begin[again]
         return nearest
+
+
+@compiled
+def _turned(rotation: Rotation, rays: Array) -> Array:
+    """Vectors of the torso, (n, 3), in the world."""
+    turned = np.empty_like(rays)
+    for i in range(len(rays)):
+        turned[i] = rotate(rotation, (rays[i, 0], rays[i, 1], rays[i, 2]))
+    return turned

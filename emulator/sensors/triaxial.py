@@ -54,7 +54,7 @@ class TriaxialSensor:
         g, b, top = self.gain, self.bias, self._max_value
         x, y, z = true[0] * g[0] + b[0], true[1] * g[1] + b[1], true[2] * g[2] + b[2]
         if self._noisy:
-            n, s = self._rows.next(), self._noise
+            n, s = self._rows.next().tolist(), self._noise
             x, y, z = x + s[0] * n[0], y + s[1] * n[1], z + s[2] * n[2]
         return max(-top, min(x, top)), max(-top, min(y, top)), max(-top, min(z, top))
 

@@ -96,7 +96,8 @@ class Servo:
         self.strength: Vector = self.drives["strength"]
         """Fraction of its torque that each motor has; may be set from outside (a fault)."""
         self.strength[:] = 1.0
-        self._mean_square, self._power = self.drives["mean_square"], self.drives["power"]
+        self._mean_square: Vector = self.drives["mean_square"]
+        self._power: Vector = self.drives["power"]
         self.drives["brush"] = position
         self._samples = 0
         self.start(position)

@@ -76,11 +76,11 @@ def test_encoder_zero_error_is_constant_and_noise_is_not() -> None:
 
 def test_fsr_gain_and_offset_are_constants_of_the_cells() -> None:
     many = [cells(seed, math.inf, gain=0.05, offset=0.1) for seed in range(300)]
-    at_10 = np.array([one.read([10.0] * 8) for one in many])
-    at_20 = np.array([one.read([20.0] * 8) for one in many])
+    at_10 = np.array([one.read(np.full(8, 10.0)) for one in many])
+    at_20 = np.array([one.read(np.full(8, 20.0)) for one in many])
     within((at_20 - at_10) / 10.0 - 1.0, 0.05)
     within(2.0 * at_10 - at_20, 0.1)
-    np.testing.assert_array_equal([one.read([10.0] * 8) for one in many], at_10)
+    np.testing.assert_array_equal([one.read(np.full(8, 10.0)) for one in many], at_10)
     assert len(set(at_10[0])) == 8
 
 
@@ -89,7 +89,7 @@ def test_fsr_drift_wanders_slowly_with_the_configured_spread() -> None:
     start = np.array([cells(seed, drift=0.4).drift for seed in range(300)])
     within(start, 0.4)
     unit = cells(drift=0.4, drift_time=0.5)
-    path = np.array([unit.read([10.0] * 8) for _ in range(20000)]) - 10.0
+    path = np.array([unit.read(np.full(8, 10.0)) for _ in range(20000)]) - 10.0
     # 8 cells x 200 s hold about 1600 independent values (correlation time 2 x 0.5 s)
     assert path.std() == pytest.approx(0.4, rel=5.0 / math.sqrt(2.0 * 1600.0))
     later = np.mean(path[50:] * path[:-50]) / np.mean(path**2)
@@ -99,11 +99,11 @@ def test_fsr_drift_wanders_slowly_with_the_configured_spread() -> None:
 
 def test_fsr_noise() -> None:
     unit = cells(noise=0.2)
-    within(np.array([unit.read([10.0] * 8) for _ in range(1000)]) - 10.0, 0.2)
+    within(np.array([unit.read(np.full(8, 10.0)) for _ in range(1000)]) - 10.0, 0.2)
 
 
 def test_fsr_dead_band_range_and_step() -> None:
-    forces = [0.0, 0.3, 0.99, 1.0, 5.004, 5.006, 24.9, 40.0]
+    forces = np.array([0.0, 0.3, 0.99, 1.0, 5.004, 5.006, 24.9, 40.0])
     assert cells().read(forces) == tuple(forces)
     assert cells(dead_band=1.0).read(forces) == (0.0, 0.0, 0.0, *forces[3:])
     assert cells(saturation=True).read(forces) == (*forces[:7], 25.0)
@@ -113,7 +113,7 @@ def test_fsr_dead_band_range_and_step() -> None:
 
 def test_a_cell_never_reads_less_than_nothing() -> None:
     unit = cells(offset=1.0, drift=1.0, noise=1.0)
-    read = np.array([unit.read([0.0] * 8) for _ in range(200)])
+    read = np.array([unit.read(np.zeros(8)) for _ in range(200)])
     assert read.min() == 0.0
     assert read.max() > 0.0
 
@@ -147,10 +147,10 @@ def test_an_axis_that_is_not_there_stays_silent() -> None:
 
 def test_one_effect_changes_no_draw_of_another() -> None:
     few, more = cells(noise=0.2), cells(noise=0.2, gain=0.05, offset=0.1, drift=0.4)
-    quiet = np.array([few.read([10.0] * 8) for _ in range(300)])
+    quiet = np.array([few.read(np.full(8, 10.0)) for _ in range(300)])
     gains, offsets = np.array(more.gain), np.array(more.offset)
     for row in quiet:
-        read = np.array(more.read([10.0] * 8))
+        read = np.array(more.read(np.full(8, 10.0)))
         np.testing.assert_allclose(read - (10.0 * gains + offsets + more.drift), row - 10.0, atol=1e-12)
     np.testing.assert_array_equal(cells(gain=0.05).gain, more.gain)
     np.testing.assert_array_equal(triaxial(bias=0.1).bias, triaxial(bias=0.1, gain=0.1, noise=0.1).bias)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
@@ -102,10 +101,10 @@ class MujocoEngine(Engine):
         """See `Engine`."""
         self.simulation.set_gravity(gravity)
 
-    def rays(self, starts: Sequence[Vec3], ends: Sequence[Vec3], *, ground_only: bool = False) -> list[RayHit]:
+    def rays(self, starts: ArrayLike, ends: ArrayLike, *, ground_only: bool = False) -> list[RayHit]:
         """See `Engine`."""
         seen = [GROUND_GROUP] if ground_only else [GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP]
-        return hits(self.simulation, starts, ends, seen)
+        return hits(self.simulation, np.asarray(starts, dtype=float), np.asarray(ends, dtype=float), seen)
 
     def picture(self, camera: PinholeCamera) -> NDArray[np.uint8]:
         """See `Engine`."""

@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.types import Vec3
 from emulator.compiled import compiled
 from emulator.engine.mujoco.native import mj_ray
 from emulator.engine.mujoco.shapes import ROBOT_GROUP
@@ -23,29 +22,28 @@ _ON: Final = 1e-6
 """How far behind a surface a ray goes on, as a fraction of its length."""
 
 
-def hits(
-    simulation: Simulation, starts: Sequence[Vec3], ends: Sequence[Vec3], seen: Sequence[int]
-) -> list[RayHit]:
+def hits(simulation: Simulation, starts: Vector, ends: Vector, seen: Sequence[int]) -> list[RayHit]:
     """The first surface of each ray that it meets from outside.
 
     Args:
         simulation: The world.
-        starts: World frame, m.
-        ends: One for each start, world frame, m.
+        starts: World frame, (n, 3), m.
+        ends: One for each start, likewise.
         seen: Groups of the geoms that stop a ray.
     """
     groups = np.zeros(6, dtype=np.uint8)
     groups[list(seen)] = 1
     geoms, found = np.full(len(starts), -1, dtype=np.int32), np.zeros((len(starts), 7))
     model, data = simulation.model, simulation.now
-    _cast(model._address, data._address, groups, np.array(starts), np.array(ends), geoms, found)
+    _cast(model._address, data._address, groups, starts, ends, geoms, found)
     result = []
-    for end, geom, (fraction, x, y, z, nx, ny, nz) in zip(ends, geoms.tolist(), found.tolist(), strict=True):
-        if geom < 0:
-            result.append(RayHit("nothing", 1.0, end, (0.0, 0.0, 0.0)))
+    robots = (model.geom_group[geoms] == ROBOT_GROUP).tolist()
+    for i, (fraction, x, y, z, nx, ny, nz) in enumerate(found.tolist()):
+        if geoms[i] < 0:
+            x, y, z = ends[i].tolist()
+            result.append(RayHit("nothing", 1.0, (x, y, z), (0.0, 0.0, 0.0)))
         else:
-            robot = model.geom_group[geom] == ROBOT_GROUP
-            result.append(RayHit("robot" if robot else "scene", fraction, (x, y, z), (nx, ny, nz)))
+            result.append(RayHit("robot" if robots[i] else "scene", fraction, (x, y, z), (nx, ny, nz)))
     return result
 
 

@@ -130,9 +130,7 @@ class MujocoRobot(Multibody):
             velocity = tuple(speed[:3].tolist())
             # MuJoCo's angular velocity of a free joint is in the body's frame
             angular = tuple((rotation.reshape(3, 3) @ speed[3:]).tolist())
-        return TorsoState(
-            (x, y, z), xyzw(self._turns[body]), tuple(rotation.tolist()), velocity, angular
-        )
+        return TorsoState((x, y, z), xyzw(self._turns[body]), tuple(rotation.tolist()), velocity, angular)
 
     def link_pose(self, link: str) -> Pose:
         """See `Multibody`."""

@@ -51,7 +51,7 @@ def run_steps(
         force: MuJoCo's applied torques.
         pushes: MuJoCo's applied forces of bodies, (bodies, 6); they act in the first step.
         stops: `Stops.constants`.
-        contacts: `MujocoContacts.arrays`.
+        contacts: `MujocoContacts.arrays`, to which those of the steps are added.
     """
     position, velocity = np.empty(len(angles)), np.empty(len(angles))
     for _ in range(steps):

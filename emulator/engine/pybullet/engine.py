@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
@@ -101,10 +100,11 @@ class BulletEngine(Engine):
         """See `Engine`."""
         bullet.setGravity(*gravity, physicsClientId=self.client)
 
-    def rays(self, starts: Sequence[Vec3], ends: Sequence[Vec3], *, ground_only: bool = False) -> list[RayHit]:
+    def rays(self, starts: ArrayLike, ends: ArrayLike, *, ground_only: bool = False) -> list[RayHit]:
         """See `Engine`."""
         mask = _WITHOUT_MASS if ground_only else _EVERYTHING
-        hits = bullet.rayTestBatch(starts, ends, collisionFilterMask=mask, physicsClientId=self.client)
+        ways = np.asarray(starts).tolist(), np.asarray(ends).tolist()
+        hits = bullet.rayTestBatch(*ways, collisionFilterMask=mask, physicsClientId=self.client)
         return [self._hit(*hit) for hit in hits]
 
     def _hit(self, body: int, _: int, fraction: float, point: Vec3, normal: Vec3) -> RayHit:
