@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from types import TracebackType
 from typing import Any
 
@@ -191,30 +191,31 @@ def _stack(frames: Sequence[SensorFrame]) -> Frames:
 
 
 class _Pool:
-    """Threads that share N tasks evenly."""
+    """Threads that share N tasks, the caller's own among them: each takes the next one when it is free."""
 
     def __init__(self, threads: int | None, tasks: int) -> None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        count = max(1, min(cores if threads is None else threads, tasks))
-        self.threads = count
-        self._parts = [range(tasks)[i::count] for i in range(count)]
+        self.threads = max(1, min(cores if threads is None else threads, tasks))
         self._tasks = tasks
-        self._executor = ThreadPoolExecutor(count) if count > 1 else None
+        self._executor = ThreadPoolExecutor(max(1, self.threads - 1))
 
     def map(self, work: Callable[[int], Any]) -> list[Any]:
         """`work` of 0 to N - 1."""
         results: list[Any] = [None] * self._tasks
+        left = iter(range(self._tasks))
 
-        def run(part: range) -> None:
-            for i in part:
+        def run() -> None:
+            for i in left:
                 results[i] = work(i)
 
-        if self._executor is None:
-            run(self._parts[0])
-        else:
-            list(self._executor.map(run, self._parts))
+        others = [self._executor.submit(run) for _ in range(self.threads - 1)]
+        try:
+            run()
+        finally:
+            wait(others)
+        for other in others:
+            other.result()
         return results
 
     def close(self) -> None:
-        if self._executor is not None:
-            self._executor.shutdown()
+        self._executor.shutdown()

@@ -39,6 +39,10 @@ _load_library()
 _address = types.intp
 mj_step: Final = types.ExternalFunction("mj_step", types.void(_address, _address))
 """One time step of a model with a state, both given as addresses."""
+mj_kinematics: Final = types.ExternalFunction("mj_kinematics", types.void(_address, _address))
+"""Poses of bodies and geoms, likewise."""
+mj_com_pos: Final = types.ExternalFunction("mj_comPos", types.void(_address, _address))
+"""Places of centres of mass, likewise."""
 mj_ray: Final = types.ExternalFunction(
     "mj_ray",
     types.float64(

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from bridge.types import Vec3
+from emulator.compiled import compiled
 from emulator.engine.mujoco.client import mujoco
+from emulator.engine.mujoco.native import mj_com_pos, mj_kinematics
 from emulator.engine.values import PhysicsSettings
 
 _NO_MIDPHASE: Final = int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
@@ -16,6 +18,18 @@ _FEW: Final = 32
 
 def _leave(_: Any) -> None:
     """The model stays as the compiler made it."""
+
+
+@compiled
+def _place_bodies(model: int, data: int) -> None:
+    """Compute the poses of bodies and geoms; so short that Python's lock is kept.
+
+    Args:
+        model: Address of MuJoCo's model.
+        data: Address of its state.
+    """
+    mj_kinematics(model, data)
+    mj_com_pos(model, data)
 
 
 class Simulation:
@@ -99,8 +113,7 @@ class Simulation:
         """Compute the poses of all bodies and geoms as they are now."""
         data = self.data
         if self._moved:
-            mujoco.mj_kinematics(self._model, data)
-            mujoco.mj_comPos(self._model, data)
+            _place_bodies(self._model._address, data._address)
             self._moved = False
 
     @property
