@@ -39,10 +39,11 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
-from emulator.drives import BRUSH_REACH, DRIVE, end_cycle, set_power
+from emulator.drives import BRUSH_REACH, DRIVE
 from emulator.servo.heat import MotorHeat
 from emulator.servo.limits import RequestLimits
 from emulator.servo.parameters import ServoParameters
+from emulator.servo.power import end_cycle, set_power
 
 Vector = NDArray[np.float64]
 
