@@ -85,6 +85,9 @@ class BulletContacts:
 class _FootReaction:
     """Sums over the contact points and steps of a cycle for one foot."""
 
+    def __init__(self) -> None:
+        self.begin((0.0, 0.0, 1.0))
+
     def begin(self, normal: Vec3) -> None:
         """Forget all contacts; the sole's normal in the world is this from now on."""
         self._sole = normal
