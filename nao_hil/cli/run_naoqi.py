@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import platform
 import socket
@@ -35,6 +36,8 @@ START = 60.0
 """s that robot and server may take to start."""
 GRACE = 5.0
 """s that each has to end."""
+FAREWELL = 60.0
+"""s that a program has after a Ctrl-C, in which it may sit the robot down."""
 
 
 Url = Annotated[
@@ -105,14 +108,19 @@ def run_program(
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
         )
         on_signals(stop.set)
-        told = 0
-        while process.poll() is None and not stop.wait(0.05):
+        told, deadline = 0, math.inf
+        while process.poll() is None and time.monotonic() < deadline:
+            if stop.wait(0.05) and deadline == math.inf:
+                process.terminate()
+                deadline = time.monotonic() + FAREWELL
             if started:
                 told = _tell_spoken(started[-1].stderr, told)
+            if stop.is_set():
+                time.sleep(0.05)
         if process.poll() is None:
-            process.terminate()
+            process.kill()
         code = process.wait()
-    code = 130 if stop.is_set() else 128 - code if code < 0 else code
+    code = 128 - code if code < 0 else code
     return code, [child.name for child in started]
 
 

@@ -7,6 +7,7 @@ with the program's exit code at once: qi can take seconds to be taken apart.
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import traceback
 from importlib.machinery import FileFinder, SourceFileLoader
@@ -64,6 +65,25 @@ class ProgramLoader(SourceFileLoader):
         return compiled(bytes(data), str(path))
 
 
+def _interrupt_once() -> None:
+    """Let SIGTERM be a Ctrl-C to the program, but for one that comes after a Ctrl-C.
+
+    A terminal sends Ctrl-C to this process and to `run-naoqi`, which then sends SIGTERM: of both the program
+    gets one KeyboardInterrupt, and may lay the robot to rest.
+    """
+    interrupted = False
+
+    def handle(number: int, _frame: object) -> None:
+        nonlocal interrupted
+        if interrupted and number == signal.SIGTERM:
+            return
+        interrupted = True
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, handle)
+    signal.signal(signal.SIGTERM, handle)
+
+
 def main(program: str, arguments: list[str]) -> int:
     """Run a program; its exit code."""
     try:
@@ -102,6 +122,7 @@ def _print(error: BaseException, frames: list[traceback.FrameSummary]) -> None:
 
 
 if __name__ == "__main__":
+    _interrupt_once()
     _code = main(sys.argv[1], sys.argv[2:])
     sys.stdout.flush()
     sys.stderr.flush()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -177,6 +178,25 @@ def test_a_program_does_what_it_does_on_a_robot(
     assert done.returncode == code, done.stderr
     assert [line[: len(start)] for line, start in zip(said, lines, strict=True)] == lines
     assert ("the program's own" in done.stderr) == (name == "errors.py")
+
+
+def test_a_program_that_is_interrupted_lays_the_robot_to_rest(url: str) -> None:
+    """Before, it was ended before its own last calls."""
+    command = [
+        sys.executable,
+        "-m",
+        "nao_hil.cli",
+        "run-naoqi",
+        "--url",
+        url,
+        str(PROGRAMS / "interrupted.py.txt"),
+    ]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "runs\n"
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    assert process.communicate(timeout=TIMEOUT)[0].splitlines() == ["", "interrupted", "rested False"]
+    assert process.returncode == 0
 
 
 def meaning(source: str) -> dict[str, Any]:

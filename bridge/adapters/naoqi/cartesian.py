@@ -24,6 +24,7 @@ from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.names import CHAINS
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.model import Lengths
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
 from bridge.types import Array
@@ -32,6 +33,8 @@ EFFECTORS: Final = (*CHAINS, TORSO)
 STEP: Final = 0.04
 """s between two points of a path: two cycles of ALMotion, so that the search costs the robot's cycle little."""
 _FEET: Final = ("LLeg", "RLeg")
+_STRAIGHT: Final = 0.035
+"""rad of a straight elbow: the end of its range."""
 _FLAT: Final = 59
 """Mask of a foot that keeps its place below the torso and its angles, and may rise."""
 _STANCE_WEIGHT: Final = 3.0
@@ -365,3 +368,18 @@ def look_angles(point: Sequence[float], neck: float, camera: Array) -> tuple[flo
         seen_up = up - (c * camera[2, 3] - s * camera[0, 3])
         pitch = -math.atan2(seen_up, seen_ahead) - tilt
     return math.atan2(y, x), pitch
+
+
+def pointing_angles(point: Sequence[float], arm: str, lengths: Lengths) -> dict[str, float]:
+    """Angles, rad, with which a straight arm points at a place; the elbow's offset of 15 mm is left out.
+
+    Args:
+        point: in the Torso frame, m.
+        arm: `LArm` or `RArm`.
+        lengths: of the body, m.
+    """
+    sign = 1.0 if arm == "LArm" else -1.0
+    x, y, z = point[0], point[1] - sign * lengths.ShoulderOffsetY, point[2] - lengths.ShoulderOffsetZ
+    angles = (-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT)
+    joints = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
+    return {f"{arm[0]}{joint}": angle for joint, angle in zip(joints, angles, strict=True)}

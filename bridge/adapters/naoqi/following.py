@@ -1,20 +1,20 @@
 """A target that the cameras see is followed, with the head or by walking: the loop behind ALTracker.
 
 The place of a target follows from the angles at which it is seen and from its known size (vendor's pages on
-ALTracker). The head turns so that the top camera looks at it.
+ALTracker), or an event of ALMemory tells it. The head turns so that the top camera looks at it, and arms point.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
-from bridge.adapters.naoqi.cartesian import look_angles
+from bridge.adapters.naoqi.cartesian import look_angles, pointing_angles
 from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.frames import RobotFrames
 from bridge.adapters.naoqi.joint_motion import JointMotion
@@ -41,8 +41,9 @@ class FollowedTarget:
     """What is followed."""
 
     name: str
-    """ALTracker's, for example `RedBall`."""
-    kind: ThingKind
+    """ALTracker's, for example `RedBall`; or an event's."""
+    kind: ThingKind | None
+    """None: not seen, but told by the event."""
     size: float
     """Diameter, m."""
     marks: tuple[str, ...] = ()
@@ -80,6 +81,10 @@ class Following:
         """Where the target is to be reached, x, y (m) and angle (rad) of the robot from it, and how nearly."""
         self._place: Array | None = None
         """FRAME_WORLD, (4,)."""
+        self.arms: Sequence[str] = ()
+        """Arms that point at it."""
+        self._told: list[list[Any]] = []
+        """What the event told before."""
         self._due = self._seen = self._ordered = 0
         self._lost, self._reached, self._walking = True, False, False
         for event in ("TargetLost", "TargetReached", "TargetDetected", "ActiveTargetChanged"):
@@ -95,6 +100,7 @@ class Following:
         self.end()
         self.target, self._place, self._due = target, None, 0
         self._lost, self._reached, self._seen = True, False, -1
+        self._told = self._events.history(target.name)
         self._events.raise_event("ALTracker/ActiveTargetChanged", target.name)
 
     def end(self) -> None:
@@ -137,6 +143,8 @@ class Following:
     def _find(self, target: FollowedTarget) -> Array | None:
         """The target in the Torso frame, (4,), m; None: no camera sees it."""
         links = self._frames.links(self._frames.position(True))
+        if target.kind is None:
+            return self._tell(target.name, links)
         for i, name in enumerate(self._cameras):
             for sighting in self._stage.seen(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
@@ -145,10 +153,26 @@ class Following:
                     return point
         return None
 
+    def _tell(self, event: str, links: Mapping[str, Array]) -> Array | None:
+        """What an event told since the last look, as `_find` gives it; None: nothing, or no place."""
+        told, before = self._events.history(event), self._told
+        self._told = told
+        place = told[-1][0] if told and told != before else None
+        while isinstance(place, list) and place and isinstance(place[0], list):
+            place = place[0]
+        if not isinstance(place, list) or len(place) < 3 or not all(map(_is_length, place[:3])):
+            return None
+        self._place = np.array((*place[:3], 1.0))
+        point: Array = self._frames.space(1, links, True) @ self._place
+        return point
+
     def _look(self, point: Array) -> None:
-        camera = self._frames.effectors[self._cameras[0]].fixed
-        angles = look_angles([float(x) for x in point[:3]], self._neck, camera)
+        camera, place = self._frames.effectors[self._cameras[0]].fixed, [float(x) for x in point[:3]]
+        angles = look_angles(place, self._neck, camera)
         self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
+        for arm in self.arms:
+            pointing = pointing_angles(place, arm, self._frames.body.lengths)
+            self._motion.set_angles(list(pointing), list(pointing.values()), SPEED)
 
     def _approach(self, now: int) -> None:
         x, y, _ = self.position(2)
@@ -172,6 +196,10 @@ class Following:
         if self._walk is not None and (walking or self._walking):
             self._walk(*velocity)
         self._walking = walking
+
+
+def _is_length(x: Any) -> bool:
+    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e3
 
 
 def point_of(sighting: Sighting, size: float) -> Array:

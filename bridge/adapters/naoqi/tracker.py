@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any, Final
 
 from bridge.adapters.naoqi.arguments import flag, fraction, number, text
-from bridge.adapters.naoqi.cartesian import look_angles
+from bridge.adapters.naoqi.cartesian import look_angles, pointing_angles
 from bridge.adapters.naoqi.following import FollowedTarget, Following
 from bridge.adapters.naoqi.frames import RobotFrames
 from bridge.adapters.naoqi.joint_motion import JointMotion
@@ -26,10 +25,8 @@ _KINDS: Final[dict[str, ThingKind]] = {
     "LandMarks": "landmark",
 }
 MODES: Final = ("Head", "WholeBody", "Move")
-EFFECTORS: Final = ("None", "LArm", "RArm", "Arms")
+EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
 _CAMERAS: Final = ("CameraTop", "CameraBottom")
-_STRAIGHT: Final = 0.035
-"""rad of a straight elbow: the end of its range."""
 
 
 class Tracker:
@@ -52,7 +49,7 @@ class Tracker:
         self._mode, self._effector = "Head", "None"
         self._distance = 1.0
         self._following.walks, self._following.time_out = False, 2000
-        self._following.relative = (0.0,) * 6
+        self._following.relative, self._following.arms = (0.0,) * 6, ()
 
     def _point(self, position: Any, space: Any, method: str) -> Sequence[float]:
         """A point in the Torso frame, m."""
@@ -99,11 +96,8 @@ class Tracker:
             raise NaoqiRefused(f"ALTracker.pointAt: {arm!r:.40} is no arm; LArm and RArm are.")
         share = fraction(speed, "ALTracker.pointAt: fractionMaxSpeed")
         point = self._point(position, space, "pointAt")
-        length, sign = self._joints.body.lengths, 1.0 if arm == "LArm" else -1.0
-        x, y, z = point[0], point[1] - sign * length.ShoulderOffsetY, point[2] - length.ShoulderOffsetZ
-        angles = [-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT]
-        joints = [f"{arm[0]}{joint}" for joint in ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")]
-        return self._motion.interpolation_with_speed(joints, angles, share)
+        angles = pointing_angles(point, arm, self._joints.body.lengths)
+        return self._motion.interpolation_with_speed(list(angles), list(angles.values()), share)
 
     def _register(self, name: Any, parameters: Any = None) -> None:
         target = _one_of(name, TARGETS, "target")
@@ -119,6 +113,11 @@ class Tracker:
         if target not in self._targets:
             raise NaoqiRefused(f"ALTracker.track: {target} is not registered; call registerTarget first.")
         self._following.begin(self._targets[target])
+
+    def track_event(self, event: Any) -> None:
+        """Follow the places that an event of ALMemory gives: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
+        name = text(event, "ALTracker.trackEvent: event")
+        self._following.begin(FollowedTarget(name, None, 0.0))
 
     def _clear(self) -> None:
         self._following.end()
@@ -138,7 +137,8 @@ class Tracker:
         self._mode, self._following.walks = wanted, wanted == "Move"
 
     def _set_effector(self, effector: Any) -> None:
-        self._effector = _one_of(effector, EFFECTORS, "effector")
+        self._effector = _one_of(effector, tuple(EFFECTORS), "effector")
+        self._following.arms = EFFECTORS[self._effector]
 
     def _set_relative(self, position: Any) -> None:
         if not isinstance(position, list) or len(position) != 6:
@@ -186,7 +186,12 @@ class Tracker:
 
     def moving(self) -> Table:
         """Methods that command joints."""
-        return {"lookAt": self.look_at, "pointAt": self.point_at, "track": self.track}
+        return {
+            "lookAt": self.look_at,
+            "pointAt": self.point_at,
+            "track": self.track,
+            "trackEvent": self.track_event,
+        }
 
 
 def _target(name: str, parameters: Any) -> FollowedTarget:

@@ -199,6 +199,23 @@ def test_an_arm_points_at_a_place(robot: Robot, arguments: tuple[Any, ...]) -> N
     assert math.degrees(math.acos(along @ arm / np.linalg.norm(along) / np.linalg.norm(arm))) < 8.0
 
 
+def test_an_event_is_followed_with_the_head_and_an_arm(robot: Robot) -> None:
+    """Before, trackEvent refused, and an effector was remembered only."""
+    robot.call("ALTracker", "setEffector", "RArm")
+    robot.call("ALTracker", "trackEvent", "MyBlob")
+    x, y, z = robot.motion("getPosition", "RShoulderPitch", 1, True)[:3]
+    robot.run(0.5)
+    for _ in range(20):
+        robot.call("ALMemory", "raiseEvent", "MyBlob", [[x + 0.5, y - 0.5, z, 0.0, 0.0, 0.0], [1, 0], 2])
+        robot.run(0.2)
+    head, *_ = robot.motion("getAngles", "HeadYaw", True)
+    pitch, roll = robot.motion("getAngles", ["RShoulderPitch", "RShoulderRoll"], True)
+    assert (pitch, roll) == pytest.approx((0.0, -math.radians(45.0)), abs=0.05)
+    ahead, side, _ = robot.call("ALTracker", "getTargetPosition", 0)
+    assert head == pytest.approx(math.atan2(side, ahead), abs=0.02)
+    assert robot.call("ALTracker", "getActiveTarget") == "MyBlob"
+
+
 def test_a_landmark_is_detected_where_the_cameras_geometry_says(robot: Robot) -> None:
     robot.call("ALLandMarkDetection", "subscribe", "me", 100, 0.0)
     robot.run(0.3)
