@@ -39,6 +39,13 @@ def test_the_camera_s_numbers_are_the_vendor_s() -> None:
     assert (numbers.kHSMixedColorSpace, numbers.kRawDepthColorSpace) == (16, 23)
 
 
+def test_static_methods_have_the_flat_names_of_the_vendor_s_wrapper() -> None:
+    """As the vendor's sample of landmarks uses them."""
+    almath = module("almath")
+    turned = almath.Transform_from3DRotation(0.0, 0.0, math.pi / 2.0) * almath.Transform(0.5, 0.0, 0.0)
+    assert (turned.r1_c4, turned.r2_c4, turned.r3_c4) == pytest.approx((0.0, 0.5, 0.0), abs=1e-9)
+
+
 @pytest.mark.parametrize("goal", [(0.0, -0.4, 0.0), (0.5, 0.3, 1.0), (-0.5, 0.3, -2.0), (1.0, 0.0, 0.0)])
 def test_a_dubins_way_is_an_arc_a_line_and_an_arc(goal: tuple[float, float, float]) -> None:
     """Both arcs begin along x: their ends are on a circle of the radius, along its tangent."""

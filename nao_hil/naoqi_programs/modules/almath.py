@@ -276,6 +276,15 @@ class Transform:
             super().__setattr__(name, value)
 
 
+# as the vendor's wrapper names them, too
+Transform_fromRotX, Transform_fromRotY, Transform_fromRotZ = (
+    Transform.fromRotX,
+    Transform.fromRotY,
+    Transform.fromRotZ,
+)
+Transform_from3DRotation, Transform_fromPosition = Transform.from3DRotation, Transform.fromPosition
+
+
 def transformFromRotX(angle: float) -> Transform:
     """A turn about x."""
     return Transform.fromRotX(angle)
