@@ -104,19 +104,22 @@ class WholeBody:
         named = [joint for joint in self._joints.names.resolve(names) if joint in legs]
         if named and self._enabled and "Free" not in self._states.values():
             others = [joint for joint in legs if joint not in named]
-            self._tasks.begin(self._keep_feet(moving, named, others))
+            return self._tasks.begin(self._keep_feet(moving, named, others))
         return moving
 
     def _keep_feet(self, moving: Future[Any], named: Sequence[str], others: Sequence[str]) -> MotionTask:
         feet, ended = self._cartesian.feet(), False
-        while not ended:
-            ended = moving.done()
-            angles = {joint: self._joints.commanded(joint) for joint in named}
-            wanted = self._cartesian.on_flat_feet(angles, feet)
-            for joint in others:
-                self._joints.put_position(joint, [(STEP, wanted[INDEX_WITH_MIRROR[joint]])])
-            yield self._joints.now + round(1000.0 * STEP)
-        return None
+        try:
+            while not ended:
+                ended = moving.done()
+                angles = {joint: self._joints.commanded(joint) for joint in named}
+                wanted = self._cartesian.on_flat_feet(angles, feet)
+                for joint in others:
+                    self._joints.put_position(joint, [(STEP, wanted[INDEX_WITH_MIRROR[joint]])])
+                yield self._joints.now + round(1000.0 * STEP)
+        finally:  # it may be stopped
+            self._tasks.end_these(self._tasks.of(moving))
+        return moving.result()
 
     def _sole(self, leg: str) -> Array:
         """Middle of a sole in the robot's space, (2,), m."""

@@ -177,6 +177,17 @@ def test_effectors_follow_targets_in_the_robots_space_while_that_is_enabled(robo
     assert robot.motion("getPosition", "Head", 2, False)[4:] == pytest.approx([0.2, 0.4], abs=0.01)
 
 
+def test_fixed_feet_are_not_held_any_longer_than_the_knees_move(robot: Robot) -> None:
+    """Before, hips and ankles were sent to the last flat place after the call's end, on the way of a rest."""
+    robot.motion("wbEnable", True)
+    knees = ["LKneePitch", "RKneePitch"]
+    robot.wait(robot.motion("angleInterpolation", knees, [[1.0], [1.0]], [[1.01], [1.01]], True))
+    robot.motion("wbEnable", False)
+    robot.motion("setAngles", "LHipPitch", -0.2, 1.0)
+    robot.run(1.0)
+    assert robot.angle("LHipPitch") == pytest.approx(-0.2, abs=0.01)
+
+
 @pytest.mark.parametrize(
     ("point", "arguments"),
     [([0.6, 0.2, 0.3], (0, 0.5, False)), ([0.5, -0.3, 0.1], (0.5, False)), ([0.5, -0.3, 0.1], (0, 0.5, True))],
