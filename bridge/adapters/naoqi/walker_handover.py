@@ -96,6 +96,8 @@ class WalkerHandover:
         """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
+        self._ordered: set[Future[Any]] = set()
+        """Orders of walks that the walker has not accepted yet."""
         self._waiting: list[Vec3] = []
         """The velocity of the job that was put last, if it is one and has not begun."""
         self._thread = threading.Thread(target=self._run, name="walker-handover", daemon=True)
@@ -110,6 +112,11 @@ class WalkerHandover:
     def active(self) -> bool:
         """Whether the robot walks."""
         return self._status is not None and self._status.state in _WALKING
+
+    @property
+    def active_or_ordered(self) -> bool:
+        """Whether the robot walks, or will as soon as the walker is there."""
+        return self.active or bool(self._ordered)
 
     def with_joints(self, work: Callable[[], Any], *, stop: bool) -> Future[Any]:
         """Take the robot back from the walker, then do `work`.
@@ -144,8 +151,10 @@ class WalkerHandover:
             velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
         """
         self._goal = None
-        if not any(velocity) or not self.active or self._stopping:
+        if not any(velocity):
             return self._submit(lambda: self._walk({"velocity": velocity}))
+        if not self.active or self._stopping:
+            return self._submit_order(lambda: self._walk({"velocity": velocity}))
         with self._lock:
             if self._waiting:
                 self._waiting[0] = velocity
@@ -194,7 +203,7 @@ class WalkerHandover:
             if order is not None:
                 self._walk(order)
 
-        return self._submit(job)
+        return self._submit_order(job)
 
     def _walk_to_end(self, asked: Callable[[], dict[str, Any] | None]) -> Future[Any]:
         """Walk as ordered; the call ends with the walk, or with its refusal. None: nowhere."""
@@ -213,7 +222,7 @@ class WalkerHandover:
             else:
                 self._ends[ended] = True
 
-        self._submit(job)
+        self._submit_order(job)
         return ended
 
     def stop(self) -> Future[Any]:
@@ -267,6 +276,12 @@ class WalkerHandover:
         with self._lock:
             self._waiting = []  # a velocity that comes later counts after this
             self._jobs.put((work, done))
+        return done
+
+    def _submit_order(self, work: Callable[[], Any]) -> Future[Any]:
+        done = self._submit(work)
+        self._ordered.add(done)
+        done.add_done_callback(self._ordered.discard)
         return done
 
     def _run(self) -> None:

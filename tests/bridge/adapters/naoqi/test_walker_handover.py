@@ -112,6 +112,20 @@ def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
     return result.result(PATIENT) if hasattr(result, "result") else result
 
 
+def test_a_move_is_active_from_its_order_on(stage: Stage, walking: WalkingMethods) -> None:
+    """As the vendor's sample asks at once after `post.moveTo`; before, false until the walker had started."""
+    begun = threading.Event()
+    stage.give_away = lambda: begun.wait(PATIENT)  # type: ignore[assignment,method-assign,return-value]
+    done = walking.methods()["moveTo"](0.15, 0.0, 0.0)
+    assert call(walking, "moveIsActive") is True
+    begun.set()
+    until(lambda: stage.state == "walk")
+    assert call(walking, "moveIsActive") is True
+    stage.state = "stand"
+    done.result(PATIENT)
+    assert call(walking, "moveIsActive") is False
+
+
 def test_a_move_gives_the_joints_away_before_the_walker_starts(walking: WalkingMethods, stage: Stage) -> None:
     call(walking, "moveToward", 1.0, 0.0, 0.0)
     assert stage.did == ["give away", "start", "walk 0.15 None"]
