@@ -19,7 +19,7 @@ from walker.planning.plan import Support
 from walker.stabilization.admittance import LegAdmittance, LegParameters
 from walker.stabilization.parameters import controller_parameters
 from walker.stabilization.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
-from walker.stabilization.torso.damping import DampingParameters, GyroDamping
+from walker.stabilization.torso.stance_ankle import DampingParameters, LeanFeedbackParameters, StanceAnkle
 
 DT = 0.01
 BOTH, LEFT, NONE = Contacts(True, True), Contacts(True, False), Contacts(False, False)
@@ -153,17 +153,29 @@ def test_orientation_control_holds_at_contact_and_returns_in_stance() -> None:
 def test_damping_turns_the_stance_ankle_with_the_fall_and_never_jumps() -> None:
     """Nose going down: toe down pushes the body back, so AnklePitch rises (`stabilization.torso.sign`)."""
     p = DampingParameters(roll=0.08, pitch=0.08)
-    damping = GyroDamping(p, DT)
+    damping = StanceAnkle(p, None, DT)
     for _ in range(20):
-        offsets = damping.update((0.0, 0.5, 0.0), "L")
+        offsets = damping.update((0.0, 0.5, 0.0), (0.2, 0.2), "L")
     assert offsets.pitch == pytest.approx((0.04, 0.0))
     before = offsets
     for support in ("both", "R", "L", "R"):
-        after = damping.update((3.0, -3.0, 0.0), support)
+        after = damping.update((3.0, -3.0, 0.0), (0.0, 0.0), support)
         for axis in (0, 1):
             for leg in (0, 1):
                 assert abs(after[axis][leg] - before[axis][leg]) <= p.max_rate * DT + 1e-12
         before = after
+
+
+def test_lean_feedback_turns_the_stance_ankle_against_the_lean() -> None:
+    """The offsets right the torso as those of damping do (`torso.sign`); the swing ankle has none."""
+    ankle = StanceAnkle(None, LeanFeedbackParameters(roll=0.2, pitch=0.3), DT)
+    for _ in range(20):
+        offsets = ankle.update((1.0, 1.0, 1.0), (0.05, -0.1), "R")
+    assert offsets.pitch == pytest.approx((0.0, -0.03))
+    assert offsets.roll == pytest.approx((0.0, 0.01))
+    for _ in range(20):
+        offsets = ankle.update((0.0, 0.0, 0.0), (0.05, -0.1), "both")
+    assert offsets == ((0.0, 0.0), (0.0, 0.0))
 
 
 def imu(seq: int, fused: float, pitch: float, shock: float) -> SensorFrame:

@@ -16,9 +16,9 @@ from walker.stabilization.admittance import AnkleParameters, LegParameters
 from walker.stabilization.joint_compliance import JointComplianceParameters
 from walker.stabilization.swing_foot import SwingFootOrientationParameters
 from walker.stabilization.switches import Switches
-from walker.stabilization.torso.damping import DampingParameters
 from walker.stabilization.torso.designs import TorsoDesigns
 from walker.stabilization.torso.filter import TorsoLimits
+from walker.stabilization.torso.stance_ankle import DampingParameters, LeanFeedbackParameters
 
 
 class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -30,6 +30,7 @@ class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbi
     """The designed torso controllers, from `torso.toml` of the gait or from `nao-hil design torso`."""
     torso_limits: TorsoLimits = TorsoLimits()
     damping: DampingParameters = DampingParameters()
+    lean_feedback: LeanFeedbackParameters = LeanFeedbackParameters()
     compliance: JointComplianceParameters = JointComplianceParameters()
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()

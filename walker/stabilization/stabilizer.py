@@ -26,8 +26,8 @@ from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdm
 from walker.stabilization.joint_compliance import JointCompliance
 from walker.stabilization.parameters import ControllerParameters
 from walker.stabilization.swing_foot import SwingFootCorrection, SwingFootOrientation
-from walker.stabilization.torso.damping import Damping, GyroDamping
 from walker.stabilization.torso.filter import TorsoControl
+from walker.stabilization.torso.stance_ankle import StanceAnkle
 
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
 _RIGHTED: Final = math.radians(0.5)
@@ -67,7 +67,11 @@ class Stabilizer:
         self._height_recovery_rate = parameters.height_recovery_rate if on.height_recovery else 0.0
         self._solved: tuple[float, ...] = ()
         self._torso = _torso_control(parameters, cycle)
-        self._damping = GyroDamping(parameters.damping, cycle) if on.gyroscope_damping else None
+        self._stance_ankle = StanceAnkle(
+            parameters.damping if on.gyroscope_damping else None,
+            parameters.lean_feedback if on.lean_feedback else None,
+            cycle,
+        )
 
     def holding(self, frame: SensorFrame) -> tuple[float, ...]:
         """See `JointCompliance.holding`."""
@@ -93,10 +97,10 @@ class Stabilizer:
         Returns:
             25 joint angles within their ranges, rad, and the corrections in them.
         """
+        lean = estimate.angle if estimate.lean is None else estimate.lean
         swing = dict.fromkeys(_SIDES, SwingFootCorrection())
         if self._orientation is not None:
-            angle = estimate.angle if estimate.lean is None else estimate.lean
-            swing = self._orientation.update(angle, plan, support_state, estimate.contacts, dt)
+            swing = self._orientation.update(lean, plan, support_state, estimate.contacts, dt)
         left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
         lift = left + swing["L"].lift, right + swing["R"].lift
         torso = (
@@ -104,10 +108,8 @@ class Stabilizer:
             if self._torso is not None
             else (0.0, 0.0)
         )
-        damping = Damping()
-        if self._damping is not None:
-            damping = self._damping.update(frame.gyroscope, support_state.support)
-            torso = torso[0] + damping.pitch[0], torso[1] + damping.pitch[1]
+        offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support)
+        torso = torso[0] + offsets.pitch[0], torso[1] + offsets.pitch[1]
         righting = self._lay_on_ground(estimate, dt)
         common = self._release_common(dt)
         angles = self._solve(plan, lift)
@@ -116,7 +118,7 @@ class Stabilizer:
                 self._compliance.adapt(frame.position, dt)
             self._compliance.compensate(angles, plan)
         turns = [
-            self._turn_ankle(side, angles, swing[side], (damping.roll[i], torso[i]), support_state, frame, dt)
+            self._turn_ankle(side, angles, swing[side], (offsets.roll[i], torso[i]), support_state, frame, dt)
             for i, side in enumerate(_SIDES)
         ]
         (left_roll, left_pitch), (right_roll, right_pitch) = turns

@@ -21,7 +21,9 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     torso: TorsoMethod = "none"
     """Torso control, thesis 4.2: notch and PI from the torso's pitch to the stance ankle."""
     gyroscope_damping: bool = False
-    """Lean of the stance ankle against the torso's rate."""
+    """The stance ankle turns against the torso's rate."""
+    lean_feedback: bool = False
+    """The stance ankle turns against the torso's lean."""
     joint_compliance: bool = False
     """Compensation of the drives' deflection under the planned load."""
     swing_foot_orientation: bool = False
@@ -37,7 +39,7 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     attitude_correction: bool = False
     """The fused angle is corrected by the mean of the accelerometer."""
     gyroscope_lean: bool = False
-    """The swing foot is turned against the integral of the gyroscope instead of the fused angle."""
+    """Swing foot and stance ankle turn against the integral of the gyroscope instead of the fused angle."""
     foothold_feedback: bool = False
     """Footholds follow the measured capture point, in gaits that can move them."""
     foot_placement: bool = False

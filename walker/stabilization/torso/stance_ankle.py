@@ -1,0 +1,100 @@
+"""Offsets of the stance ankle against the torso's rate and lean; not in the thesis.
+
+Damping: the torso on compliant joints rings: (4.12) has a damping ratio of 0.10. The thesis' controller takes
+that resonance out of its loop with a notch, and so does the robust one: neither damps it. With a lean of -k
+times the torso's rate, the plant (1 - s/z) / (s^2/w^2 + 2 d s/w + 1) gets k more in its linear term and loses
+k/z in its quadratic one: on (4.12), k = 0.06 s gives a damping ratio of 0.39. A gyroscope needs no fusion. The
+delay of drives and bus bounds k: at 40 ms a nominal robot walks with 0.04 to 0.08 s and falls with 0.15 s.
+
+Lean feedback: a sole that lands on an edge does not lie level, and a position-controlled leg leans the torso by
+as much. The ankle turns against that lean and so brings the torso upright over a sole that stays askew.
+
+Both act about two axes on the ankle of the leg that alone bears the weight.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import msgspec
+
+from bridge.types import Fraction, NotNegative, Positive, Side, Vec2, Vec3
+from walker.planning.plan import Support
+from walker.stabilization.torso.sign import ankle_pitch_from_lean
+
+_SIDES: Final[tuple[Side, Side]] = ("L", "R")
+
+
+class DampingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Gains of the damping, and the bounds of all offsets of the stance ankle."""
+
+    roll: NotNegative = 0.0
+    """Offset against the torso's rate about x, s."""
+    pitch: NotNegative = 0.0
+    """The same about y, s."""
+    max_offset: Positive = 0.1
+    """Largest offset, rad."""
+    max_rate: Positive = 5.0
+    """Fastest change of an offset, rad/s: what the drives follow. No leg jumps when the support changes."""
+
+
+class LeanFeedbackParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Gains of the lean feedback."""
+
+    roll: Fraction = 0.0
+    """Share of the torso's roll that the stance ankle turns against."""
+    pitch: Fraction = 0.0
+    """The same of its pitch."""
+
+
+class AnkleOffsets(NamedTuple):
+    """Offsets of both ankles, left and right."""
+
+    roll: Vec2 = (0.0, 0.0)
+    """Of AnkleRoll, rad."""
+    pitch: Vec2 = (0.0, 0.0)
+    """Of AnklePitch, rad, positive toe down."""
+
+
+class StanceAnkle:
+    """Torso rates and lean in, ankle offsets out, once per DCM cycle.
+
+    Args:
+        damping: gains and bounds; None: the rates count nothing, and the bounds are the default ones.
+        lean: gains; None: the lean counts nothing.
+        cycle: s.
+    """
+
+    def __init__(
+        self, damping: DampingParameters | None, lean: LeanFeedbackParameters | None, cycle: float
+    ) -> None:
+        self._damping = damping or DampingParameters()
+        self._lean = lean or LeanFeedbackParameters()
+        self._step = self._damping.max_rate * cycle
+        self._offsets = AnkleOffsets()
+
+    def update(self, gyroscope: Vec3, lean: Vec2, support: Support) -> AnkleOffsets:
+        """One cycle.
+
+        Args:
+            gyroscope: angular velocity in the Torso frame, rad/s.
+            lean: roll and pitch of the torso that are to vanish, rad.
+            support: the leg that bears the weight; with `both` the offsets return to zero.
+        """
+        rate, share = self._damping, self._lean
+        self._offsets = AnkleOffsets(
+            self._axis(self._offsets.roll, rate.roll * gyroscope[0] + share.roll * lean[0], support),
+            self._axis(self._offsets.pitch, rate.pitch * gyroscope[1] + share.pitch * lean[1], support),
+        )
+        return self._offsets
+
+    def _axis(self, offsets: Vec2, wanted: float, support: Support) -> Vec2:
+        # AnkleRoll has AnklePitch's sign: positive turns the foot about +x against the shank, the body the
+        # other way.
+        bound = self._damping.max_offset
+        goal = min(max(ankle_pitch_from_lean(-wanted), -bound), bound)
+        left, right = (
+            now + min(max((goal if side == support else 0.0) - now, -self._step), self._step)
+            for side, now in zip(_SIDES, offsets, strict=True)
+        )
+        return left, right
