@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import msgspec
@@ -19,12 +19,15 @@ from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.ensemble import torso_figures
+from nao_hil.experiments.landing_force import ObstacleSetup, landing_force
+from nao_hil.experiments.obstacle import plates
 from nao_hil.experiments.servo_bench import LEGS
 from nao_hil.experiments.servo_measure import STEP, motion_times
 from nao_hil.experiments.setup import setup_rows
+from nao_hil.experiments.torso_drift import drift_per_step
 from nao_hil.experiments.torso_step import BOUNDS
 from nao_hil.runs.campaign import Interrupted
-from nao_hil.runs.walk import Walk
+from nao_hil.runs.walk import Walk, WalkOutcome
 
 Vector = NDArray[np.float64]
 LEVELS: Final = 4
@@ -38,8 +41,20 @@ RESAMPLED: Final = 500
 """Bootstrap samples of the indices' intervals."""
 ARMS: Final = ("none", "thesis", "robust")
 """Torso controls of R5."""
-FIGURES: Final = (*BOUNDS, "drive_s", *(f"stands_{arm}_s" for arm in ARMS), "speed_ratio")
-"""Of the torso step; request to 63 % of a knee's step; how long each arm of R5 stands; way over commanded."""
+PLATE: Final = ObstacleSetup()
+"""Of R1."""
+WALK_FIGURES: Final = (
+    "plate_force_N",
+    "stands_plate_s",
+    "drift_deg_per_step",
+    "stands_static_s",
+    *(f"stands_{arm}_s" for arm in ARMS),
+    "speed_ratio",
+)
+"""Landing force on the plate of R1 and how long that walk stands; pitch error per step in R2 and how long that
+walk stands; how long each arm of R5 stands; way over commanded."""
+FIGURES: Final = (*BOUNDS, "drive_s", *WALK_FIGURES)
+"""Of the torso step; request to 63 % of a knee's step; of the walks."""
 DECIDES: Final = 0.5
 """An unknown decides a figure when its effect is at least that part of the largest one."""
 
@@ -48,7 +63,9 @@ DECIDES: Final = 0.5
 class SensitivitySetup:
     """The experiment's numbers."""
 
-    duration: float = 10.0
+    static_duration: float = 30.0
+    """Of the walks of R1 and R2, s."""
+    dynamic_duration: float = 10.0
     """Of the walks of R5, s."""
     speed: float = 0.2
     """Commanded to the gait omni, m/s."""
@@ -184,7 +201,9 @@ def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outco
             context,
             [
                 ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
-                ("R5", f"dynamic gait, {setup.duration:g} s, torso control {', '.join(ARMS)}"),
+                ("R1", f"static gait, {setup.static_duration:g} s, a random plate of 1 cm"),
+                ("R2", f"static gait, {setup.static_duration:g} s, torso control none"),
+                ("R5", f"dynamic gait, {setup.dynamic_duration:g} s, torso control {', '.join(ARMS)}"),
                 ("speed", f"omni, {setup.speed:g} m/s for {setup.speed_duration:g} s"),
             ],
         ),
@@ -208,42 +227,60 @@ def _figures(
         profile_of({name: unknowns()[name].at(share) for name, share in robot.items()}, f"robot {i}")
         for i, robot in enumerate(robots)
     ]
-    walks = []
-    for wear, seed in zip(wears, seeds, strict=True):
-        walks += [
-            Walk(
-                name=f"sensitivity, {arm}",
-                config=context.config("dynamic", seed, {"torso": arm}),
-                duration=setup.duration,
-                wear=wear,
-                keep_track=False,
-            )
-            for arm in ARMS
-        ]
-        ahead = msgspec.structs.replace(context.config("omni", seed, {}), velocity=(setup.speed, 0.0, 0.0))
-        walks.append(
-            Walk(
-                name="sensitivity, omni",
-                config=ahead,
-                duration=setup.speed_duration,
-                wear=wear,
-                keep_track=False,
-            )
-        )
+    walks = [_walks(context, setup, wear, seed) for wear, seed in zip(wears, seeds, strict=True)]
     benches = [
         SensitivityTask(body, wear, seed, context.engine) for wear, seed in zip(wears, seeds, strict=True)
     ]
     measured = context.campaign.map("sensitivity, bench", measure, benches)
-    walked = context.campaign.walk(walks)
-    if len(measured) < len(benches) or len(walked) < len(walks):
+    walked = context.campaign.walk([walk for each in walks for walk in each])
+    if len(measured) < len(benches) or len(walked) < sum(map(len, walks)):
         raise Interrupted
-    rows = np.reshape(np.array([outcome.end for outcome in walked]), (len(robots), len(ARMS) + 1))
-    way = setup.speed * setup.speed_duration
+    number = len(walks[0])
     return np.array(
         [
-            (*bench, *(end.time for end in ends[:-1]), ends[-1].distance / way)
-            for bench, ends in zip(measured, rows, strict=True)
+            (*bench, *_walk_figures(setup, walked[number * i : number * (i + 1)]))
+            for i, bench in enumerate(measured)
         ]
+    )
+
+
+def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: int) -> list[Walk]:
+    """Of one robot: R1 as shipped, R2 without torso control, the arms of R5, and `omni` ahead."""
+    one = replace(context, seeds=(seed,))
+    static, dynamic = setup.static_duration, setup.dynamic_duration
+    return [
+        *one.walks("sensitivity, R1", "static", static, plates=plates(PLATE), wear=wear),
+        *one.walks("sensitivity, R2", "static", static, {"torso": "none"}, wear=wear),
+        *(
+            walk
+            for arm in ARMS
+            for walk in one.walks(
+                f"sensitivity, {arm}", "dynamic", dynamic, {"torso": arm}, wear=wear, keep_track=False
+            )
+        ),
+        *one.walks(
+            "sensitivity, omni",
+            "omni",
+            setup.speed_duration,
+            velocity=(setup.speed, 0.0, 0.0),
+            wear=wear,
+            keep_track=False,
+        ),
+    ]
+
+
+def _walk_figures(setup: SensitivitySetup, outcomes: Sequence[WalkOutcome]) -> tuple[float, ...]:
+    """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk did not come so far."""
+    on_plate, drifting, *of_arms, ahead = outcomes
+    force = landing_force(on_plate, PLATE.plate_time)
+    drift = drift_per_step(drifting)
+    return (
+        math.nan if force is None else force,
+        on_plate.end.time,
+        math.nan if drift is None else drift,
+        drifting.end.time,
+        *(outcome.end.time for outcome in of_arms),
+        ahead.end.distance / (setup.speed * setup.speed_duration),
     )
 
 

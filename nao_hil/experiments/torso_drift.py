@@ -193,13 +193,17 @@ def _claims(
 
 def _growth(results: Sequence[WalkOutcome]) -> float:
     """Median slope of the mean pitch per step, deg; NaN when no run has three steps."""
-    slopes = []
-    for result in results:
-        track = result.track.until(result.end.time - (0.0 if result.end.survived else 1.0))
-        slope = growth_per_step(track, np.degrees(track.pitch)) if len(track) else None
-        if slope is not None:
-            slopes.append(slope)
+    slopes = [slope for result in results if (slope := drift_per_step(result)) is not None]
     return float(np.median(slopes)) if slopes else math.nan
+
+
+def drift_per_step(result: WalkOutcome) -> float | None:
+    """Slope of the mean true pitch of a step against its number, up to a second before a fall, deg per step.
+
+    None: fewer than three steps.
+    """
+    track = result.track.until(result.end.time - (0.0 if result.end.survived else 1.0))
+    return growth_per_step(track, np.degrees(track.pitch)) if len(track) else None
 
 
 def _largest(results: Sequence[WalkOutcome], name: str) -> float:
