@@ -316,9 +316,14 @@ def sobol_indices(values: Vector) -> tuple[Vector, Vector]:
     Args:
         values: Of a figure on two independent samples, then on the first one with one unknown after the other
             taken from the second, shape (k + 2, n).
+
+    Returns:
+        NaN where the figure is constant.
     """
     one, other, *mixed = values - values[:2].mean()
     variance = float(values[:2].var())
+    if variance == 0.0:
+        return np.full(len(mixed), np.nan), np.full(len(mixed), np.nan)
     first = np.array([np.mean(other * (each - one)) for each in mixed]) / variance
     total = np.array([np.mean((one - each) ** 2) for each in mixed]) / (2.0 * variance)
     return first, total

@@ -11,7 +11,14 @@ import pytest
 from emulator.wear.ensemble import unknowns
 from nao_hil.experiments import sensitivity
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.sensitivity import FIGURES, LEVELS, elementary_effects, experiment, trajectory
+from nao_hil.experiments.sensitivity import (
+    FIGURES,
+    LEVELS,
+    elementary_effects,
+    experiment,
+    sobol_indices,
+    trajectory,
+)
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 
@@ -55,3 +62,9 @@ def test_the_strongest_unknowns_are_found_with_their_shares_of_the_variance(
     assert indices["loop"].first == pytest.approx(9.0 / 25.0, abs=0.1)
     assert indices["delay"].total == pytest.approx(16.0 / 25.0, abs=0.1)
     assert len(outcome.page.tables[0].rows) == len(NAMES)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_constant_figure_has_no_indices() -> None:
+    first, total = sobol_indices(np.full((4, 8), 10.0))
+    assert np.isnan(first).all() and np.isnan(total).all()
