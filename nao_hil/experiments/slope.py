@@ -24,6 +24,8 @@ from nao_hil.experiments.slope_search import STEP, Slope, SlopeSetup, Tally, sea
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk
 
+GAIT: Final = "static"
+"""Of the thesis; another one with `--gait`."""
 DIRECTIONS: Final[dict[str, tuple[float, float]]] = {
     "up": (0.0, -1.0),
     "down": (0.0, 1.0),
@@ -48,7 +50,7 @@ class SlopeResult(msgspec.Struct, frozen=True, kw_only=True):
 def experiment(context: Context, setup: SlopeSetup | None = None) -> Outcome:
     """Search all four directions at once."""
     setup = setup or SlopeSetup()
-    gait = context.changes.gait
+    gait = context.gait or GAIT
     found, tallies = _sweep(context, setup, gait)
     slopes = {}
     for name, slope in found.items():

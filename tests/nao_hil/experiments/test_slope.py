@@ -1,10 +1,17 @@
 """The search for the steepest slope, on robots whose limit is known."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from nao_hil.experiments import slope
+from nao_hil.experiments.context import Context
 from nao_hil.experiments.slope_search import SlopeSetup, search, trial
+from nao_hil.runs.campaign import Interrupted
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk
 
 Robot = Callable[[float, int], bool]
 
@@ -59,3 +66,21 @@ def test_a_trial_ends_as_soon_as_it_is_sure(alive: list[bool], passes: bool, run
             assert (stop.value, count) == (passes, runs)
             return
     raise AssertionError("the trial does not end")
+
+
+@pytest.mark.parametrize(("told", "walked"), [(None, "static"), ("omni", "omni")])
+def test_r6_is_of_the_static_gait_unless_another_one_is_told(
+    told: str | None, walked: str, tmp_path: Path
+) -> None:
+    """Thesis 4.2.3, whatever gait walks by default."""
+    tried: list[Walk] = []
+
+    class Stopped:
+        def walk(self, walks: Sequence[Walk]) -> list[Any]:
+            tried.extend(walks)
+            return []
+
+    campaign: Any = Stopped()
+    with pytest.raises(Interrupted):
+        slope.experiment(Context(campaign, tmp_path, (0, 1), RunConfig(), gait=told))
+    assert {walk.config.gait for walk in tried} == {walked}
