@@ -110,13 +110,12 @@ def run_program(
         on_signals(stop.set)
         told, deadline = 0, math.inf
         while process.poll() is None and time.monotonic() < deadline:
-            if stop.wait(0.05) and deadline == math.inf:
+            time.sleep(0.05)
+            if stop.is_set() and deadline == math.inf:
                 process.terminate()
                 deadline = time.monotonic() + FAREWELL
             if started:
                 told = _tell_spoken(started[-1].stderr, told)
-            if stop.is_set():
-                time.sleep(0.05)
         if process.poll() is None:
             process.kill()
         code = process.wait()

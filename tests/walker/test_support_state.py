@@ -153,7 +153,7 @@ def test_orientation_control_holds_at_contact_and_returns_in_stance() -> None:
 def test_damping_turns_the_stance_ankle_with_the_fall_and_never_jumps() -> None:
     """Nose going down: toe down pushes the body back, so AnklePitch rises (`stabilization.torso.sign`)."""
     p = DampingParameters(roll=0.08, pitch=0.08)
-    damping = StanceAnkle(p, None, DT)
+    damping = StanceAnkle(p, LeanFeedbackParameters(pitch=0.5), DT, on_rate=True, on_lean=False)
     for _ in range(20):
         offsets = damping.update((0.0, 0.5, 0.0), (0.2, 0.2), "L")
     assert offsets.pitch == pytest.approx((0.04, 0.0))
@@ -168,7 +168,13 @@ def test_damping_turns_the_stance_ankle_with_the_fall_and_never_jumps() -> None:
 
 def test_lean_feedback_turns_the_stance_ankle_against_the_lean() -> None:
     """The offsets right the torso as those of damping do (`torso.sign`); the swing ankle has none."""
-    ankle = StanceAnkle(None, LeanFeedbackParameters(roll=0.2, pitch=0.3), DT)
+    ankle = StanceAnkle(
+        DampingParameters(pitch=0.1),
+        LeanFeedbackParameters(roll=0.2, pitch=0.3),
+        DT,
+        on_rate=False,
+        on_lean=True,
+    )
     for _ in range(20):
         offsets = ankle.update((1.0, 1.0, 1.0), (0.05, -0.1), "R")
     assert offsets.pitch == pytest.approx((0.0, -0.03))

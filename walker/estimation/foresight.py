@@ -43,8 +43,8 @@ class ForesightParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     smoothing: Positive = 0.03
     """As in `MassOverSoles`, s."""
     push: Positive = 0.4
-    """m/s to which the level part of the accelerometer adds up in a walk; undisturbed walks reach 0.23. Of ten
-    pushes of 2.5 to 3 N s, which add up to 0.3 to 0.5, eight felled a V6."""
+    """m/s to which the level part of the accelerometer adds up in a walk; an undisturbed walk of 240 s reached
+    0.23 (V6). Of ten pushes of 2.5 to 3 N s, which add up to 0.3 to 0.5, eight felled a V6."""
     push_time: Positive = 0.1
     """Time constant of that sum, s; as long as a push."""
 

@@ -68,9 +68,11 @@ class Stabilizer:
         self._solved: tuple[float, ...] = ()
         self._torso = _torso_control(parameters, cycle)
         self._stance_ankle = StanceAnkle(
-            parameters.damping if on.gyroscope_damping else None,
-            parameters.lean_feedback if on.lean_feedback else None,
+            parameters.damping,
+            parameters.lean_feedback,
             cycle,
+            on_rate=on.gyroscope_damping,
+            on_lean=on.lean_feedback,
         )
 
     def holding(self, frame: SensorFrame) -> tuple[float, ...]:

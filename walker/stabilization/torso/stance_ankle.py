@@ -42,9 +42,9 @@ class LeanFeedbackParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     """Gains of the lean feedback."""
 
     roll: Fraction = 0.0
-    """Share of the torso's roll that the stance ankle turns against."""
+    """Offset of AnkleRoll over the torso's roll."""
     pitch: Fraction = 0.0
-    """The same of its pitch."""
+    """Offset of AnklePitch over the torso's pitch."""
 
 
 class AnkleOffsets(NamedTuple):
@@ -60,17 +60,25 @@ class StanceAnkle:
     """Torso rates and lean in, ankle offsets out, once per DCM cycle.
 
     Args:
-        damping: gains and bounds; None: the rates count nothing, and the bounds are the default ones.
-        lean: gains; None: the lean counts nothing.
+        damping: gains on the rates, and the bounds.
+        lean: gains on the lean.
         cycle: s.
+        on_rate: the gains on the rates count.
+        on_lean: the gains on the lean count.
     """
 
     def __init__(
-        self, damping: DampingParameters | None, lean: LeanFeedbackParameters | None, cycle: float
+        self,
+        damping: DampingParameters,
+        lean: LeanFeedbackParameters,
+        cycle: float,
+        *,
+        on_rate: bool,
+        on_lean: bool,
     ) -> None:
-        self._damping = damping or DampingParameters()
-        self._lean = lean or LeanFeedbackParameters()
-        self._step = self._damping.max_rate * cycle
+        self._rate_gains = (damping.roll, damping.pitch) if on_rate else (0.0, 0.0)
+        self._lean_gains = (lean.roll, lean.pitch) if on_lean else (0.0, 0.0)
+        self._bound, self._step = damping.max_offset, damping.max_rate * cycle
         self._offsets = AnkleOffsets()
 
     def update(self, gyroscope: Vec3, lean: Vec2, support: Support) -> AnkleOffsets:
@@ -81,18 +89,21 @@ class StanceAnkle:
             lean: roll and pitch of the torso that are to vanish, rad.
             support: the leg that bears the weight; with `both` the offsets return to zero.
         """
-        rate, share = self._damping, self._lean
+        roll, pitch = (
+            rate_gain * rate + lean_gain * angle
+            for rate_gain, rate, lean_gain, angle in zip(
+                self._rate_gains, gyroscope[:2], self._lean_gains, lean, strict=True
+            )
+        )
         self._offsets = AnkleOffsets(
-            self._axis(self._offsets.roll, rate.roll * gyroscope[0] + share.roll * lean[0], support),
-            self._axis(self._offsets.pitch, rate.pitch * gyroscope[1] + share.pitch * lean[1], support),
+            self._axis(self._offsets.roll, roll, support), self._axis(self._offsets.pitch, pitch, support)
         )
         return self._offsets
 
     def _axis(self, offsets: Vec2, wanted: float, support: Support) -> Vec2:
         # AnkleRoll has AnklePitch's sign: positive turns the foot about +x against the shank, the body the
         # other way.
-        bound = self._damping.max_offset
-        goal = min(max(ankle_pitch_from_lean(-wanted), -bound), bound)
+        goal = min(max(ankle_pitch_from_lean(-wanted), -self._bound), self._bound)
         left, right = (
             now + min(max((goal if side == support else 0.0) - now, -self._step), self._step)
             for side, now in zip(_SIDES, offsets, strict=True)
