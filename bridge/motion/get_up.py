@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Final
@@ -14,6 +15,7 @@ from bridge.messages import SensorFrame
 from bridge.motion.keyframes import Lying, Motion, load_motion, mirrored, motion_names
 from bridge.motion.player import MotionPlayer, lying
 from bridge.stance import stands
+from bridge.types import Array
 
 GET_UP: Final = "get-up"
 """In place of a motion's name: the one for how the robot lies, again until it stands."""
@@ -29,6 +31,13 @@ _QUIET_TIME: Final = 0.1
 """s for which it has to."""
 _LONGEST_WAIT: Final = 2.0
 """s after which a try begins however the torso moves."""
+_UPRIGHT: Final = 0.35
+"""rad from the vertical; a torso that leans by more rests on more than the feet."""
+_BLOCKED: Final = 0.5
+"""rad by which a joint of an arm under the torso is behind its angle."""
+_BLOCKED_TIME: Final = 1.0
+"""s for which it has to; in tries that got the robot up it was 0.54 s at most, in others up to 4.3 s. Legs
+that hooked into each other come free in the course of a motion."""
 
 
 def get_up_motions(body: Body) -> dict[Lying, Motion]:
@@ -52,7 +61,8 @@ class GetUp:
     """Waits until the torso lies still, plays the motion for how it lies, and looks whether the robot stands.
 
     A try begins when the joints are stiff: a guard that saw a fall takes no command for a while. Where it
-    lets go during a motion, that try is over.
+    lets go during a motion, or an arm is blocked, that try is over. A joint that ended a try ends no other:
+    its motor may be broken.
 
     Args:
         motions: by what of the robot is below.
@@ -66,6 +76,10 @@ class GetUp:
         self.position: tuple[float, ...] = (0.0,) * N_JOINTS
         """Angles of the last cycle, 25 in frame order, rad."""
         self._quiet = self._waited = 0.0
+        self._behind: Array = np.zeros(N_JOINTS)
+        self._watched = np.ones(N_JOINTS, dtype=np.bool_)
+        for slots in LEG_SLOTS.values():
+            self._watched[list(slots)] = False
         self.began: list[Lying] = []
         """What was below at the beginning of each try."""
         self.stiffness = LIMP
@@ -82,7 +96,7 @@ class GetUp:
             frame: newest sensor frame.
             dt: time since the last one, s.
         """
-        if self._player is not None and (self._player.done or _limp(frame)):
+        if self._player is not None and (self._player.done or _limp(frame) or self._blocked(frame, dt)):
             self._end_try(frame)
         if self._player is None and not self.done and self._lies_still(frame, dt):
             self.position, self.stiffness = frame.position, STIFF
@@ -92,6 +106,13 @@ class GetUp:
             self.position = self._player.advance(frame, dt)
             self.stiffness = self._player.stiffness
         return self.position
+
+    def _blocked(self, frame: SensorFrame, dt: float) -> bool:
+        behind = np.abs(np.subtract(self.position, frame.position)) > _BLOCKED
+        self._behind = np.where(behind & self._watched, self._behind + dt, 0.0)
+        blocked = self._behind > _BLOCKED_TIME
+        self._watched &= ~blocked
+        return bool(blocked.any())
 
     def _lies_still(self, frame: SensorFrame, dt: float) -> bool:
         if self._waited == 0.0:
@@ -111,15 +132,16 @@ class GetUp:
             self.done = self.failed = True
             return
         self.began.append(below)
+        self._behind[:] = 0.0
         self._player = MotionPlayer(motion, self._body)
 
     def _end_try(self, frame: SensorFrame) -> None:
         assert self._player is not None
-        self.done = not self._player.failed and self._stands(frame)
+        self.done = self._player.done and not self._player.failed and self._stands(frame)
         self._player = None
 
     def _stands(self, frame: SensorFrame) -> bool:
-        return lying(frame.angle) == "upright" and stands(self._body, frame)
+        return math.hypot(*frame.angle) < _UPRIGHT and stands(self._body, frame)
 
 
 def _limp(frame: SensorFrame) -> bool:
