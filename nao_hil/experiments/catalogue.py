@@ -74,6 +74,9 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "terrain": Entry(
         "terrain", "slopes, tiles, plates, low friction, a load and wear, gait against gait", 20, False, True
     ),
+    "feedback": Entry(
+        "feedback", "each feedback of a gait switched off in turn: pushes, grounds, wear", 50, False, True
+    ),
     "falls": Entry(
         "falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False, True
     ),

@@ -87,7 +87,7 @@ def experiment(context: Context, setup: TerrainSetup | None = None) -> Outcome:
         setup = replace(setup, duration=context.duration, worn_duration=context.duration)
     gaits = (context.gait,) if context.gait else (GAIT, COMPARED_GAIT.get(context.robot, "dynamic"))
     names = [(ground, gait) for ground in (*_grounds(setup), "worn") for gait in gaits]
-    arms = [_walks(context, setup, *name) for name in names]
+    arms = [ground_walks(context, setup, *name) for name in names]
     results = context.run(*arms) if len(gaits) == 2 else context.run_until_certain(STANDS, *arms)
     found = dict(zip(names, results, strict=True))
     left_out = 0 if context.campaign.interrupted else sum(map(len, arms)) - sum(map(len, results))
@@ -171,7 +171,15 @@ def _plate(setup: TerrainSetup, number: int, random: np.random.Generator) -> Wor
     )
 
 
-def _walks(context: Context, setup: TerrainSetup, ground: str, gait: str) -> list[Walk]:
+def ground_walks(context: Context, setup: TerrainSetup, ground: str, gait: str) -> list[Walk]:
+    """One walk per seed.
+
+    Args:
+        context: Robot, seeds, changes.
+        setup: Numbers.
+        ground: `flat`, `slope`, `tiles`, `plates`, `friction`, `load`, or `worn` for the robot.
+        gait: Name.
+    """
     if ground == "worn":
         worn = context.on("worn")
         velocity = _velocity(gait, setup.worn_speed)
