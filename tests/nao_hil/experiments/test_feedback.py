@@ -1,0 +1,47 @@
+"""Arms of the experiment `feedback`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import cast
+
+import msgspec
+import pytest
+
+from nao_hil.experiments import feedback
+from nao_hil.experiments.context import Context
+from nao_hil.runs.campaign import Campaign, Interrupted
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk, WalkOutcome
+from walker.stabilization.parameters import controller_parameters
+from walker.stabilization.switches import differing
+
+
+class _Stopped:
+    """A campaign that was stopped before the first walk; remembers what it was asked for."""
+
+    def __init__(self) -> None:
+        self.walks: list[Walk] = []
+
+    def walk(self, walks: list[Walk]) -> list[WalkOutcome]:
+        self.walks = walks
+        return []
+
+
+def test_each_arm_differs_from_the_shipped_one_in_one_switch_and_in_nothing_else(tmp_path: Path) -> None:
+    campaign, changes = _Stopped(), RunConfig(robot="nao-v6", engine="mujoco")
+    context = Context(campaign=cast(Campaign, campaign), out=tmp_path, seeds=(7,), changes=changes)
+    with pytest.raises(Interrupted):
+        feedback.experiment(context)
+    by_task: dict[str, dict[str, Walk]] = {}
+    for walk in campaign.walks:
+        _, task, arm = walk.name.split(", ")
+        by_task.setdefault(task, {})[arm] = walk
+    assert set(by_task) == {"push", "push in a stand", "plates", "slope", "worn", "straight"}
+    for arms in by_task.values():
+        shipped = arms.pop(feedback.SHIPPED)
+        for name, walk in arms.items():
+            pair = (controller_parameters("omni", each.config.controller).switches for each in (shipped, walk))
+            assert [f"without {switch}" for switch in differing(*pair)] == [name]
+            config = msgspec.structs.replace(walk.config, controller=shipped.config.controller)
+            assert msgspec.structs.replace(walk, name=shipped.name, config=config) == shipped
