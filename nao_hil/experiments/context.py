@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -154,7 +154,7 @@ class Context:
         """
         for one, other in pairwise(arms):
             _check_one_difference(one[0], other[0])
-        mixed = [walk for seed in zip(*arms, strict=True) for walk in seed]
+        mixed = [walk for of_seed in zip_longest(*arms) for walk in of_seed if walk]
         done = {(result.walk.name, result.seed): result for result in self.campaign.walk(mixed)}
         results = [[done[k] for w in arm if (k := (w.name, w.config.seed)) in done] for arm in arms]
         if not all(results):
