@@ -87,7 +87,9 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "watchdog": Entry(
         "watchdog", "walks whose controller dies: does the guard bring the robot to rest", 50, False
     ),
-    "network": Entry("network", "walks in real time over delay, jitter and loss (root, Linux)", 20, False),
+    "network": Entry(
+        "network", "walks in real time over delay, jitter and loss (root, Linux)", 20, False, True
+    ),
     "soak": Entry("soak", "a long walk in real time: memory, files, punctuality, drift (Linux)", 1, False),
     "outages": Entry("outages", "walks with the link interrupted, or a process killed (root, Linux)", 1, False),
 }

@@ -13,14 +13,14 @@ from typing import Final, NamedTuple
 
 from nao_hil.analysis.report.page import Outcome
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.network_map import STEPS, NetworkMap, cell_of, draw, map_page
+from nao_hil.experiments.network_map import FEW_STEPS, STEPS, NetworkMap, cell_of, draw, map_page
 from nao_hil.network_emulation import NetworkConditions, Site
 from nao_hil.network_emulation.walks import NetworkWalk, Pair, options, walk_key
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.store import stored
 
 GAITS: Final = ("static", "dynamic")
-
+"""Unless one is named."""
 
 DELAYS: Final = (0.0, 0.005, 0.010, 0.020)
 """s, one way."""
@@ -59,9 +59,10 @@ def experiment(context: Context) -> Outcome:
         LinkError: no root, no namespaces, or a process failed.
         Interrupted: stopped before every cell had a walk.
     """
+    gaits = (context.gait,) if context.gait else GAITS
     kinds = [
         (gait, NetworkConditions(delay=delay, jitter=jitter, loss=loss))
-        for gait, loss, jitter, delay in itertools.product(GAITS, LOSSES, JITTERS, DELAYS)
+        for gait, loss, jitter, delay in itertools.product(gaits, LOSSES, JITTERS, DELAYS)
         if jitter <= delay
     ]
     tasks = [NetworkTask(gait, conditions, seed) for seed in context.seeds for gait, conditions in kinds]
@@ -87,7 +88,7 @@ def experiment(context: Context) -> Outcome:
 
 
 def _walk(context: Context, task: NetworkTask, folder: Path) -> NetworkWalk:
-    robot, walker = options(context.changes, task.gait, task.seed, STEPS)
+    robot, walker = options(context.changes, task.gait, task.seed, STEPS.get(task.gait, FEW_STEPS))
     with Site(task.seed) as site, Pair(site, folder, robot, walker) as pair:
         site.link.set(task.conditions)
         pair.wait(TIMEOUT, lambda: context.campaign.interrupted)

@@ -14,7 +14,9 @@ from nao_hil.experiments.context import Context
 from nao_hil.network_emulation import NetworkConditions
 from nao_hil.network_emulation.walks import NetworkWalk
 
-STEPS: Final = 4
+STEPS: Final = {"omni": 16}
+"""Of a walk, by gait; `FEW_STEPS` of the others."""
+FEW_STEPS: Final = 4
 
 
 class NetworkCell(msgspec.Struct, frozen=True, kw_only=True):
@@ -98,7 +100,10 @@ def map_page(context: Context, result: NetworkMap, picture: Path) -> ReportPage:
         source="No part of the thesis, whose controller ran on the robot.",
         setup=(
             ("robot", f"{context.robot}, {context.wear} drives and sensors"),
-            ("walk", f"{STEPS} steps in real time, two processes in two network namespaces, TCP"),
+            (
+                "walk",
+                f"{_steps_in_words(result.cells)}, in real time, two processes in two network namespaces, TCP",
+            ),
         ),
         claims=tuple(
             Claim(
@@ -113,6 +118,11 @@ def map_page(context: Context, result: NetworkMap, picture: Path) -> ReportPage:
         ),
         tables=(ReportTable("Network conditions and success", head, rows),),
     )
+
+
+def _steps_in_words(cells: list[NetworkCell]) -> str:
+    gaits = dict.fromkeys(c.gait for c in cells)
+    return ", ".join(f"{STEPS.get(gait, FEW_STEPS)} steps of {gait}" for gait in gaits)
 
 
 def draw(cells: list[NetworkCell], file: Path) -> None:

@@ -137,12 +137,12 @@ class Pair:
 
 
 def walk_key(changes: RunConfig) -> str:
-    """Fingerprint of walks as processes: contents of body and wear profile, and all sources."""
+    """Fingerprint of walks as processes: contents of body and wear profile, the engine, and all sources."""
     body = load_body(changes.robot)
-    return fingerprint(body, load_wear(changes.wear, body), sources=PROCESSES)
+    return fingerprint(body, load_wear(changes.wear, body), changes.engine, sources=PROCESSES)
 
 
 def options(configuration: RunConfig, gait: str, seed: int, steps: int) -> tuple[list[str], list[str]]:
-    """Options of both commands: robot and wear as configured."""
-    robot = ["--robot", configuration.robot, "--wear", configuration.wear, "--seed", str(seed)]
-    return robot, ["--gait", gait, "--steps", str(steps)]
+    """Options of both commands: robot, wear and engine as configured."""
+    robot = ["--robot", configuration.robot, "--wear", configuration.wear, "--engine", configuration.engine]
+    return [*robot, "--seed", str(seed)], ["--gait", gait, "--steps", str(steps)]
