@@ -94,7 +94,7 @@ class WalkerHandover:
         """Where the walk that was ordered last is to end, as `position`; None: nowhere."""
         self._ends: dict[Future[Any], bool | None] = {}
         """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
-        self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
+        self._jobs: queue.Queue[tuple[Callable[[], Any], Future[Any]] | None] = queue.Queue()
         self._lock = threading.Lock()
         self._ordered: set[Future[Any]] = set()
         """Orders of walks that the walker has not accepted yet."""

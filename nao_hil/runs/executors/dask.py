@@ -168,7 +168,7 @@ class _Flight:
         """By place."""
         self._futures: dict[int, Any] = {}
         """Of those that the scheduler was given."""
-        self._done: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+        self._done: queue.Queue[tuple[int, Any]] = queue.Queue()
         self._coming: list[tuple[int, Any]] = []
         """Of those whose results are fetched: the place and the future."""
         self._fetch: concurrent.futures.Future[list[Finished]] | None = None
@@ -200,7 +200,7 @@ class _Flight:
     def again(self, client: Any) -> None:
         """Another scheduler, which was given nothing."""
         self._client = client
-        self._done = queue.SimpleQueue()
+        self._done = queue.Queue()
         self._fetch = None
         self._futures.clear()
 
