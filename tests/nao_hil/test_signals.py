@@ -1,0 +1,44 @@
+"""Ctrl-C and SIGTERM reach a command wherever its main thread is."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from nao_hil.cli.signals import on_signals
+from tests.loops import TIMEOUT
+
+HELD_UP = 5.0
+"""s for which a handler that holds up the thread it waits for is waited for."""
+
+
+@pytest.fixture
+def handlers() -> Iterator[None]:
+    """The handlers of this test are gone after it."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_comes_through_while_the_main_thread_has_the_lock_that_stop_needs(
+    number: signal.Signals, handlers: None
+) -> None:
+    """As `threading.Event.wait` has that of `set` for some microseconds."""
+    lock, stopped = threading.Lock(), threading.Event()
+    taken = []
+
+    def stop() -> None:
+        taken.append(lock.acquire(timeout=HELD_UP))
+        stopped.set()
+
+    on_signals(stop)
+    with lock:
+        signal.raise_signal(number)
+    assert stopped.wait(TIMEOUT)
+    assert taken == [True]
+    assert signal.getsignal(number) == signal.SIG_DFL  # a second one ends the process at once
