@@ -40,9 +40,9 @@ class FeedbackSetup:
     before: float = 2.0
     """s of walk or stand before a push."""
     after: float = 3.5
-    ground: TerrainSetup = field(default_factory=lambda: TerrainSetup(duration=10.0, worn_duration=10.0))
+    ground: TerrainSetup = field(default_factory=lambda: TerrainSetup(duration=8.0, worn_duration=8.0))
     straight: float = 0.25
-    straight_duration: float = 10.0
+    straight_duration: float = 8.0
 
 
 class FeedbackCell(msgspec.Struct, frozen=True, kw_only=True):
