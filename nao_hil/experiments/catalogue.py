@@ -82,7 +82,9 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     ),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
     "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),
-    "engines": Entry("engines", "torso step, drives and four gaits on PyBullet and on MuJoCo", 20, False),
+    "engines": Entry(
+        "engines", "torso step, drives, walks, R1, R2, R5, get-up: PyBullet beside MuJoCo", 20, False
+    ),
     "abuse": Entry("abuse", "one minute per seed of random commands, pushes and falls", 5, False),
     "watchdog": Entry(
         "watchdog", "walks whose controller dies: does the guard bring the robot to rest", 50, False

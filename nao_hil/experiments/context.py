@@ -65,6 +65,10 @@ class Context:
         """The same on a robot in another state of wear."""
         return replace(self, changes=msgspec.structs.replace(self.changes, wear=wear))
 
+    def on_engine(self, engine: str) -> Context:
+        """The same on a physics engine."""
+        return replace(self, changes=msgspec.structs.replace(self.changes, engine=engine))
+
     def config(self, gait: str, seed: int, switches: dict[str, Any]) -> RunConfig:
         """The configuration of a run.
 

@@ -132,12 +132,22 @@ def claims(wear: str, result: GetUpResult) -> tuple[Claim, ...]:
     )
 
 
-def experiment(context: Context) -> Outcome:
-    """One drop per seed."""
+def dropped_courses(context: Context) -> list[Course]:
+    """One drop per seed; those that are done when it was stopped.
+
+    Raises:
+        Interrupted: none is done.
+    """
     configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
     courses: list[Course] = context.campaign.map("get-up", get_up, configs)
     if not courses:
         raise Interrupted
+    return courses
+
+
+def experiment(context: Context) -> Outcome:
+    """One drop per seed."""
+    courses = dropped_courses(context)
     result = judge(context.wear, [course.drop for course in courses])
     return Outcome(result, _page(context, result, courses))
 

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import msgspec
 import numpy as np
 
-from bridge.body import load_body
+from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
 from emulator.wear import load_wear, wear_of_seed
 from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
@@ -98,6 +98,16 @@ Spread: TypeAlias = Callable[
 """Runs tasks somewhere: a function, and its arguments."""
 
 
+def torso_step_tasks(
+    seeds: Sequence[int], body: Body, wear: str, amplitude: float, engine: str
+) -> list[TorsoStepTask]:
+    """One call of `run_task` for each seed; arguments as of `run`, with the data sheet itself."""
+    return [
+        TorsoStepTask(body, load_wear(wear_of_seed(wear, body, seed), body), seed, amplitude, engine)
+        for seed in seeds
+    ]
+
+
 def run(
     seeds: Sequence[int],
     body: str = "nao-v3",
@@ -122,10 +132,7 @@ def run(
         ConfigurationError: no stance survived, or the body cannot stand on one leg.
     """
     sheet = load_body(body)
-    tasks = [
-        TorsoStepTask(sheet, load_wear(wear_of_seed(wear, sheet, seed), sheet), seed, amplitude, engine)
-        for seed in seeds
-    ]
+    tasks = torso_step_tasks(seeds, sheet, wear, amplitude, engine)
     runs = spread(run_task, tasks) if spread is not None else [run_task(task) for task in tasks]
     standing = [responses for responses in runs if responses is not None]
     if not standing:

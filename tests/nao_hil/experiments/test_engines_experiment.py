@@ -1,16 +1,34 @@
-"""The table of both engines: intervals and verdicts from numbers whose answer is known."""
+"""The table of both engines: intervals and verdicts from known numbers, rows from a made-up campaign."""
 
-import math
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, cast
 
+import msgspec
+import numpy as np
 import pytest
-from scipy.stats import ttest_rel
+from scipy.stats import binom, ttest_rel
 
-from nao_hil.experiments.arms import Arm
-from nao_hil.experiments.engines import Mean, WalkPair, _frequency_claim, _walk_claims, mean_of
-
-
-def an_arm(survived: int, interval: tuple[float, float]) -> Arm:
-    return Arm(n=20, survived=survived, interval=interval, fall_times=(), tilt_max_deg=(1.0, 2.0), speed=0.1)
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.engines import EnginesSetup, compared_walks, experiment
+from nao_hil.experiments.engines_rows import (
+    Row,
+    count_row,
+    mean_of,
+    median_of,
+    paired_row,
+    row_claims,
+    rows_table,
+)
+from nao_hil.experiments.get_up_run import Course, Drop
+from nao_hil.experiments.plant_fit import THESIS
+from nao_hil.experiments.servo_measure import ServoRow
+from nao_hil.experiments.torso_responses import Responses
+from nao_hil.runs.campaign import Campaign
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.track import WIDTH, Track
+from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
 
 
 def test_the_interval_of_a_mean_is_students() -> None:
@@ -18,24 +36,138 @@ def test_the_interval_of_a_mean_is_students() -> None:
     found = mean_of(values)
     bounds = ttest_rel(values, [0.0] * 5).confidence_interval()
     assert (found.low, found.high) == (pytest.approx(bounds.low), pytest.approx(bounds.high))
-    assert math.isinf(mean_of([1.0]).high)
+    assert (mean_of([1.0]).value, mean_of([1.0]).high, mean_of([]).value) == (1.0, None, None)
 
 
-def test_a_verdict_stands_on_the_bound_of_its_interval() -> None:
-    narrow = Mean(mean=1.02, low=0.95, high=1.09, n=20)
-    arms = {"pybullet": an_arm(20, (0.84, 1.0)), "mujoco": an_arm(19, (0.76, 0.99))}
-    pair = WalkPair(gait="static", arms=arms, speeds={}, ratio=narrow)
-    assert [claim.holds for claim in _walk_claims(pair, 0.1)] == [True, True]
-    wide = WalkPair(gait="static", arms=arms, speeds={}, ratio=Mean(mean=1.02, low=0.93, high=1.11, n=20))
-    assert not _walk_claims(wide, 0.1)[0].holds
-    apart = arms | {"mujoco": an_arm(5, (0.11, 0.47))}
-    falls = WalkPair(gait="static", arms=apart, speeds={}, ratio=None)
-    assert [claim.holds for claim in _walk_claims(falls, 0.1)] == [False, False]
+def test_the_interval_of_a_median_is_of_order_statistics() -> None:
+    """Of ten values the second and the ninth: 1 - 2 P(X <= 1) = 97.9 % with X binomial, of the third 89.1 %."""
+    found = median_of([float(value) for value in range(1, 11)])
+    assert 1.0 - 2.0 * binom.cdf(1, 10, 0.5) > 0.95 > 1.0 - 2.0 * binom.cdf(2, 10, 0.5)
+    assert (found.value, found.low, found.high) == (5.5, 2.0, 9.0)
+    assert median_of([3.0, 4.0]).low is None
 
 
-def test_frequencies_agree_when_the_farthest_ends_of_their_intervals_do() -> None:
-    one = Mean(mean=7.0, low=6.9, high=7.1, n=20)
-    near = Mean(mean=7.1, low=7.0, high=7.2, n=20)
-    assert _frequency_claim({"pybullet": one, "mujoco": near}, 0.05).holds
-    far = Mean(mean=7.2, low=7.1, high=7.3, n=20)
-    assert not _frequency_claim({"pybullet": one, "mujoco": far}, 0.05).holds
+def by_seed(values: Sequence[float]) -> dict[int, float]:
+    return dict(enumerate(values))
+
+
+def test_a_ratio_agrees_by_the_bounds_of_its_interval() -> None:
+    one = by_seed([1.0, 2.0, 4.0])
+    near = paired_row("speed", one, by_seed([1.02, 2.04, 4.08]), 0.05)
+    assert near.agree and near.ratio is not None and near.ratio.value == pytest.approx(1.02)
+    scattered = paired_row("speed", one, by_seed([1.02, 2.2, 3.76]), 0.05)  # mean ratio 1.02, to 0.78 and 1.25
+    assert scattered.agree is False
+    assert paired_row("speed", one, by_seed([1.02, 2.2, 3.76])).agree is None
+
+
+def test_a_mean_is_over_the_seeds_of_both_engines_and_one_of_them_decides_nothing() -> None:
+    row = paired_row("speed", {0: 1.0, 1: 9.0}, {0: 1.0, 2: 9.0}, 0.1)
+    assert (row.pybullet, row.mujoco, row.agree) == (mean_of([1.0]), mean_of([1.0]), False)
+    nobody = paired_row("speed", {}, {0: 1.0}, 0.1)
+    assert (nobody.ratio, nobody.agree, nobody.pybullet.words()) == (None, False, "none")
+
+
+@pytest.mark.parametrize(("stood", "agree"), [(15, True), (11, False)])
+def test_counts_agree_when_wilsons_intervals_overlap(stood: int, agree: bool) -> None:
+    """20 of 20: from 83.9 % on; 15 of 20: to 88.8 %, 11 of 20: to 74.2 %."""
+    row = count_row("walk on", [True] * 20, [True] * stood + [False] * (20 - stood))
+    assert row.agree is agree
+    assert row_claims([row])[0].holds is agree
+    assert row.pybullet.words() == "20 of 20 (84 to 100 %)"
+
+
+def test_a_row_without_a_goal_claims_nothing_and_stands_in_the_table() -> None:
+    row = Row(figure="time, s", pybullet=median_of([3.0]), mujoco=median_of([]))
+    assert row_claims([row]) == ()
+    assert rows_table([row]).rows == (("time, s", "3", "none", "", "", ""),)
+
+
+class MadeUp:
+    """A campaign in which walks of R2 without torso control fall on MuJoCo, and no other does.
+
+    Torso steps are the thesis' plant on both engines; MuJoCo's drives are 1 % faster, the last one 3 %.
+    """
+
+    def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
+        return [WalkOutcome(task, self._end(task), Track(np.zeros((0, WIDTH)))) for task in walks]
+
+    def _end(self, task: Walk) -> WalkEnd:
+        falls = task.name.startswith("R2, without") and task.config.engine == "mujoco"
+        return WalkEnd(
+            ending="fell" if falls else "walked",
+            time=task.duration,
+            roll=0.0,
+            pitch=0.0,
+            steps=1,
+            distance=task.duration * (0.1 + 0.001 * task.config.seed),
+            tilt_max=0.0,
+        )
+
+    def map(self, name: str, function: Callable[[Any], Any], arguments: Sequence[Any]) -> list[Any]:
+        make = {"torso-step": self._response, "drives": self._drives, "get-up": self._course}[name]
+        return [make(argument) for argument in arguments]
+
+    def _response(self, task: Any) -> Responses:
+        response = THESIS.step(np.arange(0.01, 4.005, 0.01))[None, :]
+        return Responses(fused=response, true=response, request=None, angle=None)
+
+    def _drives(self, task: tuple[str, str, str]) -> tuple[ServoRow, ...]:
+        faster = (1.0, 1.0) if task[2] == "pybullet" else (1.01, 1.03)
+        fields = {name: 0.5 for name in ServoRow.__struct_fields__}
+        return tuple(
+            ServoRow(**fields | {"joint": joint, "no_load_speed": 5.0 * f})  # type: ignore[arg-type]
+            for joint, f in zip(("LKneePitch", "RKneePitch"), faster, strict=True)
+        )
+
+    def _course(self, config: RunConfig) -> Course:
+        drop = Drop(
+            seed=config.seed,
+            began="back" if config.seed % 2 else "front",
+            tries=1,
+            stands=True,
+            time=6.0,
+            temperature=30.0,
+            current=0.5,
+            overlap=0.0,
+        )
+        return Course(drop, *np.zeros((3, 1)))
+
+
+def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    context = Context(cast(Campaign, MadeUp()), tmp_path, tuple(range(20)), RunConfig(wear="nominal"))
+    outcome = experiment(context)
+    written = json.loads(msgspec.json.encode(outcome.result))
+    assert set(written) == {"name", "passed", "rows"}
+    rows = {row["figure"]: row for row in written["rows"]}
+    assert all({"pybullet", "mujoco"} <= set(row) for row in rows.values())
+    differ = [figure for figure, row in rows.items() if row["agree"] is False]
+    assert differ == ["R2, without torso control, 60 s: walk on"]
+    assert not written["passed"] and [claim.holds for claim in outcome.page.claims].count(False) == 1
+    assert (rows[differ[0]]["pybullet"]["count"], rows[differ[0]]["mujoco"]["count"]) == (20, 0)
+    speed = rows["static gait, 20 s: speed over ground, m/s"]
+    assert speed["pybullet"] == speed["mujoco"] and speed["pybullet"]["value"] == pytest.approx(0.1095)
+    assert rows["torso step: natural frequency, rad/s"]["mujoco"]["value"] == pytest.approx(7.0, rel=0.02)
+    assert (
+        rows["leg drives: no-load speed, rad/s, of RKneePitch, which differs most"]["mujoco"]["value"] == 5.15
+    )
+    assert rows["get-up from the front: median time, s"]["pybullet"] == {
+        "value": 6.0,
+        "low": 6.0,
+        "high": 6.0,
+        "n": 10,
+    }
+    table = outcome.page.tables[0]
+    assert len(table.rows) == len(rows) and all(len(row) == len(table.head) for row in table.rows)
+
+
+def test_both_engines_walk_the_arms_of_the_experiments() -> None:
+    """R1 on two kinds of plates, R2 and R5, each with its own switches."""
+    walks = compared_walks(EnginesSetup(walks=(("static", 1.0),), drift=2.0, dynamic=3.0))
+    assert [walk.name.split(",")[0] for walk in walks] == ["static gait"] + 4 * ["R1"] + 2 * ["R2"] + 4 * ["R5"]
+    assert [walk.duration for walk in walks] == [1.0] + 4 * [45.0] + 2 * [2.0] + 4 * [3.0]
+    drawn, _, covering, _ = (walk.plates for walk in walks if walk.plates is not None)
+    assert drawn is not None and covering is not None and drawn(1) != covering(1)
+    assert all(
+        walk.switches == {"leg_admittance": True, "ankle_admittance": True} for walk in (walks[1], walks[3])
+    )
