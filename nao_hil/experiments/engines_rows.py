@@ -133,16 +133,16 @@ def count_row(figure: str, pybullet: Sequence[bool], mujoco: Sequence[bool]) -> 
 def row_claims(rows: Sequence[Row]) -> tuple[Claim, ...]:
     """A claim for each row of which something is asked."""
     return tuple(
-        Claim(f"{row.figure}: {row.goal}", _measured(row), bool(row.agree)) for row in rows if row.goal
+        Claim(f"{row.figure} ({row.goal})", _measured(row), bool(row.agree)) for row in rows if row.goal
     )
 
 
 def rows_table(rows: Sequence[Row]) -> ReportTable:
     """All rows for people."""
-    verdicts = {True: "agree", False: "differ", None: ""}
+    verdicts = {True: "yes", False: "no", None: ""}
     return ReportTable(
         "Both engines; 95 % intervals in brackets",
-        ("figure", "PyBullet", "MuJoCo", "MuJoCo / PyBullet", "goal", "verdict"),
+        ("figure", "PyBullet", "MuJoCo", "MuJoCo / PyBullet", "goal", "agree"),
         tuple(
             (
                 row.figure,
