@@ -355,7 +355,7 @@ class Guard:
                 self._descent = None
                 if self.state != "rest":
                     self._log.enter(frame.seq, "rest", self.status.reason)
-        elif self._blocked == 0 or self.state not in ("fallen", "idle"):
+        elif output.stiffness is None or self._blocked == 0 or self.state not in ("fallen", "idle"):
             return None
         assert output.position is not None and output.stiffness is not None
         return ActuatorFrame(reply_to=self._reply_to, position=output.position, stiffness=output.stiffness)

@@ -13,6 +13,7 @@ from bridge.body.postures import POSTURES
 from bridge.config import parse_toml
 from bridge.errors import ConfigurationError, FrameError
 from bridge.guard import Guard, GuardSettings
+from bridge.guard.guard import STAND_UP_HOLD
 from bridge.messages import ActuatorFrame, SensorFrame
 from tests.frames import standing_frame
 from tests.loops import repeat_while
@@ -347,6 +348,18 @@ def test_too_hot_or_too_empty_the_robot_goes_down_and_takes_nothing_until_it_is_
     setattr(robot, field, good)
     robot.command()
     assert robot.guard.state == "approach"
+
+
+def test_a_robot_that_was_laid_down_is_left_alone_until_a_command_after_a_moment() -> None:
+    """Of a controller that had it; before, the first cycle ended the robot's process."""
+    robot = Robot(Guard(BODY))
+    robot.command()
+    robot.guard.laid_down(robot.seq)
+    hold = round(STAND_UP_HOLD / BODY.cycle)
+    given = [robot.command() if seq % 2 else robot.cycle(None) for seq in range(hold - 1)]
+    assert given == [None] * (hold - 1)
+    assert robot.guard.state == "idle"
+    assert robot.command() is not None
 
 
 def test_after_long_silence_in_the_crouch_the_robot_sits_down_and_lets_go() -> None:
