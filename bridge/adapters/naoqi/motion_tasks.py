@@ -34,6 +34,8 @@ class RunningTask:
     done: Future[Any]
     locks: bool = False
     """Later motions of its joints that lock wait for its end."""
+    stopped: Any = None
+    """Result of the call if the task is ended before."""
 
 
 class MotionTasks:
@@ -49,7 +51,13 @@ class MotionTasks:
         self._abandoned = False
 
     def begin(
-        self, task: MotionTask, name: str = "", joints: Sequence[str] = (), *, locks: bool = False
+        self,
+        task: MotionTask,
+        name: str = "",
+        joints: Sequence[str] = (),
+        *,
+        locks: bool = False,
+        stopped: Any = None,
     ) -> Future[Any]:
         """Run a task to its first wait; the future gets its result or its exception.
 
@@ -59,6 +67,7 @@ class MotionTasks:
             joints: that it moves or stiffens.
             locks: it waits for the end of earlier tasks that lock one of its joints, and locks them (vendor's
                 page on motion tasks).
+            stopped: result of the call if the task is ended before.
 
         Raises:
             NaoqiRefused: the robot has gone.
@@ -68,7 +77,7 @@ class MotionTasks:
         done: Future[Any] = Future()
         number = next(self._numbers)
         steps = self._postponed(task, number, set(joints)) if locks else task
-        self._advance(RunningTask(number, name, tuple(joints), 0, steps, done, locks))
+        self._advance(RunningTask(number, name, tuple(joints), 0, steps, done, locks, stopped))
         return done
 
     def _postponed(self, task: MotionTask, number: int, joints: set[str]) -> MotionTask:
@@ -102,13 +111,13 @@ class MotionTasks:
         self.end_these(list(self._running), robot_gone())
 
     def end_these(self, tasks: Sequence[RunningTask], error: Exception | None = None) -> None:
-        """End some of them here; their callers get the error, or None as of a motion that was stopped."""
+        """End some of them here; their callers get the error, or the result of a motion that was stopped."""
         numbers = {task.number for task in tasks}
         self._running = [task for task in self._running if task.number not in numbers]
         for task in tasks:
             task.steps.close()
             if error is None:
-                task.done.set_result(None)
+                task.done.set_result(task.stopped)
             else:
                 task.done.set_exception(error)
 

@@ -43,12 +43,19 @@ _FAMILY_NAMES: Final = (
 LEG_SPEED: Final = 1.0
 """rad/s that a leg joint turns at most on the way between postures at speed 1: faster ways tip the robot (the \
 robot's own planner is not published; assumed)."""
+_SIT_SPEED: Final = 0.3
+"""rad/s, the same into `Sit` at any speed: with its knees up an emulated robot leans back by 20 degrees, and
+rolls over from 25 on."""
 _MAX_DEVIATION: Final = 0.25
 """rad that the legs may be off a posture to be said to be in it (assumed)."""
 _STIFFENING: Final = 0.5
 """s in which waking and resting change the stiffness."""
 _SETTLING: Final = 300
 """ms after which the joints are where they were sent, by the sensors (assumed)."""
+_STILL: Final = 0.1
+"""rad/s; a torso that turns faster, also during the last `_SETTLING`, may be falling (assumed)."""
+_LONGEST_SETTLING: Final = 3000
+"""ms after which it is judged however it moves: a fall takes less."""
 REST_SPEED: Final = 0.6
 LEGS_AT_REST: Final = 0.1
 """Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, knees and
@@ -75,11 +82,11 @@ class Postures:
         """Whether the robot was woken up and not laid to rest since."""
 
     def now(self) -> str:
-        """The posture that the legs are in by the sensors, or `Unknown`."""
+        """The posture that the robot is in, by legs and fused angle, or `Unknown`."""
         best, off = "Unknown", _MAX_DEVIATION
         for name in POSTURES:
             furthest = self._deviation(name)
-            if furthest <= off:
+            if furthest <= off and FAMILIES[name] == self._transitions.family():
                 best, off = name, furthest
         return best
 
@@ -94,7 +101,7 @@ class Postures:
         return self._transitions.under_way
 
     def go_to(self, name: Any, speed: Any) -> Future[Any]:
-        """Go to a posture: get up, sit down or lie down first, then joint by joint; true when it was reached.
+        """Go to a posture: get up, sit down or lie down, then joint by joint; true when the robot rests in it.
 
         Raises:
             NaoqiRefused: unknown posture, or a body without a motion that the way needs.
@@ -109,13 +116,13 @@ class Postures:
             self.awake = True
             return (yield from self._stiffen_and_reach(posture, speed_fraction))
 
-        return self._tasks.begin(task(), "goToPosture", self._all, locks=True)
+        return self._tasks.begin(task(), "goToPosture", self._all, locks=True, stopped=False)
 
     def apply(self, name: Any, speed: Any) -> Future[Any]:
         """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
         speed_fraction = fraction(speed, "ALRobotPosture.applyPosture: maxSpeedFraction")
         task = self._stiffen_and_reach(_known(name), speed_fraction)
-        return self._tasks.begin(task, "applyPosture", self._all, locks=True)
+        return self._tasks.begin(task, "applyPosture", self._all, locks=True, stopped=False)
 
     def wake_up(self) -> Future[Any]:
         """Switch the stiffness on, and stand up from a crouch."""
@@ -156,8 +163,16 @@ class Postures:
             yield from self._stiffen(1.0, legs=1.0)
             self.awake = True
         yield from self._reach(posture, speed_fraction)
-        yield self._joints.now + _SETTLING
+        yield from self._settle()
         return self._deviation(posture) <= _MAX_DEVIATION and self._transitions.family() == FAMILIES[posture]
+
+    def _settle(self) -> MotionTask:
+        """Wait until the torso has been still for a while."""
+        begin = moved = self._joints.now
+        while self._joints.now < min(moved + _SETTLING, begin + _LONGEST_SETTLING):
+            if max(map(abs, self._joints.frame.gyroscope)) > _STILL:
+                moved = self._joints.now
+            yield self._joints.now + 1
 
     def _deviation(self, posture: str) -> float:
         """Farthest leg joint from a posture by the sensors, rad."""
@@ -168,7 +183,7 @@ class Postures:
         position = POSTURES[posture]
         targets = {j: position[INDEX_WITH_MIRROR[j]] for j in self._all}
         angles = (abs(targets[j] - self._joints.commanded(j)) for j in _LEGS if j in targets)
-        slowest = max(angles) / (LEG_SPEED * speed_fraction)
+        slowest = max(angles) / min(LEG_SPEED * speed_fraction, _SIT_SPEED if posture == "Sit" else LEG_SPEED)
         seconds = max(slowest, self._motion.time_to(self._all, list(targets.values()), speed_fraction))
         values = [[value] for value in targets.values()]
         yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
