@@ -1,0 +1,97 @@
+"""Key-frame motions through LoLA by a client of its own, judged by the ground truth."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import math
+import socket
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.link.world_client import WorldClient
+from bridge.messages import TruthFrame
+from bridge.messages.world import LayDown, StartName
+from bridge.motion import load_motion
+from nao_hil.runs.monitor import Monitor
+from tests.loops import TIMEOUT, until
+from tests.system.conftest import REPOSITORY
+
+WEIGHT = 53.0
+"""N, of a V6 (data sheet: 5.4 kg)."""
+
+
+LIMP = 60
+"""Cycles."""
+
+
+def client() -> Any:
+    """The example: a socket, msgpack and key frames."""
+    spec = importlib.util.spec_from_file_location("lola_motion", REPOSITORY / "examples" / "lola_motion.py")
+    assert spec is not None and spec.loader is not None
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    return example
+
+
+def tilt(truth: TruthFrame) -> float:
+    """Of the torso, degrees: the z axis of the world against its own."""
+    x, y, _, _ = truth.torso_orientation
+    return math.degrees(math.acos(1.0 - 2.0 * (x * x + y * y)))
+
+
+def stands(truth: TruthFrame) -> bool:
+    return not truth.fell and tilt(truth) < 10.0 and on_feet(truth) > 0.9
+
+
+def on_feet(truth: TruthFrame) -> float:
+    """Share of the weight."""
+    return (truth.left.force[2] + truth.right.force[2]) / WEIGHT
+
+
+def test_the_motions_of_a_day_through_lola(start: Callable[..., Any], endpoint: str, tmp_path: Path) -> None:
+    """Up from back, front and side, down to the seat, up from it, and a crouch; one robot, in lockstep."""
+    pytest.importorskip("mujoco")
+    path = str(tmp_path / "robocup")
+    emulate = ["emulate", "--engine", "mujoco", "--robot", "nao-v6", "--wear", "nominal", "--mode", "lockstep"]
+    start(*emulate, "--start", "lie-back", "--seed", "1", "--listen", endpoint, "--out", str(tmp_path / "run"))
+    start("serve", "lola", "--socket", path, "--connect", endpoint)
+    until(lambda: Path(path).exists(), "the socket")
+    example = client()
+    with contextlib.ExitStack() as stack:
+        monitor = stack.enter_context(Monitor("nao", endpoint))
+        until(monitor.connect, "the robot")
+        world = stack.enter_context(WorldClient("nao", endpoint))
+        lola = stack.enter_context(socket.socket(socket.AF_UNIX))
+        lola.settimeout(TIMEOUT)
+        lola.connect(path)
+
+        packet = example.exchange(lola, {})
+
+        def after(*names: str) -> TruthFrame:
+            nonlocal packet
+            for name in names:
+                packet = example.play(lola, load_motion(name), packet)
+            truth = monitor.truth
+            assert truth is not None
+            return truth
+
+        def lie(pose: StartName) -> None:
+            """Somebody lays the robot down, and the client lets go of it."""
+            nonlocal packet
+            world.send(LayDown(pose=pose))
+            for _ in range(LIMP):
+                packet = example.exchange(lola, {"Stiffness": [0.0] * 25})
+
+        assert stands(after("get-up-back"))
+        seated = after("sit-down")
+        assert tilt(seated) < 25.0 and on_feet(seated) < 0.3
+        assert stands(after("stand-up"))
+        assert stands(after("crouch"))
+        lie("lie-front")
+        assert stands(after("get-up-front"))
+        lie("lie-side")
+        assert stands(after("roll-from-side", "get-up-back"))
