@@ -25,7 +25,7 @@ class FrameSampler:
         servo: The drives.
         sensors: Everything that measures.
         hands: The hands.
-        room: Temperature of the hands' motors, degrees Celsius.
+        room: Temperature of the hands' motors, which stay cool, degrees Celsius.
     """
 
     def __init__(
@@ -39,23 +39,16 @@ class FrameSampler:
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
 
-    def _by_slot(self, values: Vector) -> list[float]:
-        """Values of the mechanical joints in frame order, 0 for all others."""
-        slots = np.zeros(N_JOINTS)
-        slots[self._slots] = values[self._joints]
-        by_slot: list[float] = slots.tolist()
+    def _by_slot(self, *values: Vector) -> list[list[float]]:
+        """Several values of the mechanical joints, each in frame order, 0 for all others."""
+        slots = np.zeros((len(values), N_JOINTS))
+        slots[:, self._slots] = np.array(values).take(self._joints, axis=1)
+        by_slot: list[list[float]] = slots.tolist()
         return by_slot
 
     def angles(self, position: Vector) -> tuple[float, ...]:
         """Angles of the mechanical joints (n,), rad, and the hands' openings, in frame order."""
-        return self._hands.put(self._by_slot(position))
-
-    def _temperatures(self) -> tuple[float, ...]:
-        """Of the motors in frame order, degrees Celsius; hands stay cool, absent joints read 0."""
-        temperature = self._by_slot(self._servo.heat.temperature)
-        for slot in self._hands.slots:
-            temperature[slot] = self._room
-        return tuple(temperature)
+        return self._hands.put(*self._by_slot(position))
 
     def sample(
         self,
@@ -77,15 +70,20 @@ class FrameSampler:
             command: `reply_to` of the command in force.
             missed: Cycles without an answer so far.
         """
-        sensors = self._sensors
+        sensors, servo = self._sensors, self._servo
         inertial = sensors.inertial.sample
+        measured, stiffness, current, temperature = self._by_slot(
+            sensors.encoders.read(position), servo.stiffness, servo.current(), servo.heat.temperature
+        )
+        for slot in self._hands.slots:
+            temperature[slot] = self._room
         return SensorFrame(
             seq=seq,
             time=time,
-            position=self.angles(sensors.encoders.read(position)),
-            stiffness=self._hands.put_stiffness(self._by_slot(self._servo.stiffness)),
-            current=tuple(self._by_slot(self._servo.current())),
-            temperature=self._temperatures(),
+            position=self._hands.put(measured),
+            stiffness=self._hands.put_stiffness(stiffness),
+            current=tuple(current),
+            temperature=tuple(temperature),
             fsr=sensors.forces(contacts),
             accelerometer=inertial.acceleration,
             gyroscope=inertial.rate,

@@ -29,8 +29,9 @@ class ActuatorTable:
         self.slots = [INDEX[joint] for joint in driven_joints(body)]
         """Frame slot of each driven joint."""
         self.n_joints = len(self.slots)
-        self._places = np.array(self.slots)
         self._frame = np.arange(2 * self.n_joints)
+        self._wanted = np.array(self.slots + [N_JOINTS + slot for slot in self.slots])
+        """Of each row of a frame: its place among 25 positions and 25 stiffnesses."""
         self._gain = np.array([actuator.gain for actuator in self.rows])
         self._offset = np.array([actuator.offset for actuator in self.rows])
         # Rounded inwards, so that no integer stands for a value beyond the range.
@@ -38,6 +39,12 @@ class ActuatorTable:
         upper = np.array([actuator.upper for actuator in self.rows])
         self._lower = np.ceil((lower - self._offset) / self._gain - 1e-9)
         self._upper = np.floor((upper - self._offset) / self._gain + 1e-9)
+        # the other way round, 0 for joints that the body lacks
+        self._rows_sent = np.zeros(2 * N_JOINTS, dtype=int)
+        self._gain_sent, self._offset_sent = np.zeros((2, 2 * N_JOINTS))
+        self._rows_sent[self._wanted] = self._frame
+        self._gain_sent[self._wanted] = self._gain[self._frame]
+        self._offset_sent[self._wanted] = self._offset[self._frame]
 
     def to_counts(self, row: int, value: float) -> float:
         """A value of an actuator as its board's integer, inside the range."""
@@ -64,15 +71,18 @@ class ActuatorTable:
             stiffness: 25 in frame order.
         """
         n = len(self._frame)
-        wanted = np.array((position, stiffness))[:, self._places].ravel()
-        counts = np.rint((wanted - self._offset[:n]) / self._gain[:n])
-        inside: Array = np.minimum(np.maximum(counts, self._lower[:n]), self._upper[:n])
-        return inside
+        counts: Array = np.array((*position, *stiffness), dtype=np.float64).take(self._wanted)
+        counts -= self._offset[:n]
+        counts /= self._gain[:n]
+        np.rint(counts, counts)
+        np.maximum(counts, self._lower[:n], counts)
+        np.minimum(counts, self._upper[:n], counts)
+        return counts
 
     def frame_values(self, counts: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """25 positions and 25 stiffnesses in frame order, 0 for absent joints, of counts, shape (rows,)."""
-        n = len(self._frame)
-        sent, frame = np.rint(counts[:n]) * self._gain[:n] + self._offset[:n], np.zeros((2, N_JOINTS))
-        frame[:, self._places] = sent.reshape(2, self.n_joints)
-        position, stiffness = frame.tolist()
-        return tuple(position), tuple(stiffness)
+        sent = np.rint(counts.take(self._rows_sent))
+        sent *= self._gain_sent
+        sent += self._offset_sent
+        values = tuple(sent.tolist())
+        return values[:N_JOINTS], values[N_JOINTS:]

@@ -147,11 +147,14 @@ class Dcm:
             stiffness: 25 in frame order.
             without: slots whose actuators go on as they are.
         """
-        rows = self._table.frame_rows(without)
-        self._last[rows] = self._table.frame_counts(position, stiffness)[rows]
-        if self._buffers:
+        counts = self._table.frame_counts(position, stiffness)
+        if without or self._buffers:
+            rows = self._table.frame_rows(without)
+            self._last[rows] = counts[rows]
             for row in rows.tolist():
                 self._buffers.pop(row, None)
+        else:
+            self._last[: len(counts)] = counts
         self._framed = True
 
     def move(self, name: str, value: float) -> None:

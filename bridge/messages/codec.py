@@ -83,7 +83,7 @@ def require_finite(name: str, values: tuple[float, ...]) -> None:
     Raises:
         FrameError: a value is NaN or infinite; names the first one.
     """
-    if all(map(math.isfinite, values)):
+    if math.isfinite(sum(values)):  # else a value is not, or their sum is beyond all numbers
         return
     for i, value in enumerate(values):
         if not math.isfinite(value):

@@ -80,24 +80,26 @@ class FusedAngle:
     def __init__(self, gravity: float, acceleration: Vec3, parameters: FusedAngleParameters) -> None:
         motion_pull = 1.0 / parameters.motion_time
         pulls = (motion_pull, max(1.0 / parameters.rest_time, motion_pull))
-        self._constants = (gravity, *pulls, parameters.bias_time)
-        self._state = np.zeros(1, STATE)
-        self._state["up"] = _unit(acceleration)
-        self._state["mean_acceleration"] = acceleration
+        self.constants = (gravity, *pulls, parameters.bias_time)
+        """The last arguments of `fuse`."""
+        self.state = np.zeros(1, STATE)
+        """Of the unit."""
+        self.state["up"] = _unit(acceleration)
+        self.state["mean_acceleration"] = acceleration
 
     @property
     def at_rest(self) -> bool:
         """The unit believes that it rests."""
-        return bool(self._state["at_rest"][0])
+        return bool(self.state["at_rest"][0])
 
     def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
         """Take in the means of both sensors over the last dt seconds."""
-        _update(self._state, acceleration, rate, dt, *self._constants)
+        fuse(self.state, acceleration, rate, dt, *self.constants)
 
     @property
     def angle(self) -> Vec2:
         """AngleX (roll) and AngleY (pitch), rad."""
-        x, y, z = self._state["up"][0].tolist()
+        x, y, z = self.state["up"][0].tolist()
         return math.atan2(y, z), math.atan2(-x, math.hypot(y, z))
 
 
@@ -118,7 +120,7 @@ def _vector(a: Vector) -> Vec3:
 
 
 @compiled
-def _update(
+def fuse(
     state: NDArray[Any],
     acceleration: Vec3,
     rate: Vec3,
@@ -128,6 +130,18 @@ def _update(
     rest_pull: float,
     bias_time: float,
 ) -> None:
+    """`FusedAngle.update` as machine code.
+
+    Args:
+        state: Of `STATE`, (1,); changed.
+        acceleration: Mean since the last call, m/s^2.
+        rate: Likewise, rad/s.
+        dt: Since then, s.
+        gravity: m/s^2.
+        motion_pull: Towards the accelerometer in motion, 1/s.
+        rest_pull: At rest.
+        bias_time: In which the bias is learnt at rest, s.
+    """
     now = state[0]
     _judge_rest(now, acceleration, rate, dt, gravity)
     pull, bias = motion_pull, _vector(now.bias)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.body.model import InertialUnit
 from bridge.types import Vec2, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.engine.values import TorsoState
-from emulator.sensors.fusion import FusedAngle
+from emulator.sensors.fusion import FusedAngle, fuse
 from emulator.sensors.parameters import SensorParameters
-from emulator.sensors.triaxial import ALL_AXES, TriaxialSensor
+from emulator.sensors.triaxial import ALL_AXES, Constants, TriaxialSensor, measured, reported
 from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
 
+Vector = NDArray[np.float64]
 REST_BEFORE_START: Final = 5.0
 """How long the unit has been on and at rest before the first sample, s: it knows its gyroscope's bias."""
 
@@ -50,13 +52,46 @@ def mean_rate(before: Rotation, after: Rotation, time: float) -> Vec3:
     return a * factor, b * factor, c * factor
 
 
-@compiled
+@compilable
 def _velocity_of(place: Vec3, rotation: Rotation, velocity: Vec3, angular_velocity: Vec3) -> Vec3:
     """Velocity of a place in the torso, world frame, m/s."""
     return add(velocity, cross(angular_velocity, rotate(rotation, place)))
 
 
 @compiled
+def _move(
+    place: Vec3,
+    before: Rotation,
+    after: Rotation,
+    velocity: Vec3,
+    torso_velocity: Vec3,
+    torso_rate: Vec3,
+    up: Vec3,
+    cycle: float,
+) -> tuple[Vec3, Vec3, Vec3]:
+    """Velocity of the accelerometer's place after a cycle, and the means of `_means`."""
+    later = _velocity_of(place, after, torso_velocity, torso_rate)
+    return later, *_means(before, after, velocity, later, up, cycle)
+
+
+@compiled
+def _take(
+    acceleration: Vec3,
+    rate: Vec3,
+    accelerometer: Constants,
+    gyroscope: Constants,
+    noises: tuple[Vector, Vector],
+    state: NDArray[Any],
+    cycle: float,
+    fusion: tuple[float, float, float, float],
+) -> tuple[Vec3, Vec3]:
+    """Sample true means of a cycle, fuse them, and return what both sensors report."""
+    seen, turned = measured(acceleration, accelerometer, noises[0]), measured(rate, gyroscope, noises[1])
+    fuse(state, seen, turned, cycle, *fusion)
+    return reported(seen, accelerometer[2]), reported(turned, gyroscope[2])
+
+
+@compilable
 def _means(
     before: Rotation, after: Rotation, velocity: Vec3, later: Vec3, up: Vec3, cycle: float
 ) -> tuple[Vec3, Vec3]:
@@ -126,28 +161,40 @@ class InertialSensors:
     def start(self, torso: TorsoState) -> None:
         """Begin at a torso that has been at rest as it is now: at first, and when it was put there by hand."""
         self._rotation = torso.rotation
-        self._velocity = self._point_velocity(torso)
+        self._velocity = _velocity_of(self._place, torso.rotation, torso.velocity, torso.angular_velocity)
         at_rest = rotate_back(torso.rotation, self._up)
         self._fusion = FusedAngle(self._gravity, self.accelerometer.measure(at_rest), self._filter)
         for _ in range(round(REST_BEFORE_START / self._cycle)):
             self._take(at_rest, (0.0, 0.0, 0.0))
 
-    def _point_velocity(self, torso: TorsoState) -> Vec3:
-        return _velocity_of(self._place, torso.rotation, torso.velocity, torso.angular_velocity)
-
     def _take(self, acceleration: Vec3, rate: Vec3) -> None:
-        seen, turned = self.accelerometer.measure(acceleration), self.gyroscope.measure(rate)
-        self._fusion.update(seen, turned, self._cycle)
-        self.sample = InertialSample(
-            self.accelerometer.report(seen), self.gyroscope.report(turned), self._fusion.angle
+        accelerometer, gyroscope, fusion = self.accelerometer, self.gyroscope, self._fusion
+        seen, turned = _take(
+            acceleration,
+            rate,
+            accelerometer.constants,
+            gyroscope.constants,
+            (accelerometer.noise(), gyroscope.noise()),
+            fusion.state,
+            self._cycle,
+            fusion.constants,
         )
+        self.sample = InertialSample(seen, turned, fusion.angle)
         """The latest sample."""
 
     def update(self, torso: TorsoState) -> None:
         """Sample at the end of a cycle."""
-        before, velocity = self._velocity, self._point_velocity(torso)
-        seen, rate = _means(self._rotation, torso.rotation, before, velocity, self._up, self._cycle)
-        self._velocity, self._rotation = velocity, torso.rotation
+        self._velocity, seen, rate = _move(
+            self._place,
+            self._rotation,
+            torso.rotation,
+            self._velocity,
+            torso.velocity,
+            torso.angular_velocity,
+            self._up,
+            self._cycle,
+        )
+        self._rotation = torso.rotation
         self._take(seen, rate)
 
     def rezero(self) -> None:

@@ -6,12 +6,17 @@ import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.types import Vec3
+from emulator.compiled import compilable
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import TriaxialParameters
 
+Vector = NDArray[np.float64]
+Constants = tuple[Vector, float, float]
 ALL_AXES: Final = 3
+_QUIET: Final = np.zeros(0)
 
 
 class TriaxialSensor:
@@ -39,28 +44,54 @@ class TriaxialSensor:
         constants, noise = random.spawn(2)
         p = parameters
         present = np.array([1.0, 1.0, 1.0 if axes == ALL_AXES else 0.0])
-        self.gain: list[float] = ((1.0 + p.gain * constants.standard_normal(3)) * present).tolist()
+        self.gain: Vector = (1.0 + p.gain * constants.standard_normal(3)) * present
         """Reading per true value; 0 for an axis that is not there."""
-        self.bias: list[float] = (p.bias * constants.standard_normal(3) * present).tolist()
+        self.bias: Vector = p.bias * constants.standard_normal(3) * present
         """In the sensor's unit."""
-        self._noise: list[float] = (p.noise * present).tolist()
-        self._noisy = p.noise > 0.0
-        self._rows = NormalRows(noise, 3)
-        self._max_value = max_value if p.saturation else math.inf
+        self._rows = NormalRows(noise, 3) if p.noise > 0.0 else None
         self._step = step if p.quantisation else 0.0
+        top = max_value if p.saturation else math.inf
+        self.constants: Constants = (np.array([self.gain, self.bias, p.noise * present]), top, self._step)
+        """For `measured`."""
+
+    def noise(self) -> Vector:
+        """Of the next sample, for `measured`."""
+        return _QUIET if self._rows is None else self._rows.next()
 
     def measure(self, true: Vec3) -> Vec3:
         """One sample of a true vector, not yet rounded."""
-        g, b, top = self.gain, self.bias, self._max_value
-        x, y, z = true[0] * g[0] + b[0], true[1] * g[1] + b[1], true[2] * g[2] + b[2]
-        if self._noisy:
-            n, s = self._rows.next().tolist(), self._noise
-            x, y, z = x + s[0] * n[0], y + s[1] * n[1], z + s[2] * n[2]
-        return max(-top, min(x, top)), max(-top, min(y, top)), max(-top, min(z, top))
+        return measured(true, self.constants, self.noise())
 
     def report(self, sample: Vec3) -> Vec3:
         """The sample in whole steps."""
-        step = self._step
-        if step == 0.0:
-            return sample
-        return round(sample[0] / step) * step, round(sample[1] / step) * step, round(sample[2] / step) * step
+        return reported(sample, self._step)
+
+
+@compilable
+def measured(true: Vec3, constants: Constants, noise: Vector) -> Vec3:
+    """One sample of a true vector, not yet rounded.
+
+    Args:
+        true: In the sensor's unit.
+        constants: `TriaxialSensor.constants`: rows of gain, bias and deviation of the noise; range; step.
+        noise: Standard normal, (3,); none: (0,).
+    """
+    axes, top, _ = constants
+    x, y, z = true[0] * axes[0, 0], true[1] * axes[0, 1], true[2] * axes[0, 2]
+    x, y, z = x + axes[1, 0], y + axes[1, 1], z + axes[1, 2]
+    if len(noise) > 0:
+        x, y, z = x + axes[2, 0] * noise[0], y + axes[2, 1] * noise[1], z + axes[2, 2] * noise[2]
+    return max(-top, min(x, top)), max(-top, min(y, top)), max(-top, min(z, top))
+
+
+@compilable
+def reported(sample: Vec3, step: float) -> Vec3:
+    """A sample in whole steps.
+
+    Args:
+        sample: In the sensor's unit.
+        step: 0: as it is.
+    """
+    if step == 0.0:
+        return sample
+    return round(sample[0] / step) * step, round(sample[1] / step) * step, round(sample[2] / step) * step

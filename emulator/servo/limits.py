@@ -23,14 +23,6 @@ def _coupling(body: Body, joint: str) -> Vector:
     return np.array([[at, rows[at].lower, rows[at].upper] for at in sorted(rows)]).T.copy()
 
 
-@compiled
-def _couple(request: Vector, joint: int, other: int, table: Vector) -> None:
-    """Clip the request of a joint by that of the other, linear between the table's rows (assumed)."""
-    at = request[other]
-    lower, upper = np.interp(at, table[0], table[1]), np.interp(at, table[0], table[2])
-    request[joint] = min(max(request[joint], lower), upper)
-
-
 class RequestLimits:
     """Clips requests as the robot's boards do.
 
@@ -45,15 +37,33 @@ class RequestLimits:
     def __init__(self, body: Body, joints: Sequence[str]) -> None:
         self._lower = np.array([body.joints[name].lower for name in joints])
         self._upper = np.array([body.joints[name].upper for name in joints])
-        self._couplings = [
-            (joints.index(joint), joints.index(other), _coupling(body, joint))
-            for joint, other in COUPLED_TO.items()
-            if joint in joints and other in joints
-        ]
+        coupled = [(a, b) for a, b in COUPLED_TO.items() if a in joints and b in joints]
+        places = [(joints.index(a), joints.index(b)) for a, b in coupled]
+        self._places = np.array(places, dtype=np.int64).reshape(-1, 2)
+        tables = [_coupling(body, joint) for joint, _ in coupled]
+        self._tables = np.concatenate([np.zeros((3, 0)), *tables], axis=1)
+        """One after the other."""
+        self._ends = np.cumsum([0, *(table.shape[1] for table in tables)])
 
     def clip(self, request: Vector) -> Vector:
         """The nearest allowed request, rad."""
-        allowed: Vector = np.minimum(np.maximum(request, self._lower), self._upper)
-        for joint, other, table in self._couplings:
-            _couple(allowed, joint, other, table)
-        return allowed
+        return _clip(request, self._lower, self._upper, self._places, self._tables, self._ends)
+
+
+@compiled
+def _clip(
+    request: Vector,
+    lower: Vector,
+    upper: Vector,
+    places: NDArray[np.int64],
+    tables: Vector,
+    ends: NDArray[np.int64],
+) -> Vector:
+    allowed: Vector = np.minimum(np.maximum(request, lower), upper)
+    for i in range(len(places)):
+        # clip the request of a joint by that of the other, linear between the table's rows (assumed)
+        joint, other, table = places[i, 0], places[i, 1], tables[:, ends[i] : ends[i + 1]]
+        at = allowed[other]
+        low, high = np.interp(at, table[0], table[1]), np.interp(at, table[0], table[2])
+        allowed[joint] = min(max(allowed[joint], low), high)
+    return allowed

@@ -128,8 +128,8 @@ class Servo:
             stiffness: 25 values in frame order; clipped to at most 1.
             elapsed: Steps of the cycle that have run already, at most `delay_steps`.
         """
-        request = self._limits.clip(np.array(position)[self._slots])
-        wanted = np.minimum(np.array(stiffness)[self._slots], 1.0)
+        request = self._limits.clip(np.array(position).take(self._slots))
+        wanted = np.minimum(np.array(stiffness).take(self._slots), 1.0)
         self._queue.append((self._clock - elapsed + self.delay_steps, request, wanted))
 
     def start(self, position: Vector) -> None:

@@ -9,7 +9,7 @@ from numba import carray
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
-from emulator.compiled import compiled
+from emulator.compiled import compilable, compiled
 from emulator.engine.contacts import SIDES, STEEP, ground_contacts
 from emulator.engine.mujoco.native import Layout, pointer
 from emulator.engine.mujoco.robot import MujocoRobot
@@ -41,7 +41,7 @@ class MujocoContacts:
         self._sums, self._whole = np.zeros((2, 7)), np.zeros((2, 7))
         self._frames, self._normals = np.zeros((2, 12)), np.zeros((2, 3))
         self._rim = np.zeros((_RIM, 4))
-        self._counts = np.zeros(1, dtype=np.int64)
+        self._counts = np.zeros(2, dtype=np.int64)
         self._version = -1
 
     def _find(self) -> None:
@@ -65,23 +65,58 @@ class MujocoContacts:
     def begin(self) -> None:
         """Forget the last cycle; the soles' normals are those of now until `mean`."""
         self._find()
-        _place_feet(*self._robot.poses(), self._feet, self._frames)
-        self._normals[:] = self._frames[:, 5::3]
-        self._sums[:] = 0.0
-        self._counts[0] = 0
-        self._touching[:] = False
+        _begin(
+            *self._robot.poses(),
+            self._feet,
+            self._frames,
+            self._normals,
+            self._sums,
+            self._counts,
+            self._touching,
+        )
 
     def mean(self, steps: int) -> GroundContacts:
         """Means over the steps since `begin`."""
         self._find()
-        _place_feet(*self._robot.poses(), self._feet, self._frames)
-        _unite(self._sums, self._normals, self._whole)
-        rim = [(int(foot), (x, y, z)) for foot, x, y, z in self._rim[: self._counts[0]].tolist()]
-        touching = frozenset(self._links[geom] for geom in np.flatnonzero(self._touching))
+        _end(*self._robot.poses(), self._feet, self._frames, self._sums, self._normals, self._whole)
+        rims, touches = self._counts.tolist()
+        rim = [(int(foot), (x, y, z)) for foot, x, y, z in self._rim[:rims].tolist()] if rims else []
+        touched = np.flatnonzero(self._touching) if touches else ()
+        touching = frozenset(self._links[geom] for geom in touched)
         return ground_contacts(self._whole, rim, self._frames, max(steps, 1), self._scene.normal, touching)
 
 
 @compiled
+def _begin(
+    positions: Vector,
+    turns: Vector,
+    feet: NDArray[np.int64],
+    frames: Vector,
+    normals: Vector,
+    sums: Vector,
+    counts: NDArray[np.int64],
+    touching: NDArray[np.bool_],
+) -> None:
+    _place_feet(positions, turns, feet, frames)
+    normals[:] = frames[:, 5::3]
+    sums[:], counts[:], touching[:] = 0.0, 0, False
+
+
+@compiled
+def _end(
+    positions: Vector,
+    turns: Vector,
+    feet: NDArray[np.int64],
+    frames: Vector,
+    sums: Vector,
+    normals: Vector,
+    whole: Vector,
+) -> None:
+    _place_feet(positions, turns, feet, frames)
+    _unite(sums, normals, whole)
+
+
+@compilable
 def _place_feet(positions: Vector, turns: Vector, feet: NDArray[np.int64], frames: Vector) -> None:
     """The feet's frames as for `ground_contacts`, written, of MuJoCo's positions and quaternions of bodies."""
     for i in range(len(feet)):
@@ -90,7 +125,7 @@ def _place_feet(positions: Vector, turns: Vector, feet: NDArray[np.int64], frame
         frames[i, 3:] = matrix((x, y, z, w))
 
 
-@compiled
+@compilable
 def _unite(sums: Vector, normals: Vector, whole: Vector) -> None:
     """Take the force of all contacts of a foot at their centre of pressure for one contact, written."""
     for i in range(len(sums)):
@@ -123,7 +158,7 @@ def add_contacts(
         normals: Of both soles, (2, 3), world frame.
         sums: Over the contacts of both feet; changed.
         rim: Contacts on the rims of the feet; changed.
-        counts: How many of these; changed.
+        counts: How many of these, and how often a link touched the ground; changed.
         touching: Geoms of the robot that touch the ground; changed.
     """
     count_at, contacts_at, forces_at, size, geom_at, place_at, frame_at, address_at = layout
@@ -145,6 +180,7 @@ def add_contacts(
             own, other = kind[geom], kind[geoms[1 - which]]
             if own == _LINK and other == _GROUND:
                 touching[geom] = True
+                counts[1] += 1
             if own != 0 and own != 1:
                 continue
             normal_force, weight, slope = forces[0], 0.0, 0.0

@@ -84,10 +84,9 @@ class MujocoEngine(Engine):
                 self._stops.constants,
                 self._contacts.arrays(),
             )
-        run_steps(steps, drives, torque, *self._arguments)
+        robot.position, robot.velocity = run_steps(steps, drives, torque, *self._arguments)
         self._steps += steps
         simulation.moved()
-        robot.read()
 
     def bare_step(self) -> None:
         """See `Engine`."""

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
-from bridge.types import Vec3
+from bridge.types import Quaternion, Vec3
+from emulator.compiled import compiled
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.model import HOOK, MujocoModel
 from emulator.engine.mujoco.scene import MujocoScene
@@ -19,6 +20,7 @@ from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.multibody import Multibody, Vector
 from emulator.engine.values import TorsoState
 from emulator.poses import Pose
+from emulator.vectors import Rotation
 
 TOUCH: Final = 0.001
 """Up to which distance MuJoCo looks for two things that touch, m."""
@@ -57,6 +59,7 @@ class MujocoRobot(Multibody):
         if not self._description.held:
             first = int(model.joint(TORSO).dofadr[0])
             self._free = slice(first, first + 6)
+            self._moving, self._turning = slice(first, first + 3), slice(first + 3, first + 6)
 
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """Places of the joints in MuJoCo's vectors, and these: of `steps.run_steps`."""
@@ -122,15 +125,13 @@ class MujocoRobot(Multibody):
         """See `Multibody`."""
         self._look_now()
         body = self._bodies[TORSO]
-        x, y, z = self._positions[body].tolist()
-        rotation = self._matrices[body]
+        position, orientation, rotation = _frame(self._positions, self._turns, self._matrices, body)
         velocity = angular = (0.0, 0.0, 0.0)
         if not self._description.held:
-            speed = self._qvel[self._free]
-            velocity = tuple(speed[:3].tolist())
             # MuJoCo's angular velocity of a free joint is in the body's frame
-            angular = tuple((rotation.reshape(3, 3) @ speed[3:]).tolist())
-        return TorsoState((x, y, z), xyzw(self._turns[body]), tuple(rotation.tolist()), velocity, angular)
+            spin = self._matrices[body].reshape(3, 3) @ self._qvel[self._turning]
+            velocity, angular = tuple(self._qvel[self._moving].tolist()), tuple(spin.tolist())
+        return TorsoState(position, orientation, rotation, velocity, angular)
 
     def link_pose(self, link: str) -> Pose:
         """See `Multibody`."""
@@ -203,3 +204,11 @@ class MujocoRobot(Multibody):
         model, data = self._simulation.model, self._simulation.now
         distances = [mujoco.mj_geomDistance(model, data, a, b, TOUCH, None) for a, b in pairs]
         return min((float(d) for d in distances if d <= 0.0), default=np.inf)
+
+
+@compiled
+def _frame(positions: Vector, turns: Vector, matrices: Vector, body: int) -> tuple[Vec3, Quaternion, Rotation]:
+    """Position, quaternion and rotation matrix of a body."""
+    p, q, m = positions[body], turns[body], matrices[body]
+    rotation = (m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8])
+    return (p[0], p[1], p[2]), (q[1], q[2], q[3], q[0]), rotation

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.compiled import compiled
+from emulator.compiled import compilable, compiled
 from emulator.drives import run_drives
 from emulator.engine.mujoco.contacts import add_contacts
 from emulator.engine.mujoco.native import Layout, mj_step
@@ -34,7 +34,7 @@ def run_steps(
     pushes: Vector,
     stops: tuple[Vector, Vector, Vector, float],
     contacts: tuple[NDArray[Any], ...],
-) -> None:
+) -> tuple[Vector, Vector]:
     """Run steps.
 
     Args:
@@ -52,11 +52,13 @@ def run_steps(
         pushes: MuJoCo's applied forces of bodies, (bodies, 6); they act in the first step.
         stops: `Stops.constants`.
         contacts: `MujocoContacts.arrays`, to which those of the steps are added.
+
+    Returns:
+        Positions and velocities of the joints after them, (n,), rad and rad/s.
     """
     position, velocity = np.empty(len(angles)), np.empty(len(angles))
+    _read_joints(angles, dofs, qpos, qvel, position, velocity)
     for _ in range(steps):
-        for i in range(len(angles)):
-            position[i], velocity[i] = qpos[angles[i]], qvel[dofs[i]]
         if len(drives) > 0:
             run_drives(drives, position, velocity, torque)
         brake_joints(*stops, position, velocity, torque)
@@ -65,3 +67,13 @@ def run_steps(
         mj_step(model, data)
         pushes[:] = 0.0
         add_contacts(data, layout, *contacts)
+        _read_joints(angles, dofs, qpos, qvel, position, velocity)
+    return position, velocity
+
+
+@compilable
+def _read_joints(
+    angles: Places, dofs: Places, qpos: Vector, qvel: Vector, position: Vector, velocity: Vector
+) -> None:
+    for i in range(len(angles)):
+        position[i], velocity[i] = qpos[angles[i]], qvel[dofs[i]]
