@@ -47,19 +47,21 @@ class ForceCells:
 
     def read(self, forces: Vector) -> tuple[float, ...]:
         """Readings of all cells for the forces on them, (8,), N; once per cycle."""
-        self.drift = self.drift * self._drift_decay + self._drift_step * self._drifts.next()
-        readings: list[float] = _read(
+        self.drift, readings = _read(
             forces,
             self._dead_band,
             self.gain,
             self.offset,
             self.drift,
+            self._drift_decay,
+            self._drift_step,
+            self._drifts.next(),
             self._noise,
             self._noises.next(),
             self._step,
             self._max_force,
-        ).tolist()
-        return tuple(readings)
+        )
+        return tuple(readings.tolist())
 
 
 @compiled
@@ -68,18 +70,23 @@ def _read(
     dead_band: float,
     gain: Vector,
     offset: Vector,
-    drift: Vector,
+    before: Vector,
+    drift_decay: float,
+    drift_step: float,
+    wander: Vector,
     deviation: float,
     noise: Vector,
     step: float,
     max_force: float,
-) -> Vector:
-    readings = np.empty(CELLS)
+) -> tuple[Vector, Vector]:
+    """The drift after a cycle, and the readings with it."""
+    drift, readings = np.empty(CELLS), np.empty(CELLS)
     for i in range(CELLS):
+        drift[i] = before[i] * drift_decay + drift_step * wander[i]
         felt = forces[i] if forces[i] >= dead_band else 0.0
         reading = felt * gain[i] + offset[i] + drift[i] + deviation * noise[i]
         if step > 0.0:
             reading = round(reading / step) * step
         # a cell can be pressed only
         readings[i] = min(max(reading, 0.0), max_force)
-    return readings
+    return drift, readings

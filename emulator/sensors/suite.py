@@ -63,8 +63,6 @@ class Sensors:
     def forces(self, contacts: GroundContacts) -> tuple[float, ...]:
         """Readings of the eight force cells, left foot first, N; once per cycle."""
         left, right = contacts.feet["L"], contacts.feet["R"]
-        feet = (
-            self._left.distribute(left.normal_force, left.cop),
-            self._right.distribute(right.normal_force, right.cop),
-        )
-        return self.cells.read(np.array(feet).ravel())
+        on_left = self._left.distribute(left.normal_force, left.cop)
+        on_right = self._right.distribute(right.normal_force, right.cop)
+        return self.cells.read(np.array((*on_left, *on_right)))

@@ -38,12 +38,12 @@ def hits(simulation: Simulation, starts: Vector, ends: Vector, seen: Sequence[in
     _cast(model._address, data._address, groups, starts, ends, geoms, found)
     result = []
     robots = (model.geom_group[geoms] == ROBOT_GROUP).tolist()
-    for i, (fraction, x, y, z, nx, ny, nz) in enumerate(found.tolist()):
-        if geoms[i] < 0:
-            x, y, z = ends[i].tolist()
-            result.append(RayHit("nothing", 1.0, (x, y, z), (0.0, 0.0, 0.0)))
+    for geom, robot, end, hit in zip(geoms.tolist(), robots, ends.tolist(), found.tolist(), strict=True):
+        fraction, x, y, z, nx, ny, nz = hit
+        if geom < 0:
+            result.append(RayHit("nothing", 1.0, (end[0], end[1], end[2]), (0.0, 0.0, 0.0)))
         else:
-            result.append(RayHit("robot" if robots[i] else "scene", fraction, (x, y, z), (nx, ny, nz)))
+            result.append(RayHit("robot" if robot else "scene", fraction, (x, y, z), (nx, ny, nz)))
     return result
 
 
