@@ -110,7 +110,7 @@ class Stabilizer:
             if self._torso is not None
             else (0.0, 0.0)
         )
-        offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support)
+        offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support, plan.progress)
         torso = torso[0] + offsets.pitch[0], torso[1] + offsets.pitch[1]
         righting = self._lay_on_ground(estimate, dt)
         common = self._release_common(dt)

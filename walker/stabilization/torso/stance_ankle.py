@@ -7,7 +7,8 @@ k/z in its quadratic one: on (4.12), k = 0.06 s gives a damping ratio of 0.39. A
 delay of drives and bus bounds k: at 40 ms a nominal robot walks with 0.04 to 0.08 s and falls with 0.15 s.
 
 Lean feedback: a sole that lands on an edge does not lie level, and a position-controlled leg leans the torso by
-as much. The ankle turns against that lean and so brings the torso upright over a sole that stays askew.
+as much. The ankle turns against that lean and so brings the torso upright over a sole that stays askew. A lean
+that each stride repeats does not count (`StridePattern`).
 
 Both act about two axes on the ankle of the leg that alone bears the weight.
 """
@@ -21,6 +22,7 @@ import msgspec
 from bridge.types import Fraction, NotNegative, Positive, Side, Vec2, Vec3
 from walker.planning.plan import Support
 from walker.stabilization.torso.sign import ankle_pitch_from_lean
+from walker.stabilization.torso.stride_pattern import StridePattern
 
 _SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
@@ -45,6 +47,8 @@ class LeanFeedbackParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     """Offset of AnkleRoll over the torso's roll."""
     pitch: Fraction = 0.0
     """Offset of AnklePitch over the torso's pitch."""
+    pattern_gain: Fraction = 0.1
+    """Share of the lean that goes to the pattern of a stride in a cycle."""
 
 
 class AnkleOffsets(NamedTuple):
@@ -77,18 +81,24 @@ class StanceAnkle:
         on_lean: bool,
     ) -> None:
         self._rate_gains = (damping.roll, damping.pitch) if on_rate else (0.0, 0.0)
-        self._lean_gains = (lean.roll, lean.pitch) if on_lean else (0.0, 0.0)
+        self._lean_gains = (lean.roll, lean.pitch)
+        self._pattern = StridePattern(lean.pattern_gain) if on_lean else None
         self._bound, self._step = damping.max_offset, damping.max_rate * cycle
         self._offsets = AnkleOffsets()
 
-    def update(self, gyroscope: Vec3, lean: Vec2, support: Support) -> AnkleOffsets:
+    def update(self, gyroscope: Vec3, lean: Vec2, support: Support, progress: float) -> AnkleOffsets:
         """One cycle.
 
         Args:
             gyroscope: angular velocity in the Torso frame, rad/s.
             lean: roll and pitch of the torso that are to vanish, rad.
             support: the leg that bears the weight; with `both` the offsets return to zero.
+            progress: fraction of the step that has passed, 0..1.
         """
+        if self._pattern is None or support == "both":
+            lean = (0.0, 0.0)
+        else:
+            lean = self._pattern.without(lean, support, progress)
         roll, pitch = (
             rate_gain * rate + lean_gain * angle
             for rate_gain, rate, lean_gain, angle in zip(
