@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import pytest
 
 from bridge.body import load_body
@@ -49,6 +50,9 @@ def test_a_stand_is_lost_when_the_capture_point_of_the_rigid_body_leaves_the_sol
     beyond = step * lever / OMEGA * math.exp(OMEGA * latency)
     assert found.xi == pytest.approx((edge + beyond, 0.0), abs=1e-3)
     assert found.com == pytest.approx((at + latency * (rate + step) * lever, 0.0), abs=1e-3)
+    msgspec.msgpack.encode(
+        found
+    )  # the plan that follows goes out as telemetry, which takes no number of NumPy's
 
 
 @pytest.mark.parametrize(("edge", "side"), [(TOE, 0.02), (HEEL, 0.02), (TOE, -0.02), (HEEL, -0.02)])

@@ -83,14 +83,15 @@ class CaptureEstimator:
         ahead = [base.local(*_foot(plan, side)[:2])[0] for side in sides]
         heel, toe = self._heel + min(ahead), self._toe + max(ahead)
         omega = plan.pendulum.omega
-        x, y = com + rate / omega
+        x, y = (com + rate / omega).tolist()
         edge = min(max(x, heel), toe)
         if rests:
             self._lost = x != edge and load > 0.5 * self._weight
         if not self._lost:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
-        return CaptureStep(base.point(*(com + self._p.latency * rate)), base.point(x, y))
+        c_x, c_y = (com + self._p.latency * rate).tolist()
+        return CaptureStep(base.point(c_x, c_y), base.point(x, y))
 
 
 def _foot(plan: Plan, side: Side) -> Foothold:
