@@ -7,6 +7,7 @@ leaves out stay as they are. The first frame is approached from wherever the joi
 from __future__ import annotations
 
 import csv
+import difflib
 from pathlib import Path
 from typing import Annotated, Final, Literal, NamedTuple
 
@@ -25,6 +26,8 @@ Lying = Literal["back", "front", "left", "right", "upright"]
 _FOLDER: Final = Path(__file__).parent
 _MIDLINE: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
+_COLUMNS: Final = ("duration_s", "stiffness")
+"""Of a table, beside those of the joints."""
 _FASTEST: Final = 1.5708
 """rad/s; speed of the approach to the first frame, NaoTH's."""
 
@@ -72,7 +75,13 @@ class Motion(_Table, frozen=True, kw_only=True):
     title: str
     source: str
     """Where the angles come from, and their licence."""
-    begins: tuple[Lying, ...] = ("back", "front", "left", "right", "upright")
+    begins: Annotated[tuple[Lying, ...], msgspec.Meta(min_length=1)] = (
+        "back",
+        "front",
+        "left",
+        "right",
+        "upright",
+    )
     """How the robot may lie at the beginning."""
     bodies: tuple[str, ...] = ()
     """On which it was seen to work; empty: not said."""
@@ -122,6 +131,13 @@ def load_motion(name_or_path: str, also: tuple[str, ...] = ()) -> Motion:
             raise ConfigurationError(f"{unknown_name('motion', name_or_path, known)}, or a file")
         path = _FOLDER / f"{name_or_path}.toml"
     motion = load_toml(path, Motion)
+    for gate in (phase.gate for phase in motion.phases if phase.gate):
+        for axis in ("pitch", "roll"):
+            low, high = getattr(gate, axis)
+            if low > high:
+                raise ConfigurationError(
+                    f"{path}: gate.{axis} = [{low:g}, {high:g}]: the lower bound comes first"
+                )
     for frame in (frame for phase in motion.phases for frame in phase.frames):
         for joint in frame.joints:
             if joint not in JOINTS:
@@ -163,12 +179,31 @@ def named_motion(name: str, body: Body, also: tuple[str, ...] = ()) -> Motion:
 def read_csv(path: Path) -> Motion:
     """A motion from a table: columns `duration_s`, `stiffness` and joint names (rad); an empty cell: as before.
 
+    Columns of other names are left out, unless they resemble a joint's.
+
     Raises:
         ConfigurationError: unreadable, or without such columns.
     """
     try:
-        with path.open(newline="") as file:
-            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        with path.open(newline="", encoding="utf-8") as file:
+            table = csv.DictReader((line for line in file if not line.startswith("#")), restkey="")
+            rows, columns = list(table), table.fieldnames or ()
+    except OSError as error:
+        raise ConfigurationError(
+            f"{path}: cannot be read ({error.strerror}); give a readable CSV file"
+        ) from None
+    except ValueError:
+        raise ConfigurationError(f"{path}: not a text in UTF-8; give a CSV file") from None
+    for needed in _COLUMNS:
+        if needed not in columns:
+            raise ConfigurationError(f"{path}: no column {needed}; columns are separated by commas")
+    for column in columns:  # others may be a team's notes
+        if column not in JOINTS and difflib.get_close_matches(column, JOINTS, cutoff=0.8):
+            raise ConfigurationError(f"{path}: {unknown_name('joint', column, JOINTS)}")
+    for number, row in enumerate(rows, 1):
+        if "" in row:
+            raise ConfigurationError(f"{path}: row {number} has more cells than there are columns")
+    try:
         frames = tuple(
             Frame(
                 duration=float(row["duration_s"]),
@@ -177,7 +212,7 @@ def read_csv(path: Path) -> Motion:
             )
             for row in rows
         )
-    except (OSError, KeyError, ValueError) as error:
+    except (TypeError, ValueError) as error:
         raise ConfigurationError(f"{path}: not a table of key frames ({error})") from None
     if not frames:
         raise ConfigurationError(f"{path}: no key frames; a row for each is expected")

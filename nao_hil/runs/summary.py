@@ -121,18 +121,23 @@ class RunStatistics(Observer):
             self._begin()
         self._hash.add(frame)
         self._first = self._first or truth
-        if self._last is not None and not self._last.fell:
-            self._falls += truth.fell and self._state not in ("motion", "rest") and not self._seated
+        falls = self._falls_now(truth)
+        self._falls += falls
         self._last, self._last_frame = truth, frame
         if not self._fell:
             self._way_end = truth
             self._motion.add(truth)
-        self._fell = self._fell or truth.fell
+        self._fell = self._fell or falls
         if not self._has_telemetry:
             self._look(truth)
         self._tilt = float(tilt(truth.torso_orientation))
         if self._has_walked:
             self._torso_max = max(self._torso_max, self._tilt)
+
+    def _falls_now(self, truth: TruthFrame) -> bool:
+        """Whether it was on its feet until now and lies; not where it was laid down, or went down by order."""
+        ordered = self._state in ("motion", "rest") or self._seated
+        return truth.fell and self._last is not None and not self._last.fell and not ordered
 
     def _look(self, truth: TruthFrame) -> None:
         """Take in what the ground truth shows of a walk that nobody tells of."""

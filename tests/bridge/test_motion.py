@@ -180,12 +180,36 @@ def test_a_table_of_a_team_is_read(tmp_path: Path) -> None:
     assert found[0].stiffness == 0.5
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("duration_s,stiffness,HeadYaww\n1,1,0\n", "HeadYaw"),
+        ("duration_s,HeadYaw\n1,0\n", "no column stiffness"),
+        ("duration_s;stiffness\n1;1\n", "separated by commas"),
+        ("duration_s,stiffness\n1,1,5\n", "row 1 has more cells"),
+        ("duration_s,stiffness\nsoon,1\n", "soon"),
+        ("duration_s,stiffness\n", "no key frames"),
+    ],
+)
+def test_a_wrong_table_is_refused_by_name(tmp_path: Path, text: str, says: str) -> None:
+    file = tmp_path / "wrong.csv"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError, match=says):
+        load_motion(str(file))
+
+
 HEAD = 'title = "a"\nsource = "b"\n'
 KNEE = "[[phases]]\n[[phases.frames]]\nduration = 1.0\n[phases.frames.joints]\nLKnee = 1.0\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "says"), [(HEAD + KNEE, "LKnee"), (HEAD + "phases = []\nbegin = 1\n", "begin")]
+    ("text", "says"),
+    [
+        (HEAD + KNEE, "LKnee"),
+        (HEAD + "phases = []\nbegin = 1\n", "begin"),
+        (HEAD + "phases = []\nbegins = []\n", "begins"),
+        (HEAD + "[[phases]]\nframes = []\ngate = {pitch = [1.0, -1.0]}\n", "gate.pitch"),
+    ],
 )
 def test_a_wrong_file_is_refused_by_name(tmp_path: Path, text: str, says: str) -> None:
     file = tmp_path / "wrong.toml"

@@ -17,6 +17,8 @@ def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     )
     # it lay from the start: that is no fall; it stands at the end, and has walked what was asked for
     assert (summary.falls, summary.recoveries, summary.steps) == (0, 1, 4)
+    assert summary.displacement[0] > 0.1
+    assert summary.speed > 0.0
 
 
 def test_without_recovery_it_stays_where_it_is() -> None:

@@ -100,6 +100,8 @@ class Symptoms:
         self._early: dict[Side, LastingSign] = {side: LastingSign(EARLY_TIME) for side in SIDES}
         self._flown: dict[Side, bool] = {side: False for side in SIDES}
         self._tilt, self._fall = LastingSign(0.0), LastingSign(0.0)
+        self._stood = False
+        """It was on its feet; one that was laid down before has not fallen."""
         self._missed: list[tuple[float, int]] = []
         self._lies = False
         self._controlled = -math.inf
@@ -213,7 +215,10 @@ class Symptoms:
         found = []
         if (tilted := self._tilt.update(time, lean > TILT)) is not None:
             found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
-        if (fell := self._fall.update(time, fallen(balance, lean))) is not None:
+        walk, lies = balance.moment.walk, fallen(balance, lean)
+        self._stood = self._stood or not lies
+        ordered = walk is not None and walk.state in ("motion", "rest")
+        if (fell := self._fall.update(time, lies and self._stood and not ordered)) is not None:
             found.append(Symptom(fell, "fall", "the robot fell"))
         return found
 
