@@ -65,7 +65,8 @@ def _fell(summary: dict[str, Any]) -> str:
 def _show(
     summary: dict[str, Any], recording: Path, console: Console, interrupted: bool, target: Sequence[float]
 ) -> None:
-    ending = _fell(summary) if summary["fell"] else "Interrupted" if interrupted else "The robot stands"
+    stands = "The robot stands" if summary["stands"] else "The robot lies or sits"
+    ending = _fell(summary) if summary["fell"] else "Interrupted" if interrupted else stands
     table = Table(title=ending, show_header=False)
     table.add_column()
     table.add_column(overflow="fold")

@@ -46,14 +46,15 @@ def up(
 
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
 
-    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page). It
-    gets up after a fall then, unless --no-recover is given.
+    With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page).
+    Then, or where it begins lying, the robot gets up by itself, unless --no-recover is given.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import clipped_velocity, controller_maker
 
     settings = chosen_engine(settings, open_console())
-    recover = serve or settings.recover if recover is None else recover
+    if recover is None:
+        recover = serve or settings.recover or settings.start.startswith("lie-")
     settings = msgspec.structs.replace(settings, recover=recover)
     controller_maker(settings)  # refuses what the walker would, before anything has begun
     if clipped := clipped_velocity(settings):

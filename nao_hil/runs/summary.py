@@ -32,6 +32,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     falls: int
     """How often it fell; it has fallen again when it was upright in between. A robot that began lying did not
     fall, and what touches the ground while it gets up is no fall."""
+    stands: bool
+    """On its feet at the end, by the ground truth."""
     recoveries: int
     """How often it got up from lying by itself, by the walker's word."""
     steps: int
@@ -217,6 +219,7 @@ class RunStatistics(Observer):
         return Summary(
             fell=self._falls > 0,
             falls=self._falls,
+            stands=self._last is not None and not self._last.fell,
             recoveries=self._recoveries,
             steps=sums.steps,
             distance=sums.distance,

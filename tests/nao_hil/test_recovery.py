@@ -17,6 +17,7 @@ def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     )
     # it lay from the start: that is no fall; it stands at the end, and has walked what was asked for
     assert (summary.falls, summary.recoveries, summary.steps) == (0, 1, 4)
+    assert summary.stands
     assert summary.displacement[0] > 0.1
     assert summary.speed > 0.0
 
@@ -25,4 +26,4 @@ def test_without_recovery_it_stays_where_it_is() -> None:
     summary = walk_in_process(
         run_config(None, robot="nao-v6", engine="mujoco", gait="dynamic", start="lie-back", steps=4, seed=21)
     )
-    assert (summary.recoveries, summary.steps) == (0, 0)
+    assert (summary.recoveries, summary.steps, summary.stands) == (0, 0, False)
