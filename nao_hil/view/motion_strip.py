@@ -1,6 +1,6 @@
 """Key-frame motions as strips of pictures: what docs/floor.md shows.
 
-`python -m nao_hil.view.motion_strip FILE.png NAME... [--robot nao-v6]`
+`python -m nao_hil.view.motion_strip FILE.png NAME... [--robot nao-v6] [--engine pybullet]`
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.body import Body, load_body
 from bridge.motion import MotionPlayer, load_motion
+from emulator.engine.catalogue import ENGINES
 from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
@@ -29,12 +30,15 @@ EVERY: Final = 10
 """Cycles from one picture to the next; not all are drawn."""
 
 
-def pictures(name: str, body: Body) -> list[tuple[float, NDArray[np.uint8]]]:
+def pictures(name: str, body: Body, engine: str) -> list[tuple[float, NDArray[np.uint8]]]:
     """Times (s) and pictures of a motion, from the pose in which it begins to its end."""
     motion = load_motion(name)
-    start = "sit" if name.startswith("stand-up") else BEGINS[motion.begins[0]]
+    start = BEGINS[motion.begins[0]]
     taken = []
-    with EmulatedRobot(body, seed=1, wear=load_wear("nominal"), engine="pybullet", start=start) as robot:
+    with EmulatedRobot(body, seed=1, wear=load_wear("nominal"), engine=engine, start=start) as robot:
+        if name.startswith("stand-up"):
+            before = name.replace("stand-up", "sit-down")
+            play(robot, before, MotionPlayer(load_motion(before), body))
         begin = robot.seq
 
         def watch(now: EmulatedRobot) -> None:
@@ -47,15 +51,17 @@ def pictures(name: str, body: Body) -> list[tuple[float, NDArray[np.uint8]]]:
     return [taken[i] for i in np.linspace(0, len(taken) - 1, PICTURES).round().astype(int)]
 
 
-def draw(file: str, names: list[str], robot: str) -> None:
+def draw(file: str, names: list[str], robot: str, engine: str) -> None:
     """Draw a row for each motion."""
     figure, rows = plt.subplots(len(names), PICTURES, figsize=(12, 1.5 * len(names)), squeeze=False)
     for panels, name in zip(rows, names, strict=True):
-        for panel, (time, picture) in zip(panels, pictures(name, load_body(robot)), strict=True):
+        for panel, (time, picture) in zip(panels, pictures(name, load_body(robot), engine), strict=True):
             panel.imshow(picture)
             panel.set_axis_off()
             panel.set_title(f"{time:.1f} s", fontsize=7)
-        panels[0].text(0, SIZE - 8, name, fontsize=7)
+        panels[0].text(
+            4, 6, name, fontsize=9, va="top", bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.5}
+        )
     figure.tight_layout(pad=0.3)
     figure.savefig(file, dpi=75)
 
@@ -65,5 +71,6 @@ if __name__ == "__main__":
     parser.add_argument("file")
     parser.add_argument("names", nargs="+")
     parser.add_argument("--robot", default="nao-v6")
+    parser.add_argument("--engine", choices=ENGINES, default="pybullet")
     arguments = parser.parse_args()
-    draw(arguments.file, arguments.names, arguments.robot)
+    draw(arguments.file, arguments.names, arguments.robot, arguments.engine)

@@ -193,9 +193,10 @@ def test_a_program_that_is_interrupted_lays_the_robot_to_rest(url: str) -> None:
     ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
     assert process.stdout is not None
-    assert process.stdout.readline() == "runs\n"
+    assert any(line == "runs\n" for line in process.stdout)  # qi's own log may come before
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-    assert process.communicate(timeout=TIMEOUT)[0].splitlines() == ["", "interrupted", "rested False"]
+    said = process.communicate(timeout=TIMEOUT)[0].splitlines()
+    assert [line for line in said if " qi." not in line] == ["", "interrupted", "rested False"]
     assert process.returncode == 0
 
 

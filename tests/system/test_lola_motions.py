@@ -71,13 +71,12 @@ def test_the_motions_of_a_day_through_lola(start: Callable[..., Any], endpoint: 
 
         packet = example.exchange(lola, {})
 
-        def after(*names: str) -> TruthFrame:
+        def after(*names: str, comes: Callable[[TruthFrame], bool]) -> None:
+            """Play motions; then the robot waits for an answer, and its newest truth is under way."""
             nonlocal packet
             for name in names:
                 packet = example.play(lola, load_motion(name), packet)
-            truth = monitor.truth
-            assert truth is not None
-            return truth
+            until(lambda: monitor.truth is not None and comes(monitor.truth), f"the end of {names[-1]}")
 
         def lie(pose: StartName) -> None:
             """Somebody lays the robot down, and the client lets go of it."""
@@ -86,12 +85,11 @@ def test_the_motions_of_a_day_through_lola(start: Callable[..., Any], endpoint: 
             for _ in range(LIMP):
                 packet = example.exchange(lola, {"Stiffness": [0.0] * 25})
 
-        assert stands(after("get-up-back"))
-        seated = after("sit-down")
-        assert tilt(seated) < 25.0 and on_feet(seated) < 0.3
-        assert stands(after("stand-up"))
-        assert stands(after("crouch"))
+        after("get-up-back", comes=stands)
+        after("sit-down", comes=lambda truth: tilt(truth) < 25.0 and on_feet(truth) < 0.3)
+        after("stand-up", comes=stands)
+        after("crouch", comes=stands)
         lie("lie-front")
-        assert stands(after("get-up-front"))
+        after("get-up-front", comes=stands)
         lie("lie-side")
-        assert stands(after("roll-from-side", "get-up-back"))
+        after("roll-from-side", "get-up-back", comes=stands)

@@ -41,14 +41,14 @@ def test_walks_along_each_axis(robot, engine, velocity, axis):
 
 @pytest.mark.parametrize("target", [(0.1, 0.0, 0.0), (0.3, 0.1, 0.5)])
 def test_walks_to_a_place(target):
-    """Within 1 cm and 2 % of the way, and 1 cm by which the torso stands off the middle of its feet."""
+    """Within 2 cm and 2 % of the way, and 1 cm by which the torso stands off the middle of its feet."""
     config = RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=2001, target=target)
     outcome = walk(Walk(name="target", config=config, duration=9.0))
     assert outcome.end.ending != "fell"
     assert outcome.track["phase"][-1] == PHASES.index("stand")
     place, yaw = outcome.track["torso"][:, :2], np.unwrap(rotations.yaw(outcome.track["orientation"]))
     x, y = place[-1] - place[0]
-    assert math.dist((x, y), target[:2]) < 0.02 + 0.02 * math.hypot(*target[:2])
+    assert math.dist((x, y), target[:2]) < 0.03 + 0.02 * math.hypot(*target[:2])
     assert yaw[-1] - yaw[0] == pytest.approx(target[2], abs=0.1)
 
 
