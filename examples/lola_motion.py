@@ -16,6 +16,7 @@ from collections.abc import Iterator
 import msgpack
 
 from bridge.body import load_body
+from bridge.errors import ConfigurationError
 from bridge.motion import load_motion
 from bridge.motion.keyframes import Motion, targets
 
@@ -35,8 +36,8 @@ def key_frames(motion: Motion, measured: list[float]) -> Iterator[tuple[list[flo
             duration = max(duration, way / motion.approach_speed)
         cycles = max(1, round(duration / CYCLE))
         for cycle in range(1, cycles + 1):
-            share = cycle / cycles
-            yield [a + share * (b - a) for a, b in zip(before, frame.position, strict=True)], frame.stiffness
+            fraction = cycle / cycles
+            yield [a + fraction * (b - a) for a, b in zip(before, frame.position, strict=True)], frame.stiffness
         before = list(frame.position)
     yield from [(before, frame.stiffness)] * round(REST / CYCLE)
 
@@ -66,11 +67,18 @@ def main() -> None:
     parser.add_argument("motions", nargs="+")
     parser.add_argument("--socket", default="/tmp/robocup")
     arguments = parser.parse_args()
+    try:
+        motions = {name: load_motion(name) for name in arguments.motions}
+    except ConfigurationError as error:
+        parser.error(str(error))
     with socket.socket(socket.AF_UNIX) as lola:
-        lola.connect(arguments.socket)
+        try:
+            lola.connect(arguments.socket)
+        except OSError as error:
+            parser.error(f"no LoLA at {arguments.socket} ({error.strerror}); start `nao-hil serve lola` first.")
         packet = exchange(lola, {})
         for name in arguments.motions:
-            packet = play(lola, load_motion(name), packet)
+            packet = play(lola, motions[name], packet)
             roll, pitch = map(math.degrees, packet["Angles"])
             soles = sum(packet["FSR"])
             print(f"{name}: roll {roll:.0f}, pitch {pitch:.0f} degrees, {soles:.1f} kg on the soles")

@@ -59,9 +59,8 @@ def draw(file: str, names: list[str], robot: str, engine: str) -> None:
             panel.imshow(picture)
             panel.set_axis_off()
             panel.set_title(f"{time:.1f} s", fontsize=7)
-        panels[0].text(
-            4, 6, name, fontsize=9, va="top", bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.5}
-        )
+        panels[0].set_title(f"{name}, {panels[0].get_title()}", fontsize=7, loc="left")
+        panels[0].set_title("")
     figure.tight_layout(pad=0.3)
     figure.savefig(file, dpi=75)
 
