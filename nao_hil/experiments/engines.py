@@ -43,7 +43,7 @@ DIFFERENCES: Final = (
     "40 %; MuJoCo by eight and one in the middle; all else is rigid on PyBullet and a stiff constraint on "
     "MuJoCo), the friction cone (a pyramid against an ellipse), the solver (sequential impulses, 50 sweeps at "
     "most, against Newton to convergence), and the rotors (on PyBullet in the link's tensor, where they resist "
-    "a turn of the whole limb too and lower the natural frequency of the torso step by 5 to 6 %; on MuJoCo an "
+    "a turn of the whole limb too and lower the natural frequency of the torso step by 6 to 7 %; on MuJoCo an "
     "armature of the joint)."
 )
 """For people who see two numbers that differ."""

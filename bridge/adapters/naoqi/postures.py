@@ -183,7 +183,8 @@ class Postures:
         position = POSTURES[posture]
         targets = {j: position[INDEX_WITH_MIRROR[j]] for j in self._all}
         angles = (abs(targets[j] - self._joints.commanded(j)) for j in _LEGS if j in targets)
-        slowest = max(angles) / min(LEG_SPEED * speed_fraction, _SIT_SPEED if posture == "Sit" else LEG_SPEED)
+        speed = LEG_SPEED * speed_fraction
+        slowest = max(angles) / (min(speed, _SIT_SPEED) if posture == "Sit" else speed)
         seconds = max(slowest, self._motion.time_to(self._all, list(targets.values()), speed_fraction))
         values = [[value] for value in targets.values()]
         yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
