@@ -16,6 +16,7 @@ from bridge.recording.playback import is_complete, read_recording, recorded_conf
 from bridge.rotations import tilt
 from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.analysis.diagnosis.symptom import FALLEN
+from nao_hil.runs.fall_watch import FallWatch
 
 
 class Contents(msgspec.Struct, frozen=True, kw_only=True):
@@ -43,7 +44,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     steps: int
     """In all walks, by the walker's word."""
     fell: bool | None
-    """By the ground truth; None without it."""
+    """By the ground truth; None without it. A robot that began lying, or went down by order, has not fallen."""
     distance: float | None
     """Of the torso over ground, to the fall if it fell, m; None without ground truth."""
     torso_max: float
@@ -61,6 +62,7 @@ class _Sum:
         self.frames: tuple[SensorFrame, SensorFrame] | None = None
         self.truth: tuple[TruthFrame, TruthFrame] | None = None
         self.fell = False
+        self._watch = FallWatch()
         self.tilt = self.fused = 0.0
         self.steps = self._step = 0
 
@@ -76,15 +78,17 @@ class _Sum:
         elif isinstance(message, TruthFrame):
             if not self.fell:
                 self.truth = (self.truth[0] if self.truth else message, message)
-            self.fell = self.fell or message.fell
+            self.fell |= self._watch.update(down=message.fell)
             self.tilt = max(self.tilt, float(tilt(message.torso_orientation)))
         elif isinstance(message, WalkTelemetry):
             if self.frames and message.seq > self.frames[1].seq:
                 return  # said of the robot before it began anew
             self.steps += message.step - self._step if message.step > self._step else 0
             self._step = message.step
+            self._watch.telemetry(message)
         elif isinstance(message, Notice):
             self.notices[message.code] += 1
+            self._watch.notice(message)
 
 
 def inspect(path: Path) -> Contents:

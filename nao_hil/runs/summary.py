@@ -13,6 +13,7 @@ from bridge.recording.observer import Observer
 from bridge.rotations import planar_local, tilt
 from bridge.rotations import yaw as yaw_of
 from bridge.types import Vec3
+from nao_hil.runs.fall_watch import FallWatch
 from nao_hil.runs.heading_motion import HeadingMotion
 from nao_hil.runs.seen_walk import SeenWalk
 
@@ -88,9 +89,9 @@ class RunStatistics(Observer):
     def __init__(self, seed: int, engine: str) -> None:
         self._seed, self._engine = seed, engine
         self._resets = self._falls = self._recoveries = 0
-        self._state = ""
-        self._lay = self._seated = False
-        """It lay and has not got up; its guard has it sit down, or sitting."""
+        self._watch = FallWatch()
+        self._lay = False
+        """It lay and has not got up."""
         self._tilt = 0.0
         self._before = _Sums()
         self._torso_max = 0.0
@@ -101,6 +102,7 @@ class RunStatistics(Observer):
         self._begin()
 
     def _begin(self) -> None:
+        self._watch.restart()
         self._first: TruthFrame | None = None
         self._last: TruthFrame | None = None
         self._way_begin: TruthFrame | None = None
@@ -123,7 +125,7 @@ class RunStatistics(Observer):
             self._begin()
         self._hash.add(frame)
         self._first = self._first or truth
-        falls = self._falls_now(truth)
+        falls = self._watch.update(down=truth.fell)
         self._falls += falls
         self._last, self._last_frame = truth, frame
         if not self._fell:
@@ -135,11 +137,6 @@ class RunStatistics(Observer):
         self._tilt = float(tilt(truth.torso_orientation))
         if self._has_walked:
             self._torso_max = max(self._torso_max, self._tilt)
-
-    def _falls_now(self, truth: TruthFrame) -> bool:
-        """Whether it was on its feet until now and lies; not where it was laid down, or went down by order."""
-        ordered = self._state in ("motion", "rest") or self._seated
-        return truth.fell and self._last is not None and not self._last.fell and not ordered
 
     def _look(self, truth: TruthFrame) -> None:
         """Take in what the ground truth shows of a walk that nobody tells of."""
@@ -187,11 +184,11 @@ class RunStatistics(Observer):
         if self._last_frame is None or message.seq > self._last_frame.seq:
             return  # said of the robot before it began anew
         self._has_telemetry = True
-        gets_up = self._state == "motion" and message.state not in ("motion", "fallen", "rest")
+        gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
         self._recoveries += gets_up and self._lay
         lies = message.state in ("fallen", "motion") and self._tilt > _LIES
         self._lay = lies or (self._lay and not gets_up)
-        self._state = message.state
+        self._watch.telemetry(message)
         if message.step < self._step:  # another walk
             self._steps_before += self._step
         self._step = message.step
@@ -210,8 +207,7 @@ class RunStatistics(Observer):
 
     def notice(self, message: Notice) -> None:
         """Take in what the robot says: whether its guard sits it down."""
-        if message.code in ("guard-sit", "guard-active", "guard-approach", "guard-idle"):
-            self._seated = message.code == "guard-sit"
+        self._watch.notice(message)
 
     def summary(self, wall_seconds: float) -> Summary:
         """The summary so far; `wall_seconds` is the wall-clock length of the run."""

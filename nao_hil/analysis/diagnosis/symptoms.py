@@ -15,6 +15,7 @@ import numpy as np
 from bridge.types import Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator
 from nao_hil.analysis.diagnosis.symptom import Kind, LastingSign, Symptom, TippingSign, fallen, lean_angle
+from nao_hil.runs.fall_watch import FallWatch
 from walker.model.floating_base import SIDES
 
 MEANING: Final[dict[Kind, str]] = {
@@ -99,9 +100,8 @@ class Symptoms:
         self._late: dict[Side, LastingSign] = {side: LastingSign(LATE_TIME) for side in SIDES}
         self._early: dict[Side, LastingSign] = {side: LastingSign(EARLY_TIME) for side in SIDES}
         self._flown: dict[Side, bool] = {side: False for side in SIDES}
-        self._tilt, self._fall = LastingSign(0.0), LastingSign(0.0)
-        self._stood = False
-        """It was on its feet; one that was laid down before has not fallen."""
+        self._tilt = LastingSign(0.0)
+        self._watch = FallWatch()
         self._missed: list[tuple[float, int]] = []
         self._lies = False
         self._controlled = -math.inf
@@ -215,11 +215,12 @@ class Symptoms:
         found = []
         if (tilted := self._tilt.update(time, lean > TILT)) is not None:
             found.append(Symptom(tilted, "tilt", f"the torso tilted over {math.degrees(TILT):.0f}°"))
-        walk, lies = balance.moment.walk, fallen(balance, lean)
-        self._stood = self._stood or not lies
-        ordered = walk is not None and walk.state in ("motion", "rest")
-        if (fell := self._fall.update(time, lies and self._stood and not ordered)) is not None:
-            found.append(Symptom(fell, "fall", "the robot fell"))
+        if balance.moment.walk is not None:
+            self._watch.telemetry(balance.moment.walk)
+        for notice in balance.moment.notices:
+            self._watch.notice(notice)
+        if self._watch.update(down=fallen(balance, lean)):
+            found.append(Symptom(time, "fall", "the robot fell"))
         return found
 
 
