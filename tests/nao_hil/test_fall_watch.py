@@ -43,8 +43,8 @@ def test_going_down_in_a_motion_or_at_rest_is_no_fall(state: str, falls: bool) -
 def test_a_robot_that_its_guard_sits_down_has_not_fallen() -> None:
     watch = FallWatch()
     watch.update(down=False)
-    watch.notice(Notice(seq=1, code="guard-sit", text=""))
+    watch.notice(Notice(seq=1, level="info", code="guard-sit", text=""))
     assert not watch.update(down=True)
     watch.update(down=False)
-    watch.notice(Notice(seq=1, code="guard-active", text=""))
+    watch.notice(Notice(seq=1, level="info", code="guard-active", text=""))
     assert watch.update(down=True)
