@@ -231,7 +231,7 @@ class Controller:
         self.here = middle_of_soles(self._kinematics, self._odometry.update(frame))
         walking = isinstance(self._state, Walking)
         self._estimate = self._estimator.update(
-            frame, dt, self.plan, self._state.corrections, self.here.yaw, walking=walking
+            frame, dt, self.plan, self._state.corrections, self.here, walking=walking
         )
         if walking:
             self._hold -= dt

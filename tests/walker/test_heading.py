@@ -37,10 +37,15 @@ def test_a_turn_about_the_vertical_is_seen_whatever_the_tilt(angle):
     assert turned([rate] * 201, angle=angle) == pytest.approx(1.0, rel=1e-9)
 
 
-def test_the_bias_at_rest_is_not_a_turn():
-    bias = (0.0, 0.0, 0.01)
-    assert abs(turned([bias] * 1001, moving=False)) < 0.015  # of 0.1 rad: what came before it was known
-    assert turned([bias] * 1001) == pytest.approx(0.1)
+@pytest.mark.parametrize("bias", [0.01, -0.04, 0.09])  # 0.09: three deviations of the ensemble's largest
+def test_the_bias_at_rest_is_not_a_turn(bias):
+    rates = [(0.0, 0.0, bias)] * 1001
+    assert abs(turned(rates, moving=False)) < 0.15 * abs(10.0 * bias)  # what came before it was known
+    assert turned(rates) == pytest.approx(10.0 * bias)
+
+
+def test_a_turn_by_hand_is_no_bias():
+    assert turned([(0.0, 0.0, 0.2)] * 1001, moving=False) == pytest.approx(2.0)
 
 
 def test_only_three_axes_tell_a_heading():

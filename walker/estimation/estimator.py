@@ -21,10 +21,11 @@ from walker.estimation.foresight import Foresight, ForesightParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
 from walker.estimation.heading_error import HeadingError
 from walker.estimation.lean import Lean, LeanParameters
+from walker.estimation.velocity_error import VelocityError, VelocityHoldParameters
 from walker.model.transforms import Transform, homogeneous
 from walker.model.zmp import FootForces
 from walker.planning.feedback import NONE, Feedback
-from walker.planning.plan import Plan, SolePose
+from walker.planning.plan import Foothold, Plan, SolePose
 
 
 class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -35,6 +36,7 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     ground: GroundParameters = GroundParameters()
     lean: LeanParameters = LeanParameters()
     deviation: DeviationParameters = DeviationParameters()
+    velocity_hold: VelocityHoldParameters = VelocityHoldParameters()
     capture: CaptureParameters = CaptureParameters()
     fall: FallParameters = FallParameters()
     foresight: ForesightParameters = ForesightParameters()
@@ -71,6 +73,11 @@ class EstimatorSwitches(Protocol):
     @property
     def heading_hold(self) -> bool:
         """The heading is compared with the planned one."""
+        ...
+
+    @property
+    def velocity_hold(self) -> bool:
+        """The velocity is compared with the commanded one."""
         ...
 
 
@@ -133,6 +140,7 @@ class Estimator:
         )
         self._capture = CaptureEstimator(parameters.capture, body) if on.capture_step else None
         self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
+        self._velocity_error = VelocityError(parameters.velocity_hold) if on.velocity_hold else None
         self._lean = Lean(parameters.lean)
         self._planned: float | None = None
         """Heading of the plan in the last cycle, rad."""
@@ -144,7 +152,7 @@ class Estimator:
         dt: float,
         plan: Plan,
         corrections: Corrections,
-        heading: float,
+        here: Foothold,
         *,
         walking: bool,
     ) -> Estimate:
@@ -155,7 +163,7 @@ class Estimator:
             dt: time since the last one, s.
             plan: the plan in force: the feet that touch are taken to stand, level, where it put them.
             corrections: of the last cycle.
-            heading: mean of both soles by the odometry, rad.
+            here: middle between the soles by the odometry, m, rad.
             walking: as in `FallDetector.update`.
         """
         contacts = self._contact.update(frame.fsr)
@@ -177,7 +185,9 @@ class Estimator:
             measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
             feedback = feedback._replace(capture_step=measured)
         if self._heading_error is not None:
-            feedback = feedback._replace(heading=self._heading_error.update(heading, plan))
+            feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
+        if self._velocity_error is not None:
+            feedback = feedback._replace(velocity=self._velocity_error.update(here, plan, dt))
         return Estimate(
             contacts,
             zmp,

@@ -13,8 +13,9 @@ from bridge.body import Body
 from bridge.body.joints import INDEX
 from bridge.messages import SensorFrame
 
-_STILL: Final = 0.03
-"""Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias, and its noise."""
+_STILL: Final = 0.1
+"""Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias (three deviations
+of the largest that the ensemble has), and its noise."""
 _MOVED: Final = 0.004
 """Largest motion of HipYawPitch then, rad: three counts of its encoder."""
 _SHARE: Final = 0.2

@@ -26,6 +26,8 @@ class Feedback(NamedTuple):
     """Way by which the feet come down behind their footholds, along the heading of the stance foot, m."""
     heading: float = 0.0
     """Of the robot less that of the plan, since the walk began, rad."""
+    velocity: Vec2 = (0.0, 0.0)
+    """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
 

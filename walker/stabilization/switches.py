@@ -48,6 +48,8 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """A robot that stands answers a push by a capture step, with gaits that can."""
     heading_hold: bool = False
     """Footholds turn back by the angle by which the robot turned off its plan, in gaits that can."""
+    velocity_hold: bool = False
+    """Footholds make up for the velocity by which the robot is off its command, in gaits that can."""
 
 
 StabilizerName = Literal["own", "thesis", "none"]

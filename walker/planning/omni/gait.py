@@ -22,7 +22,7 @@ from typing import Final
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Side, Vec2, Vec3
-from walker.planning.feedback import CaptureStep
+from walker.planning.feedback import CaptureStep, Feedback
 from walker.planning.gait import GaitCommand
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
 from walker.planning.omni.footholds import allowed, approached, following, steps_to_rest, zmp_under
@@ -63,8 +63,8 @@ class OmniState:
     """At rest in `start` and `stop`; in a step, that of the step before."""
     velocity: Vec3 = _REST
     """Of the step under way, m/s, m/s, rad/s."""
-    correction: float = 0.0
-    """Turn rate that feedback adds to it, rad/s."""
+    correction: Vec3 = _REST
+    """What feedback adds to it."""
     turned: float = 0.0
     """Angle by which feedback turned the walk since its beginning, rad."""
     phase: Phase = "stand"
@@ -90,8 +90,8 @@ class OmniState:
     @property
     def corrected_velocity(self) -> Vec3:
         """Of the step under way with its correction, m/s, m/s, rad/s."""
-        x, y, turn = self.velocity
-        return x, y, turn + self.correction
+        x, y, turn = (v + c for v, c in zip(self.velocity, self.correction, strict=True))
+        return x, y, turn
 
 
 class OmniGait:
@@ -176,7 +176,7 @@ class OmniGait:
         state = replace(state, swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         return replace(
-            state, phase=phase, t=0.0, velocity=_REST, correction=0.0, closing=False, capture_step=True
+            state, phase=phase, t=0.0, velocity=_REST, correction=_REST, closing=False, capture_step=True
         )
 
     def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
@@ -313,19 +313,23 @@ class OmniGait:
             if number + steps_to_rest(p, wanted) <= last - (wanted == _REST):
                 velocity = wanted
         closing = velocity == _REST and (not command.walk or number >= last)
-        correction = 0.0 if closing else self._correction(velocity[2], command.feedback.heading + state.turned)
+        correction = _REST if closing else self._correction(velocity, command.feedback, state.turned)
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         state = replace(state, phase=phase, t=0.0, velocity=velocity, correction=correction, closing=closing)
         planned = following(p, state.stance, state.swing, velocity)
         target = following(p, state.stance, state.swing, state.corrected_velocity)
         return replace(state, target=target, turned=state.turned + target.yaw - planned.yaw)
 
-    def _correction(self, turn: float, error: float) -> float:
-        """Turn rate that takes back a share of the heading's error in one step, within the limits, rad/s."""
-        p = self._p
-        bound, most = p.max_heading_correction, p.max_velocity[2]
-        correction = min(max(-p.heading_gain * error / p.T, -bound), bound)
-        return min(max(turn + correction, -most), most) - turn
+    def _correction(self, velocity: Vec3, feedback: Feedback, turned: float) -> Vec3:
+        """Velocity that holds the commanded one, and the turn back by a share of the heading's error.
+
+        Both are within the limits.
+        """
+        p, (x, y, turn) = self._p, velocity
+        (dx, dy), bound, most = feedback.velocity, p.max_heading_correction, p.max_velocity[2]
+        correction = min(max(-p.heading_gain * (feedback.heading + turned) / p.T, -bound), bound)
+        corrected = p.clipped((x + dx, y + dy, turn))
+        return corrected[0] - x, corrected[1] - y, min(max(turn + correction, -most), most) - turn
 
     def _rest(self, state: OmniState) -> OmniState:
         """Stay on both feet after a capture step; the centre of mass comes to the middle between them."""
@@ -407,7 +411,7 @@ class OmniGait:
         p_1 = zmp_under(self._p, state.swing, landed.stance)
         # The ZMP is on its way there for T_DSP: as if the capture point were off by rho times that way.
         x, y = (xi + self._rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, p_1, strict=True))
-        after = self._target(replace(landed, xi=(x, y), t=0.0, velocity=_REST, correction=0.0))
+        after = self._target(replace(landed, xi=(x, y), t=0.0, velocity=_REST, correction=_REST))
         later = self._side_by_side(Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)
         closes = approached(self._p, state.velocity, _REST) == _REST
         return now if closes else later, later

@@ -1,0 +1,79 @@
+"""Velocity hold: a robot whose feet slip by the same way in every step keeps the commanded velocity."""
+
+from __future__ import annotations
+
+import pytest
+
+from bridge.body import load_body
+from walker.estimation.velocity_error import VelocityError, VelocityHoldParameters
+from walker.planning import GaitCommand, gait_parameters, make_gait
+from walker.planning.feedback import Feedback
+from walker.planning.plan import Foothold
+
+BODY = load_body("nao-v6")
+P = gait_parameters("omni")
+DT = 0.01
+HOLD = VelocityHoldParameters()
+
+
+def walked(command, slip, steps=60, *, hold=HOLD):
+    """Mean velocity of the last eight steps in the heading of the feet, m/s.
+
+    Args:
+        command: m/s, m/s, rad/s.
+        slip: way of both feet on the floor in each step, ahead and to the left of the feet, m.
+        steps: number of steps.
+        hold: parameters.
+    """
+    gait = make_gait("omni", P, BODY)
+    error, state, feedback = VelocityError(hold), gait.initial(), Feedback()
+    slipped, last, step = (0.0, 0.0), Foothold(), 0
+    way = [0.0, 0.0]
+    for _ in range(round((steps + 10) * P.T / DT)):
+        plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=command, feedback=feedback))
+        if step == steps:
+            break
+        middle, counts = plan.middle, step >= steps - 8
+        if plan.step > step:
+            step = plan.step
+            slipped = Foothold(*slipped, middle.yaw).point(*slip)
+        here = Foothold(middle.x + slipped[0], middle.y + slipped[1], middle.yaw)
+        if counts:
+            for axis, moved in enumerate(last._replace(yaw=0.5 * (last.yaw + here.yaw)).local(here.x, here.y)):
+                way[axis] += moved
+        feedback = Feedback(velocity=error.update(here, plan, DT))
+        last = here
+    return way[0] / (8 * P.T), way[1] / (8 * P.T)
+
+
+@pytest.mark.parametrize("command", [(0.2, 0.0, 0.0), (0.0, 0.1, 0.0), (0.1, -0.05, -0.4), (0.0, 0.0, 1.0)])
+@pytest.mark.parametrize("slip", [(0.0, 0.0), (0.004, 0.0), (-0.003, 0.003)])
+def test_slip_is_made_up_for(command, slip):
+    assert walked(command, slip) == pytest.approx(command[:2], abs=0.003)
+
+
+def test_without_it_slip_is_all_there():
+    off = VelocityHoldParameters(gain=0.0)
+    assert walked((0.2, 0.0, 0.0), (0.004, 0.0), hold=off)[0] == pytest.approx(0.2 + 0.004 / P.T, rel=0.01)
+
+
+def test_the_correction_is_bounded():
+    bound = HOLD.max_correction
+    assert walked((0.1, 0.0, 0.0), (0.02, 0.0))[0] == pytest.approx(0.1 + 0.02 / P.T - bound, abs=0.003)
+
+
+def test_the_fastest_velocity_is_not_exceeded():
+    fastest = P.max_velocity[0]
+    slip = 0.002
+    assert walked((fastest, 0.0, 0.0), (-slip, 0.0))[0] == pytest.approx(fastest - slip / P.T, rel=0.01)
+
+
+def test_a_stand_forgets_it():
+    gait, error = make_gait("omni", P, BODY), VelocityError(HOLD)
+    state = gait.initial()
+    for n in range(400):
+        plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.1, 0.0, 0.0)))
+        found = error.update(Foothold(0.2 * n * DT), plan, DT)
+    assert found[0] < -0.01
+    standing, _ = gait.step(gait.initial(), DT, GaitCommand(walk=False))
+    assert error.update(Foothold(), standing, DT) == (0.0, 0.0)
