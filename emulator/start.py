@@ -55,9 +55,10 @@ def _straight(arms: dict[str, float] = _ARMS_DOWN) -> tuple[float, ...]:
 
 STAND: Final = "stand"
 START_POSES: Final[dict[str, StartPose]] = {
-    # SitRelax leans on the hands. A real robot stays sitting limp, and with its knees up too (Sit); the
-    # emulated one has round buttocks: it needs some stiffness, and with its knees up it rolls over.
-    "sit": StartPose(POSTURES["SitRelax"], quaternion(pitch=-0.17), 0.3),
+    # SitRelax leans on the hands; a V3 leans by 0.6 rad, its arms are short, and more upright it would roll
+    # over when it stands up. A real robot stays sitting limp, and with its knees up too (Sit); the emulated one
+    # has round buttocks: it needs some stiffness, and with its knees up it rolls over.
+    "sit": StartPose(POSTURES["SitRelax"], quaternion(pitch=-0.5), 0.3),
     # its thighs do not rest on its calves, as a real robot's do
     "crouch": StartPose(POSTURES["Crouch"], None, 0.1),
     "lie-back": StartPose(_straight(), (0.0, -_H, 0.0, _H), 0.0),

@@ -92,6 +92,11 @@ class Controller:
         """What of the robot is below."""
 
     @property
+    def motion_waits(self) -> bool:
+        """An ordered motion has not begun yet."""
+        return self._player is not None
+
+    @property
     def state(self) -> StateName:
         """What the controller is doing."""
         return self._state.name

@@ -63,6 +63,8 @@ class _Seen(NamedTuple):
     """Fell, and is not upright again."""
     below: Lying
     """What of the robot is below."""
+    motion_waits: bool
+    """An ordered motion has not begun yet."""
 
 
 class WalkService:
@@ -141,7 +143,7 @@ class WalkService:
             distance=controller.walked,
             position=controller.here,
         )
-        self._seen = _Seen(status, controller.lies, controller.below)
+        self._seen = _Seen(status, controller.lies, controller.below, controller.motion_waits)
         for order in self._due:
             order.taken.set()
 
@@ -202,9 +204,14 @@ class WalkService:
             raise WalkRefused(f"No motion `{name}` of a {body.name} begins with the torso as it is: {below}.")
         if self._seen.status.state == "rest" and name == self._played:
             return self._reply(f"The robot rests where the motion {name} ended.")
+        if self._seen.status.state == "motion":
+            raise WalkRefused(
+                f"A motion is under way; order {name} when it has ended (status: no longer `motion`)."
+            )
+        instead = f" in place of {self._played}" if self._seen.motion_waits else ""
         self._played = name
         self._hand_over(command.at, lambda controller: controller.play(player))
-        return self._reply(f"Plays the motion {name}; from a walk it closes the feet first.")
+        return self._reply(f"Plays the motion {name}{instead}; from a walk it closes the feet first.")
 
     def _set(self, request: WalkRequest, command: WalkCommand) -> WalkStatus:
         assert self._seen is not None

@@ -274,9 +274,13 @@ def test_a_robot_that_fell_walks_again_once_it_is_upright(served: Served) -> Non
 def test_a_motion_is_played_after_closing_the_feet_and_a_walk_gets_up_from_its_end(served: Served) -> None:
     served.ask(op="walk")
     served.run(100)
-    served.ask(op="motion", motion="crouch")
+    served.ask(op="motion", motion="sit-down")
+    served.run(3)
+    assert "in place of sit-down" in served.ask(op="motion", motion="crouch").text
     served.until("motion")
     assert "stopping" in {t.state for t in served.telemetry}
+    with pytest.raises(WalkRefused, match="A motion is under way; order sit-down when it has ended"):
+        served.ask(op="motion", motion="sit-down")
     served.until("rest")
     # the vendor's published posture, nearly limp
     slots = [slot for leg in LEG_SLOTS.values() for slot in leg]
