@@ -1,9 +1,9 @@
 """A batch of robots beside the single robot and the bare engine, in one run.
 
-Blocks of a single robot, of MuJoCo's own steps of that robot (the floor), of a batch in one thread and of the
-same batch in all threads take turns; each robot is commanded to stand. Real-time factors are summed over the
-robots: by the wall clock, and per second of the processor, which tells what threads cost where others use the
-machine.
+Blocks of a single robot, of a batch in one thread and of the same batch in all threads take turns, and beside
+each MuJoCo's own steps of the same robots in as many threads: its floor. Each robot is commanded to stand.
+Real-time factors are summed over the robots: by the wall clock, and per second of the processor, which tells
+what threads cost where others use the machine.
 """
 
 from __future__ import annotations
@@ -11,61 +11,76 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from typing import Any
 
-from bridge.body import load_body
-from bridge.body.joints import N_JOINTS
-from bridge.messages import ActuatorFrame
 from emulator.robot import EmulatedRobot
-from emulator.wear import load_wear
 from nao_hil.batch import Batch
+from nao_hil.runs.build import build_robot
+from nao_hil.runs.config import RunConfig
 
 
 def measure(robots: int = 16, body: str = "nao-v6", blocks: int = 8, cycles: int = 25) -> dict[str, Any]:
     """Medians over the blocks, nominal robots that stand, on MuJoCo.
 
     Returns:
-        By arm: the real-time factor, the same per second of the processor, and that over the floor's.
+        By arm: the real-time factor, the same per second of the processor, both of its floor too, and the
+        share of the floor's real-time factor that is reached.
     """
-    with (
-        EmulatedRobot(load_body(body), seed=0, wear=load_wear("nominal"), engine="mujoco") as single,
-        Batch(range(robots), body=body, threads=1) as serial,
-        Batch(range(robots), body=body) as threaded,
-    ):
-        stand, engine = single.frame.position, single.engine
-
-        def advance() -> None:
-            single.advance(ActuatorFrame(reply_to=single.seq, position=stand, stiffness=(1.0,) * N_JOINTS))
-
-        steps = round(serial.cycle / engine.settings.step)
-        floor = "engine's own steps, 1 robot"
-        arms: dict[str, tuple[int, Callable[[], object]]] = {
-            floor: (1, lambda: [engine.bare_step() for _ in range(steps)]),
-            "1 robot": (1, advance),
-            f"batch of {robots}, 1 thread": (robots, lambda: serial.step(stand)),
-            f"batch of {robots}, {threaded.threads} threads": (robots, lambda: threaded.step(stand)),
-        }
-        wall: dict[str, list[float]] = {name: [] for name in arms}
-        processor: dict[str, list[float]] = {name: [] for name in arms}
+    with ExitStack() as opened:
+        batches = [opened.enter_context(Batch(range(1), body=body, threads=1))]
+        batches += [opened.enter_context(Batch(range(robots), body=body, threads=n)) for n in (1, None)]
+        bare = [opened.enter_context(build_robot(_settings(body, seed))) for seed in range(robots)]
+        found: dict[str, dict[str, list[float]]] = {_name(batch): {} for batch in batches}
         for _ in range(blocks):
-            for name, (number, step) in arms.items():
-                spent = used = 0.0
-                count = cycles * robots // number
-                for _ in range(count):
-                    if name == floor:
-                        advance()  # its drives hold it; not timed
-                    began, before = time.perf_counter(), time.process_time()
-                    step()
-                    spent += time.perf_counter() - began
-                    used += time.process_time() - before
-                wall[name].append(number * count * serial.cycle / spent)
-                processor[name].append(number * count * serial.cycle / used)
-    per_second = {name: statistics.median(values) for name, values in processor.items()}
+            for batch in batches:
+                count = cycles * robots // len(batch)
+                for kind, value in _block(batch, bare[: len(batch)], count).items():
+                    found[_name(batch)].setdefault(kind, []).append(value)
+    result = {}
+    for name, values in found.items():
+        medians = {kind: statistics.median(each) for kind, each in values.items()}
+        result[name] = medians | {"over_floor": medians["real_time_factor"] / medians["floor_real_time_factor"]}
+    return result
+
+
+def _settings(body: str, seed: int) -> RunConfig:
+    return RunConfig(robot=body, seed=seed, wear="nominal", engine="mujoco")
+
+
+def _name(batch: Batch) -> str:
+    return f"{len(batch)} robots, {batch.threads} threads"
+
+
+def _block(batch: Batch, bare: list[EmulatedRobot], cycles: int) -> dict[str, float]:
+    """Cycles of a batch and, in turns with them, as many engine's steps of other robots in as many threads."""
+    stand = batch.frames.position
+    steps = round(batch.cycle / bare[0].engine.settings.step)
+
+    def run(mine: list[EmulatedRobot]) -> None:
+        for robot in mine:
+            for _ in range(steps):
+                robot.engine.bare_step()
+
+    spent = {"": [0.0, 0.0], "floor_": [0.0, 0.0]}
+
+    def timed(kind: str, work: Callable[[], object]) -> None:
+        began, before = time.perf_counter(), time.process_time()
+        work()
+        spent[kind][0] += time.perf_counter() - began
+        spent[kind][1] += time.process_time() - before
+
+    with ThreadPoolExecutor(batch.threads) as threads:
+        shares = [bare[i :: batch.threads] for i in range(batch.threads)]
+        for _ in range(cycles):
+            timed("", lambda: batch.step(stand))
+            for robot in bare:
+                robot.advance(None)  # its drives hold it; not timed
+            timed("floor_", lambda: list(threads.map(run, shares)))
+    time_of_robots = len(batch) * cycles * batch.cycle
     return {
-        name: {
-            "real_time_factor": statistics.median(wall[name]),
-            "per_processor_second": per_second[name],
-            "over_floor": per_second[name] / per_second[floor],
-        }
-        for name in arms
+        f"{kind}{name}": time_of_robots / used
+        for kind, each in spent.items()
+        for name, used in zip(("real_time_factor", "per_processor_second"), each, strict=True)
     }
