@@ -147,7 +147,7 @@ def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
             Picture(
                 _plot(context, cells, ahead, full),
                 "Measured over commanded, and the ways straight ahead",
-                "Left: parts of each axis' full speed, commanded to measured. Right: the torso over ground.",
+                "Left: parts of each axis' full speed. Right: ways of the torso over the ground.",
             ),
         ),
         tables=(_table(cells, setup, fastest),),
@@ -269,8 +269,9 @@ def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkO
     left.legend(fontsize=8)
     for found in ahead:
         path = true_path(found.track)
-        right.plot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1], linewidth=0.9)
-    right.set(xlabel="x / m", ylabel="y / m", title="straight ahead", aspect="equal")
+        right.plot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1], linewidth=0.5)
+    right.set(xlabel="x / m", ylabel="y / m (stretched)", ylim=(-0.5, 0.5))
+    right.set_title(f"{len(ahead)} walks straight ahead", fontsize=9)
     for panel in (left, right):
         panel.grid(alpha=0.3)
     return axes.save(figure, context.out / "velocity.png")

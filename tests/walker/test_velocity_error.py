@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from bridge.body import load_body
 from walker.estimation.velocity_error import VelocityError, VelocityHoldParameters
 from walker.planning import GaitCommand, gait_parameters, make_gait
 from walker.planning.feedback import Feedback
+from walker.planning.order import WalkOrder
 from walker.planning.plan import Foothold
+from walker.planning.planner import WalkPlanner
 
 BODY = load_body("nao-v6")
 P = gait_parameters("omni")
@@ -77,3 +80,14 @@ def test_a_stand_forgets_it():
     assert found[0] < -0.01
     standing, _ = gait.step(gait.initial(), DT, GaitCommand(walk=False))
     assert error.update(Foothold(), standing, DT) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("target", "same"), [((0.5, 0.0, 0.0), True), (None, False)])
+def test_on_the_way_to_a_place_the_steering_alone_acts(target, same):
+    plans = []
+    for off in ((0.0, 0.0), HOLD.max_correction * np.ones(2)):
+        planner = WalkPlanner(make_gait("omni", P, BODY), WalkOrder(target=target), velocity=(0.1, 0.0, 0.0))
+        for _ in range(200):
+            plan = planner.step(DT, walk=True, feedback=Feedback(velocity=tuple(off)))
+        plans.append(plan)
+    assert (plans[0] == plans[1]) is same

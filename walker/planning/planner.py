@@ -45,6 +45,9 @@ class WalkPlanner:
             feedback: as in `GaitCommand`, in the walk frame.
         """
         local = feedback.seen_from(self._origin)
+        if self.order.target is not None:
+            # on the way to a place the steering takes up what the walk misses
+            local = local._replace(velocity=NONE.velocity)
         last = max(self.order.steps - self._steps, 0)
         plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last, local))
         self.plan = plan.moved(self._origin, self._steps)
