@@ -45,9 +45,10 @@ def _begin(mode: str, start: Callable[..., Any], endpoint: str, far: str, tmp_pa
 
 
 def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable[..., Any], far: str) -> None:
-    walker = start("walk", "--gait", "dynamic", "--steps", "4", "--connect", far, "--json")
+    velocity = ("--velocity", "0.15", "0.05", "0.5")
+    walker = start("walk", *velocity, "--steps", "8", "--connect", far, "--json")
     assert walker.wait() == 0
-    assert walker.result["done"] and walker.result["steps"] == 4
+    assert walker.result["done"] and walker.result["steps"] == 8
     loop["bridge"].interrupt()
     bridged = loop["bridge"].result
     assert bridged["packets"] == bridged["commands"] > walker.result["ticks"]  # it crouched in the end
@@ -55,7 +56,9 @@ def test_the_walker_walks_through_the_loop(loop: dict[str, Any], start: Callable
     assert loop["server"].result["dropped_bytes"] == 0
     loop["robot"].interrupt()
     result = loop["robot"].result
-    assert result["distance"] > 0.02
+    # two seconds, less the way from rest and back; the turn carries it to the left
+    ahead, aside, turn = result["displacement"]
+    assert ahead > 0.1 and aside > 0.05 and turn > 0.5
     assert result["cycles_missed"] == 0 and result["commands_refused"] == 0
 
 
