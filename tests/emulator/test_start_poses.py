@@ -40,7 +40,9 @@ def test_a_pose_points_where_its_name_says_and_rests(body: str, name: str) -> No
             robot.advance(None)
         truth = robot.truth()
         sky = np.array(robot.engine.robot.torso().rotation)[6:9]
-    assert math.acos(min(1.0, float(sky @ UP[name]))) < math.radians(25.0)
+    # who leans on hands that are behind the back is between upright and lying
+    most = 45.0 if name == "sit" else 25.0
+    assert math.acos(min(1.0, float(sky @ UP[name]))) < math.radians(most)
     assert math.dist(before.torso_position, truth.torso_position) < 0.01
     assert truth.fell == (name.startswith("lie") or name == "sit")
 
