@@ -50,7 +50,7 @@ def _settings(body: str, seed: int) -> RunConfig:
 
 
 def _name(batch: Batch) -> str:
-    return f"{len(batch)} robots, {batch.threads} threads"
+    return f"robots: {len(batch)}, threads: {batch.threads}"
 
 
 def _block(batch: Batch, bare: list[EmulatedRobot], cycles: int) -> dict[str, float]:
