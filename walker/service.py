@@ -200,14 +200,12 @@ class WalkService:
         else:
             motion = named_motion(name, body, (GET_UP,))
             begins, player = motion.begins, MotionPlayer(motion, body)
+        if self._seen.status.state == "motion":
+            raise WalkRefused(f"A motion is under way; order {name} when it has ended.")
         if below not in begins:
             raise WalkRefused(f"No motion `{name}` of a {body.name} begins with the torso as it is: {below}.")
         if self._seen.status.state == "rest" and name == self._played:
             return self._reply(f"The robot rests where the motion {name} ended.")
-        if self._seen.status.state == "motion":
-            raise WalkRefused(
-                f"A motion is under way; order {name} when it has ended (status: no longer `motion`)."
-            )
         instead = f" in place of {self._played}" if self._seen.motion_waits else ""
         self._played = name
         self._hand_over(command.at, lambda controller: controller.play(player))

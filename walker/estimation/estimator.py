@@ -21,7 +21,7 @@ from walker.estimation.foresight import Foresight, ForesightParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
 from walker.estimation.heading_error import HeadingError
 from walker.estimation.lean import Lean, LeanParameters
-from walker.estimation.velocity_error import VelocityError, VelocityHoldParameters
+from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
 from walker.model.transforms import Transform, homogeneous
 from walker.model.zmp import FootForces
 from walker.planning.feedback import NONE, Feedback
@@ -140,7 +140,7 @@ class Estimator:
         )
         self._capture = CaptureEstimator(parameters.capture, body) if on.capture_step else None
         self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
-        self._velocity_error = VelocityError(parameters.velocity_hold) if on.velocity_hold else None
+        self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
         self._lean = Lean(parameters.lean)
         self._planned: float | None = None
         """Heading of the plan in the last cycle, rad."""
@@ -186,8 +186,8 @@ class Estimator:
             feedback = feedback._replace(capture_step=measured)
         if self._heading_error is not None:
             feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
-        if self._velocity_error is not None:
-            feedback = feedback._replace(velocity=self._velocity_error.update(here, plan, dt))
+        if self._velocity_hold is not None:
+            feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
         return Estimate(
             contacts,
             zmp,

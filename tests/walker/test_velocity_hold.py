@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from walker.estimation.velocity_error import VelocityError, VelocityHoldParameters
+from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
 from walker.planning import GaitCommand, gait_parameters, make_gait
 from walker.planning.feedback import Feedback
 from walker.planning.order import WalkOrder
@@ -29,7 +29,7 @@ def walked(command, slip, steps=60, *, hold=HOLD):
         hold: parameters.
     """
     gait = make_gait("omni", P, BODY)
-    error, state, feedback = VelocityError(hold), gait.initial(), Feedback()
+    learner, state, feedback = VelocityHold(hold), gait.initial(), Feedback()
     slipped, last, step = (0.0, 0.0), Foothold(), 0
     way = [0.0, 0.0]
     for _ in range(round((steps + 10) * P.T / DT)):
@@ -44,7 +44,7 @@ def walked(command, slip, steps=60, *, hold=HOLD):
         if counts:
             for axis, moved in enumerate(last._replace(yaw=0.5 * (last.yaw + here.yaw)).local(here.x, here.y)):
                 way[axis] += moved
-        feedback = Feedback(velocity=error.update(here, plan, DT))
+        feedback = Feedback(velocity=learner.update(here, plan, DT))
         last = here
     return way[0] / (8 * P.T), way[1] / (8 * P.T)
 
@@ -72,14 +72,14 @@ def test_the_fastest_velocity_is_not_exceeded():
 
 
 def test_a_stand_forgets_it():
-    gait, error = make_gait("omni", P, BODY), VelocityError(HOLD)
+    gait, learner = make_gait("omni", P, BODY), VelocityHold(HOLD)
     state = gait.initial()
     for n in range(400):
         plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.1, 0.0, 0.0)))
-        found = error.update(Foothold(0.2 * n * DT), plan, DT)
+        found = learner.update(Foothold(0.2 * n * DT), plan, DT)
     assert found[0] < -0.01
     standing, _ = gait.step(gait.initial(), DT, GaitCommand(walk=False))
-    assert error.update(Foothold(), standing, DT) == (0.0, 0.0)
+    assert learner.update(Foothold(), standing, DT) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("target", "same"), [((0.5, 0.0, 0.0), True), (None, False)])

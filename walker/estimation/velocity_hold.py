@@ -29,7 +29,7 @@ class VelocityHoldParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     """Bound of what is learnt, m/s, on each axis."""
 
 
-class VelocityError:
+class VelocityHold:
     """Learns the velocity to add to a command so that the robot walks at the commanded one.
 
     Args:
