@@ -18,8 +18,9 @@ _COUNTER: Final = {"HipRoll": 0.3, "HipPitch": 0.6}
 leans later. The ranges of HipPitch and HipRoll leave no more."""
 _HEAD: Final = {"front": -0.65, "back": 0.5}
 """HeadPitch: the face away from the ground, or the chin on the chest (NaoTH turns it the same ways)."""
-_ARMS: Final = {"ShoulderPitch": 1.2, "ElbowRoll": -0.8}
-"""Of the left arm, mirrored for the right: ahead of the torso and bent, so that none lies under it."""
+_ARMS: Final = {"ShoulderPitch": 0.3, "ElbowRoll": -0.8}
+"""Of the left arm, mirrored for the right: stretched ahead and bent, so that elbow and forearm reach the ground
+before the head."""
 
 
 def brace(frame: SensorFrame) -> tuple[float, ...]:
