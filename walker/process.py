@@ -67,7 +67,7 @@ class WalkerProcess:
         link: open link, controller side.
         make_controller: called anew for each start of the robot.
         body: name the robot must have; None takes the robot's word.
-        stop: becomes true when the process is to end.
+        stop: becomes true when the process is to end; a walk under way closes its feet first.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
         service: hands over what the controller is told to do while it runs; None: nobody tells it.
     """
@@ -88,7 +88,7 @@ class WalkerProcess:
         self._ticks = DurationHistogram()
         self._skipped = self._interruptions = 0
         self._seq = -1
-        self._late = self._dry_run = self._walked = False
+        self._late = self._dry_run = self._walked = self._closes = False
         self._boot: int | None = None
         self._taken = False
         """The guard took the robot from the walk."""
@@ -102,7 +102,7 @@ class WalkerProcess:
             ConfigurationError: the robot is another body, or cannot walk the gait.
             LeaseRefused: another controller holds the robot.
             FrameError: the robot speaks another version of the contract.
-            LinkError: it was stopped in the walk.
+            LinkError: the robot was stopped in the walk.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
         while not self._stop():
@@ -177,7 +177,7 @@ class WalkerProcess:
         controller = self._controller
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
-        while not self._stop():
+        while not self._ends():
             if self._process_notices():
                 self._interruptions += 1
                 self._boot, self._taken = None, True
@@ -188,10 +188,13 @@ class WalkerProcess:
                 self._warn(str(error))  # a stranger on the robot's key; the robot's own version was checked
                 continue
             if not self._link.lease:
-                logger.warning("the robot is gone; waiting for it to come back")
+                if not self._stop():
+                    logger.warning("the robot is gone; waiting for it to come back")
                 return False
             if frame is None:
-                self._acquire()  # a sign of life, so that a robot that pauses does not give the lease away
+                # a sign of life, so that a robot that pauses does not give the lease away
+                if not self._acquire() and self._closes:
+                    return False
             elif not lockstep and 0 <= self._seq < frame.seq - GUARDED:
                 logger.warning(
                     "nothing was heard of the robot for %d cycles, in which its guard took it over; the walk "
@@ -213,11 +216,24 @@ class WalkerProcess:
                 self._link.send(self._last)  # the robot asks again: the answer was lost with an old lease
         return False
 
+    def _ends(self) -> bool:
+        """Whether to leave the robot now: the process was asked to end, and the feet are closed."""
+        controller = self._controller
+        if not self._stop():
+            return False
+        if controller is None or controller.state not in ("walk", "stopping"):
+            return True
+        if not self._closes:
+            logger.info("closing the feet; a second Ctrl-C leaves the robot at once")
+            controller.stop()
+            self._closes = True
+        return False
+
     def _answer(self, controller: Controller, frame: SensorFrame, lockstep: bool) -> None:
         if self._seq >= 0:
             self._skipped += frame.seq - self._seq - 1
         self._seq, self._walked = frame.seq, True
-        if self._service is not None:
+        if self._service is not None and not self._closes:
             self._service.before(controller, frame.seq)
         self._take_upper_body(controller)
         before = controller.interruptions

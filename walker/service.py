@@ -350,12 +350,14 @@ def _with_target(order: WalkOrder, command: WalkCommand, parameters: GaitParamet
 
 def _in_words(walk: ReadyWalk) -> str:
     assert walk.step is not None
-    bound = f"{walk.order.steps} steps" if walk.order.steps else "until it is told to stop"
-    if walk.order.target is not None:
-        bound = "to {:.3g} m ahead, {:.3g} m to the left, {:.3g} rad".format(*walk.order.target)
+    order, gait = walk.order, f"by the {walk.gait.name} gait"
+    bound = f"{order.steps} steps" if order.steps else ""
+    if order.target is not None:
+        place = "to {:.3g} m ahead, {:.3g} m to the left, {:.3g} rad".format(*order.target)
+        return ", ".join(filter(None, (f"{gait} at {order.share:.0%} of its limits", place, bound)))
     x, y, turn = walk.velocity
     speed = f"{x:.3f} m/s" if y == turn == 0.0 else f"{x:.3f} m/s, {y:.3f} m/s to the left, {turn:.3f} rad/s"
-    return f"by the {walk.gait.name} gait at {speed}, {bound}"
+    return f"{gait} at {speed}, {bound or 'until it is told to stop'}"
 
 
 def _clipped(wanted: Vec3 | None, walk: ReadyWalk) -> str:

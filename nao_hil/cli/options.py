@@ -137,12 +137,12 @@ Steps = Annotated[
     int | None,
     typer.Option(
         "--steps",
-        help="Steps to walk, the closing one included; 0: without end. Default: 10, with --duration 0.",
+        help="Steps to walk, the closing one included; 0: no bound. Default: 10; 0 with a duration or a place.",
         metavar="N",
     ),
 ]
 Duration = Annotated[
-    float | None, typer.Option("--duration", help="Seconds to walk; 0: no bound.", metavar="S")
+    float | None, typer.Option("--duration", help="Seconds to walk; 0: the steps are the bound.", metavar="S")
 ]
 Velocity = Annotated[
     tuple[float, float, float] | None,
@@ -156,7 +156,8 @@ Target = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
         "--to",
-        help="Walk to a place, by the odometry: forward and to the left, m, and turn, rad. Gait `omni` only.",
+        help="Walk to a place, by the odometry: forward and to the left, m, and turn, rad (-3.14 to 3.14). "
+        "Gait `omni` only. With --velocity as fast as that; --steps ends it sooner.",
         metavar="X Y TURN",
     ),
 ]

@@ -59,7 +59,8 @@ def _diagnosis(directory: RunDirectory, resets: int) -> str | None:
 def _fell(summary: dict[str, Any]) -> str:
     times = "" if summary["falls"] == 1 else f" {summary['falls']} times"
     resets = f" (over {summary['resets']} resets)" if summary["resets"] else ""
-    return f"The robot fell{times}{resets}"
+    up = " and got up again" if summary["stands"] and summary["recoveries"] else ""
+    return f"The robot fell{times}{resets}{up}"
 
 
 def _show(
@@ -71,8 +72,10 @@ def _show(
     table.add_column()
     table.add_column(overflow="fold")
     table.add_row("steps", str(summary["steps"]))
-    x, y, turn = summary["displacement"]
-    table.add_row("went", f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {math.degrees(turn):.1f} deg")
+    if summary["fell"] or summary["recoveries"]:
+        table.add_row("falls, got up", f"{summary['falls']}, {summary['recoveries']}")
+    (x, y, _), turn = summary["displacement"], math.degrees(summary["heading_change"])
+    table.add_row("went", f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {turn:.1f} deg")
     if target:
         table.add_row("from its place", f"{math.hypot(target[0] - x, target[1] - y):.3f} m")
     table.add_row("mean speed", f"{summary['speed']:.4f} m/s, start and stop included")

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import msgspec
 
+from bridge.body import load_body
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import check_free
+from bridge.motion import get_up_motions
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
@@ -55,6 +57,12 @@ def up(
     settings = chosen_engine(settings, open_console())
     if recover is None:
         recover = serve or settings.recover or settings.start.startswith("lie-")
+    if (
+        recover
+        and settings.start.startswith("lie-")
+        and "back" not in get_up_motions(load_body(settings.robot))
+    ):
+        raise ConfigurationError(f"{settings.robot} has no motion to get up; --no-recover lets it lie.")
     settings = msgspec.structs.replace(settings, recover=recover)
     controller_maker(settings)  # refuses what the walker would, before anything has begun
     if clipped := clipped_velocity(settings):

@@ -45,6 +45,7 @@ def walk(
         str, typer.Option("--controller", help="Name of this controller, shown to others.", metavar="NAME")
     ] = "walker",
     serve: options.Serve = False,
+    recover: options.Recover = None,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
     as_json: options.Json = False,
@@ -54,6 +55,7 @@ def walk(
     Example: nao-hil walk --gait static --steps 20 --connect tcp/192.168.1.7:7447
 
     With --serve it stands and waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
+    Ctrl-C in a walk closes the feet first; a second one leaves the robot at once.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import clipped_velocity, controller_maker
@@ -71,6 +73,7 @@ def walk(
         admittance=admittance,
         steps=steps,
         duration=duration,
+        recover=recover,
     )
     log_to_stderr()
     if clipped := clipped_velocity(settings):
@@ -121,8 +124,11 @@ def _report(result: WalkResult, serve: bool, as_json: bool) -> int:
 
 def in_words(result: WalkResult) -> str:
     """The walk in one sentence."""
+    if result.fell and not result.steps:
+        return "The robot lies and made no step; --recover or `nao-hil motion get-up --connect` gets it up."
     x, y, turn = result.displacement
-    ending = "fell" if result.fell else "stands" if result.done else f"was left in state `{result.state}`"
+    stands = result.done or result.state == "stand"
+    ending = "fell" if result.fell else "stands" if stands else f"was left in state `{result.state}`"
     return (
         f"The robot {ending} after {result.steps} steps: {x:.3f} m ahead, {y:.3f} m to the left, turned by "
         f"{math.degrees(turn):.1f} deg, by its odometry."

@@ -169,12 +169,15 @@ class Context:
         """As `run`, a block of seeds at a time; an arm ends when further seeds cannot change its verdict.
 
         The verdict is whether the lower bound of Wilson's interval of the share that stands, with all seeds
-        walked, is `share` or more. Ending early changes no verdict (curtailed sampling).
+        walked, is `share` or more. Ending early changes no verdict (curtailed sampling). With so few seeds that
+        not even all of them could reach it, all are walked.
 
         Args:
             share: 0..1.
             arms: As in `run`, all with the same seeds.
         """
+        if wilson(len(self.seeds), len(self.seeds))[0] < share:
+            return self.run(*arms)
         results: list[list[WalkOutcome]] = [[] for _ in arms]
         for begin in range(0, len(self.seeds), BLOCK):
             open_ = [k for k, found in enumerate(results) if not _certain(found, len(self.seeds), share)]

@@ -355,3 +355,25 @@ def test_a_walk_ends_with_a_sentence() -> None:
         "The robot stands after 4 steps: 0.072 m ahead, -0.011 m to the left, turned by "
         "-1.3 deg, by its odometry."
     )
+
+
+def test_a_walk_on_a_robot_that_lies_says_how_it_gets_up() -> None:
+    result = WalkResult(
+        state="fallen",
+        done=True,
+        steps=0,
+        displacement=(0.0, 0.0, 0.0),
+        fell=True,
+        late=False,
+        interruptions=0,
+        ticks=100,
+        skipped=0,
+        tick_p50=0.0,
+        tick_p99=0.0,
+    )
+    assert "get-up" in in_words(result)
+
+
+def test_a_body_that_cannot_get_up_does_not_begin_lying(capsys: pytest.CaptureFixture[str]) -> None:
+    said = refused(capsys, "up", "--robot", "nao-v3.2", "--start", "lie-back", "--mode", "in-process")
+    assert "nao-v3.2 has no motion to get up" in said

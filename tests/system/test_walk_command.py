@@ -12,6 +12,7 @@ from bridge.errors import FrameError, LinkError, WalkRefused
 from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
 from bridge.messages.world import Push, StandUp
+from nao_hil.runs.monitor import Monitor
 from tests.loops import TIMEOUT, until
 
 
@@ -85,3 +86,16 @@ def test_a_robot_that_fell_under_the_walker_is_put_up_stands_and_walks_again(
         until(lambda: client.status().state == "stand", "the end of the walk after the fall")
         ended = client.status().position
         assert math.dist(ended[:2], begun.position[:2]) > 0.1
+
+
+def test_ctrl_c_in_a_walk_closes_the_feet(start: Callable[..., Any], endpoint: str) -> None:
+    robot = start("emulate", "--engine", "mujoco", "--mode", "lockstep", "--listen", endpoint)
+    walker = start("walk", "--velocity", "0.2", "0", "0.3", "--steps", "0", "--connect", endpoint, "--json")
+    with Monitor("nao", endpoint) as monitor:
+        until(lambda: monitor.connect(), "the robot")
+        until(lambda: monitor.telemetry is not None and monitor.telemetry.step > 6, "the walk")
+        walker.interrupt()
+    assert robot.process.poll() is None
+    assert walker.process.returncode == 130
+    assert (walker.result["state"], walker.result["fell"]) == ("stand", False)
+    assert "closing the feet" in walker.stderr

@@ -41,8 +41,12 @@ def target_order(order: WalkOrder, target: Vec3, parameters: GaitParameters) -> 
         parameters: Of the gait.
 
     Raises:
-        ConfigurationError: the gait walks straight ahead only.
+        ConfigurationError: the gait walks straight ahead only, or the turn is beyond half a turn.
     """
     if parameters.limits is None:
         raise ConfigurationError("This gait walks straight ahead, to no target; `omni` walks to any.")
+    if abs(target[2]) > math.pi + 1e-6:
+        raise ConfigurationError(
+            f"The turn of a target is {target[2]:g} rad; it takes -3.14 to 3.14 (90 degrees are 1.57)."
+        )
     return msgspec.structs.replace(order, target=target, share=parameters.limits.share(parameters.velocity))

@@ -133,7 +133,8 @@ class WalkingMethods:
         (confirmed: vendor's samples of `getNextRobotPosition`).
         """
         ahead = self.poses_ahead()[:_FIXED_STEPS] if self.handover.active else []
-        place = _composed(ahead[-1], target) if ahead else target
+        x, y, turn = _composed(ahead[-1], target) if ahead else target
+        place = x, y, math.remainder(turn, math.tau)
         return place, full.towards(place) if any(place) else place
 
     def poses_ahead(self) -> list[Vec3]:

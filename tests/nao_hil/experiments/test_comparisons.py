@@ -275,6 +275,13 @@ def test_an_arm_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path
     assert [result.seed for result in falls] == list(range(10))  # two blocks of five
 
 
+def test_seeds_too_few_for_any_verdict_are_all_walked(tmp_path: Path) -> None:
+    """Lower bound of 2 of 2: 0.342, which never reaches 0.8."""
+    context = Context(cast(Campaign, Made()), tmp_path, (0, 1), NOMINAL)
+    (stands,) = context.run_until_certain(0.8, context.walks("stands", "static", 60.0))
+    assert [result.seed for result in stands] == [0, 1]
+
+
 def test_arms_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
     changes = RunConfig(
         gait="dynamic", controller={"switches": {"torso": "thesis"}, "leg": {"D": 99.0}}, parameters={"z": 0.24}
