@@ -164,7 +164,8 @@ class _WalkObserver(Observer):
                 self._fallen = max(self._time, 0.0), truth
             elif self._time >= 0.0:
                 self._tilt = max(self._tilt, float(rotations.tilt(truth.torso_orientation)))
-        self._events.happen(self._time, self._controller)
+        if self._fallen is None:  # a robot that lies may be where a plate is to be laid
+            self._events.happen(self._time, self._controller)
 
     def telemetry(self, message: WalkTelemetry) -> None:
         """Look for the beginning of the walk."""

@@ -9,7 +9,7 @@ import pytest
 from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
-from bridge.messages.world import PlateUnderFoot
+from bridge.messages.world import PlaceBox, PlateUnderFoot
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from nao_hil.experiments.geometry import soles_in_world
@@ -18,6 +18,7 @@ from nao_hil.runs import store
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset
+from nao_hil.runs.events import StridePush
 from nao_hil.runs.executors import RunFailed
 from nao_hil.runs.walk import Walk, WalkOutcome, _WalkObserver, walk
 from walker.stabilization.switches import switch_changes
@@ -83,6 +84,14 @@ def test_a_fall_ends_the_run() -> None:
     assert not result.end.survived
     assert result.end.time < 10.0
     assert result.end.pitch > 0.2  # downhill: forward
+
+
+def test_no_box_is_placed_into_a_robot_that_lies() -> None:
+    push = StridePush(time=0.5, phase=None, impulse=8.0, direction=0.0)
+    fall = Walk(name="pushed", config=RunConfig(engine="mujoco"), duration=5.0, pushes=(push,))
+    fell = walk(fall).end
+    box = PlaceBox(name="box", size=(0.3, 0.3, 0.3), at=(0.0, 0.0), frame="robot")
+    assert walk(msgspec.structs.replace(fall, world_events=((fell.time + 0.2, box),))).end == fell
 
 
 def test_a_fall_before_the_walk_begins_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
