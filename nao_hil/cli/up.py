@@ -55,13 +55,10 @@ def up(
     from nao_hil.runs.build import clipped_velocity, controller_maker
 
     settings = chosen_engine(settings, open_console())
+    lies = settings.start.startswith("lie-")
     if recover is None:
-        recover = serve or settings.recover or settings.start.startswith("lie-")
-    if (
-        recover
-        and settings.start.startswith("lie-")
-        and "back" not in get_up_motions(load_body(settings.robot))
-    ):
+        recover = serve or settings.recover or lies
+    if recover and lies and "back" not in get_up_motions(load_body(settings.robot)):
         raise ConfigurationError(f"{settings.robot} has no motion to get up; --no-recover lets it lie.")
     settings = msgspec.structs.replace(settings, recover=recover)
     controller_maker(settings)  # refuses what the walker would, before anything has begun
