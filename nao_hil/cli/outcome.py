@@ -74,8 +74,8 @@ def _show(
     table.add_row("steps", str(summary["steps"]))
     if summary["fell"] or summary["recoveries"]:
         table.add_row("falls, got up", f"{summary['falls']}, {summary['recoveries']}")
-    (x, y, _), turn = summary["displacement"], math.degrees(summary["heading_change"])
-    table.add_row("went", f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {turn:.1f} deg")
+    x, y, turn = summary["displacement"]
+    table.add_row("went", f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {math.degrees(turn):.1f} deg")
     if target:
         table.add_row("from its place", f"{math.hypot(target[0] - x, target[1] - y):.3f} m")
     table.add_row("mean speed", f"{summary['speed']:.4f} m/s, start and stop included")

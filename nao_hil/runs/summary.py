@@ -48,7 +48,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     walk began until it closes its feet, or falls; of the last walk, zeros where it was shorter."""
     displacement: Vec3 = (0.0, 0.0, 0.0)
     """From the torso's pose as the first walk began to its last, or to the fall, in the heading of the first:
-    forward and to the left, m, and turn, rad; since the last reset. Without a walk from its first pose."""
+    forward and to the left, m, and turn, rad, in which full turns count; since the last reset. Without a walk
+    from its first pose."""
     heading_change: float = 0.0
     """Turn of the torso from the first frame to the last, or to the fall, rad; a full turn counts."""
     torso_max: float
@@ -109,6 +110,8 @@ class RunStatistics(Observer):
         """Where the first walk began: on the way into its first posture the torso moves over the feet."""
         self._way_end: TruthFrame | None = None
         """The last, or where it fell: what it slides after that is no walk."""
+        self._turned_before = 0.0
+        """Turn of the torso before the first walk, rad: of one that lies it says nothing."""
         self._fell = False
         self._steps_before = self._step = 0
         self._walked = 0.0
@@ -171,9 +174,9 @@ class RunStatistics(Observer):
         first = self._way_begin or self._first
         if first is None or self._way_end is None:
             return 0.0, 0.0, 0.0
-        yaw, end = (float(yaw_of(truth.torso_orientation)) for truth in (first, self._way_end))
         x, y, _ = first.torso_position
-        return *planar_local((x, y, yaw), self._way_end.torso_position), math.remainder(end - yaw, math.tau)
+        begin = x, y, float(yaw_of(first.torso_orientation))
+        return *planar_local(begin, self._way_end.torso_position), self._motion.turned - self._turned_before
 
     def command(self, frame: ActuatorFrame) -> None:
         """Take in the actuator frame that was put in force."""
@@ -194,7 +197,8 @@ class RunStatistics(Observer):
         self._step = message.step
         now = self._last_frame.time
         if message.state in ("walk", "stopping"):
-            self._way_begin = self._way_begin or self._last
+            if self._way_begin is None:
+                self._way_begin, self._turned_before = self._last, self._motion.turned
             self._has_walked = True
             if self._walk is None:
                 self._motion.begin(now)

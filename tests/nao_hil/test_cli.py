@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from bridge.body import load_body
@@ -337,41 +338,30 @@ def test_a_number_that_is_none_is_named(
     assert right in refused(capsys, *arguments)
 
 
+STOOD = WalkResult(
+    state="stand",
+    done=True,
+    steps=4,
+    displacement=(0.072, -0.011, -0.0227),
+    fell=False,
+    late=False,
+    interruptions=0,
+    ticks=800,
+    skipped=0,
+    tick_p50=0.0,
+    tick_p99=0.0,
+)
+
+
 def test_a_walk_ends_with_a_sentence() -> None:
-    result = WalkResult(
-        state="stand",
-        done=True,
-        steps=4,
-        displacement=(0.072, -0.011, -0.0227),
-        fell=False,
-        late=False,
-        interruptions=0,
-        ticks=800,
-        skipped=0,
-        tick_p50=0.0,
-        tick_p99=0.0,
-    )
-    assert in_words(result) == (
+    assert in_words(STOOD) == (
         "The robot stands after 4 steps: 0.072 m ahead, -0.011 m to the left, turned by "
         "-1.3 deg, by its odometry."
     )
 
 
 def test_a_walk_on_a_robot_that_lies_says_how_it_gets_up() -> None:
-    result = WalkResult(
-        state="fallen",
-        done=True,
-        steps=0,
-        displacement=(0.0, 0.0, 0.0),
-        fell=True,
-        late=False,
-        interruptions=0,
-        ticks=100,
-        skipped=0,
-        tick_p50=0.0,
-        tick_p99=0.0,
-    )
-    assert "get-up" in in_words(result)
+    assert "get-up" in in_words(msgspec.structs.replace(STOOD, state="fallen", fell=True, steps=0))
 
 
 def test_a_body_that_cannot_get_up_does_not_begin_lying(capsys: pytest.CaptureFixture[str]) -> None:

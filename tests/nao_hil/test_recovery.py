@@ -19,6 +19,7 @@ def test_onto_its_feet_and_on(robot: str, start: str) -> None:
     assert (summary.falls, summary.recoveries, summary.steps) == (0, 1, 4)
     assert summary.stands
     assert summary.displacement[0] > 0.1
+    assert abs(summary.displacement[2]) < 0.5  # rad; what it turned while it got up is no turn of its walk
     assert summary.speed > 0.0
 
 

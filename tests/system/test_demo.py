@@ -23,3 +23,4 @@ def test_the_demo_shows_all_its_parts_and_the_robot_stands_at_its_end(
     assert at == sorted(at)
     assert command.result["distance"] > 1.5
     assert command.result["heading_change"] > 3.0
+    assert command.result["displacement"][2] > 3.0
