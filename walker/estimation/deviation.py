@@ -135,7 +135,8 @@ class DeviationEstimator:
         p, omega = self._p, then.pendulum.omega
         mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
         off = np.array([self._at, self._rate / omega]) - mean
-        mean += p.mean_gain * np.clip(off, -p.max_innovation, p.max_innovation)
+        if then.progress < 1.0:  # a step that is prolonged is no usual one
+            mean += p.mean_gain * np.clip(off, -p.max_innovation, p.max_innovation)
         steps = then.step - self._first
         change = np.subtract(then.pendulum.velocity, self._velocity)
         self._velocity += change * (p.mean_gain / _PARTS if steps >= _STEPS else 1.0)

@@ -21,6 +21,7 @@ from walker.estimation.foresight import Foresight, ForesightParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
 from walker.estimation.heading_error import HeadingError
 from walker.estimation.lean import Lean, LeanParameters
+from walker.estimation.tipping import TippingDetector, TippingParameters
 from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
 from walker.model.transforms import Transform, homogeneous
 from walker.model.zmp import FootForces
@@ -37,6 +38,7 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     lean: LeanParameters = LeanParameters()
     deviation: DeviationParameters = DeviationParameters()
     velocity_hold: VelocityHoldParameters = VelocityHoldParameters()
+    tipping: TippingParameters = TippingParameters()
     capture: CaptureParameters = CaptureParameters()
     fall: FallParameters = FallParameters()
     foresight: ForesightParameters = ForesightParameters()
@@ -78,6 +80,16 @@ class EstimatorSwitches(Protocol):
     @property
     def velocity_hold(self) -> bool:
         """The velocity is compared with the commanded one."""
+        ...
+
+    @property
+    def step_hold(self) -> bool:
+        """A step is prolonged while the robot tips over its stance foot."""
+        ...
+
+    @property
+    def counterweight(self) -> bool:
+        """The swing foot goes out while the robot tips over its stance foot."""
         ...
 
 
@@ -141,6 +153,7 @@ class Estimator:
         self._capture = CaptureEstimator(parameters.capture, body) if on.capture_step else None
         self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
         self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
+        self._tipping = TippingDetector(parameters.tipping, hold=on.step_hold, counterweight=on.counterweight)
         self._lean = Lean(parameters.lean)
         self._planned: float | None = None
         """Heading of the plan in the last cycle, rad."""
@@ -188,6 +201,8 @@ class Estimator:
             feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
         if self._velocity_hold is not None:
             feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
+        tipping = self._tipping.update(feedback.deviation, plan, dt)
+        feedback = feedback._replace(hold=tipping.hold, counterweight=tipping.counterweight)
         return Estimate(
             contacts,
             zmp,

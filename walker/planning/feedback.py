@@ -28,6 +28,10 @@ class Feedback(NamedTuple):
     """Of the robot less that of the plan, since the walk began, rad."""
     velocity: Vec2 = (0.0, 0.0)
     """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
+    hold: bool = False
+    """The step under way is not to end: the robot stands on the outer edge of its stance foot."""
+    counterweight: float = 0.0
+    """Way by which the swing foot goes farther to its side, m."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
 

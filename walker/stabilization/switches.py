@@ -50,6 +50,10 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Footholds turn back by the angle by which the robot turned off its plan, in gaits that can."""
     velocity_hold: bool = False
     """Footholds make up for the velocity by which the robot is off its command, in gaits that can."""
+    step_hold: bool = False
+    """A step ends later while the robot tips over the outer edge of its stance foot, in gaits that can."""
+    counterweight: bool = False
+    """The swing foot goes farther out then, in gaits that can."""
 
 
 StabilizerName = Literal["own", "thesis", "none"]

@@ -136,9 +136,11 @@ class OmniGait:
             if state.single and state.capture_step and measured is not None:
                 state = self._follow(state, part, measured)
             else:
-                state = self._advance(state, part, command.feedback.deviation)
+                state = self._advance(state, part, command.feedback)
             left -= part
             if state.t >= self._duration(state) - _EPSILON:
+                if command.feedback.hold and state.single and not state.capture_step:
+                    break
                 state = self._next_phase(state, command)
         return self._plan(state, command), state
 
@@ -147,7 +149,7 @@ class OmniGait:
             return self._p.T_capture if state.capture_step else self._p.T
         return self._p.T_start * (_SETTLING if state.phase == "stop" else 1.0)
 
-    def _advance(self, state: OmniState, dt: float, deviation: Vec2) -> OmniState:
+    def _advance(self, state: OmniState, dt: float, feedback: Feedback) -> OmniState:
         """The pendulum `dt` seconds later, over the ZMP of the middle of that time; and its foothold."""
         zmp = self._zmp(state, state.t + 0.5 * dt)
         grow, shrink = math.exp(self._omega * dt), math.exp(-self._omega * dt)
@@ -163,7 +165,7 @@ class OmniGait:
             target = self._target(state)
             by = state.adjustment
             if state.t < self._p.T - _LANDING:
-                by = self._adjustment(state, target, deviation)
+                by = self._adjustment(state, target, feedback)
             adjusted = Foothold(target.x + by[0], target.y + by[1], target.yaw)
             state = replace(state, target=adjusted, adjustment=by)
         return state
@@ -238,15 +240,19 @@ class OmniGait:
         )
         return allowed(p, state.stance, side, Foothold(x, y, first.yaw))
 
-    def _adjustment(self, state: OmniState, target: Foothold, deviation: Vec2) -> Vec2:
-        """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m."""
+    def _adjustment(self, state: OmniState, target: Foothold, feedback: Feedback) -> Vec2:
+        """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m.
+
+        With the counterweight of a robot that tips over its stance foot.
+        """
         p = self._p
         grow = math.exp(self._omega * max(p.T - state.t, 0.0))
-        dx, dy = Foothold(yaw=-state.stance.yaw).point(*deviation)
+        dx, dy = Foothold(yaw=-state.stance.yaw).point(*feedback.deviation)
         wished = [
             gain * grow * math.copysign(max(abs(d) - band, 0.0), d)
             for d, gain, band in zip((dx, dy), p.foothold_gain, p.foothold_deadband, strict=True)
         ]
+        wished[1] += SIGN[state.swing] * feedback.counterweight
         x, y = Foothold(yaw=state.stance.yaw).point(wished[0], wished[1])
         wish = Foothold(target.x + x, target.y + y, target.yaw)
         moved = allowed(p, state.stance, state.swing, wish)

@@ -1,0 +1,93 @@
+"""A robot that tips over the outer edge of its stance foot, and what brings it back.
+
+A push towards the stance foot moves the capture point to the outside of that foot, where the swing foot cannot
+follow: the legs would cross. So does a push towards a swing foot that lands before it could go wider. The stiff
+leg then stands on its outer edge, where the ZMP is as far outside as it can be, and a robot that is slow enough
+comes back. Until then
+
+- the support does not change: the other foot is in the air;
+- the swing foot goes out to its own side: its mass moves the centre of mass there, and the angular momentum of
+  the leg is that of the fall.
+
+A robot that tips ahead or back at the same time must step there. So a part of the deviation along the foot
+counts against the counterweight.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import msgspec
+
+from bridge.types import NotNegative, Positive, Vec2
+from walker.planning.plan import SIGN, Foothold, Plan
+
+_LATE: Final = 0.8
+"""Part of a step after which a hold may begin."""
+
+
+class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When a robot tips, and how far the swing foot goes."""
+
+    deviation: Positive = 0.04
+    """Deviation of the capture point to the outside of the stance foot that no undisturbed walk has, m."""
+    max_hold: NotNegative = 1.0
+    """Longest time by which a step is prolonged, s."""
+    counterweight_gain: NotNegative = 4.0
+    """Way of the swing foot to its side over what the deviation exceeds that bound by."""
+    along: NotNegative = 0.5
+    """Share of the deviation along the foot that is subtracted from it first."""
+
+
+class Tipping(NamedTuple):
+    """What is to be done about it."""
+
+    hold: bool = False
+    """The step under way is not to end."""
+    counterweight: float = 0.0
+    """Way by which the swing foot goes farther to its side, m."""
+
+
+class TippingDetector:
+    """Watches the deviation of the capture point to the outside of the stance foot.
+
+    Args:
+        parameters: bounds and gains.
+        hold: prolong steps.
+        counterweight: move the swing foot.
+    """
+
+    def __init__(self, parameters: TippingParameters, *, hold: bool, counterweight: bool) -> None:
+        self._p, self._holds, self._moves = parameters, hold, counterweight
+        self._held = 0.0
+        """Time by which the step under way has been prolonged, s."""
+
+    def update(self, deviation: Vec2, plan: Plan, dt: float) -> Tipping:
+        """One cycle.
+
+        Args:
+            deviation: of the capture point from that of the plan, walk frame, m.
+            plan: in force.
+            dt: time since the last cycle, s.
+        """
+        if plan.support == "both":
+            self._held = 0.0
+            return Tipping()
+        p, sole = self._p, plan.left if plan.support == "L" else plan.right
+        along, across = Foothold(yaw=-sole.yaw).point(*deviation)
+        outward = SIGN[plan.support] * across
+        excess = max(outward - p.deviation - p.along * abs(along), 0.0)
+        return Tipping(
+            self._holds and self._is_to_hold(outward, plan.progress, dt),
+            p.counterweight_gain * excess if self._moves else 0.0,
+        )
+
+    def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
+        if progress < 1.0:
+            self._held = 0.0
+        hold = outward > 0.0 and self._held < self._p.max_hold
+        if not self._held:
+            hold = progress > _LATE and outward > self._p.deviation
+        if hold and progress >= 1.0:
+            self._held += dt
+        return hold
