@@ -81,7 +81,7 @@ def _show(
     table.add_row("mean speed", f"{summary['speed']:.4f} m/s, start and stop included")
     if any(summary["velocity"]):
         x, y, turn = summary["velocity"]
-        table.add_row("velocity after 2 s", f"{x:.3f}, {y:.3f} m/s, {turn:.3f} rad/s")
+        table.add_row("mean velocity after 2 s", f"{x:.3f}, {y:.3f} m/s, {turn:.3f} rad/s")
     if summary["torso_max"]:
         table.add_row("largest torso tilt", f"{math.degrees(summary['torso_max']):.2f} deg")
     table.add_row("real-time factor", f"{summary['real_time_factor']:.2f}")
