@@ -72,8 +72,9 @@ def test_the_counterweight_is_that_of_a_robot_that_tips_to_the_side():
     gain, bound = TIPPING.counterweight_gain, TIPPING.deviation
     for along, expected in ((0.0, gain * (0.07 - bound)), (0.02, gain * (0.06 - bound)), (-0.08, 0.0)):
         for yaw in (0.0, -1.1):
-            found = watched([0.07] * 5, support="R", yaw=yaw, along=along)
-            assert [each.counterweight for each in found] == pytest.approx([expected] * 5)
+            found = [each.counterweight for each in watched([0.07] * 25, support="R", yaw=yaw, along=along)]
+            rate = TIPPING.counterweight_rate
+            assert found == pytest.approx([min(expected, rate * DT * (k + 1)) for k in range(25)])
 
 
 def test_each_switch_turns_off_its_own():

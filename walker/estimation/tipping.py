@@ -35,6 +35,8 @@ class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Longest time by which a step is prolonged, s."""
     counterweight_gain: NotNegative = 4.0
     """Way of the swing foot to its side over what the deviation exceeds that bound by."""
+    counterweight_rate: Positive = 0.8
+    """Fastest growth of that way, m/s: a leg that is flung out late in its swing throws the robot."""
     along: NotNegative = 0.5
     """Share of the deviation along the foot that is subtracted from it first."""
 
@@ -61,6 +63,8 @@ class TippingDetector:
         self._p, self._holds, self._moves = parameters, hold, counterweight
         self._held = 0.0
         """Time by which the step under way has been prolonged, s."""
+        self._step, self._out = 0, 0.0
+        """Its number, and the counterweight in it, m."""
 
     def update(self, deviation: Vec2, plan: Plan, dt: float) -> Tipping:
         """One cycle.
@@ -76,11 +80,12 @@ class TippingDetector:
         p, sole = self._p, plan.left if plan.support == "L" else plan.right
         along, across = Foothold(yaw=-sole.yaw).point(*deviation)
         outward = SIGN[plan.support] * across
-        excess = max(outward - p.deviation - p.along * abs(along), 0.0)
-        return Tipping(
-            self._holds and self._is_to_hold(outward, plan.progress, dt),
-            p.counterweight_gain * excess if self._moves else 0.0,
-        )
+        if plan.step != self._step:
+            self._step, self._out = plan.step, 0.0
+        if self._moves:
+            excess = max(outward - p.deviation - p.along * abs(along), 0.0)
+            self._out = min(p.counterweight_gain * excess, self._out + p.counterweight_rate * dt)
+        return Tipping(self._holds and self._is_to_hold(outward, plan.progress, dt), self._out)
 
     def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
         if progress < 1.0:
