@@ -41,7 +41,8 @@ def watched(outward, *, support="L", yaw=0.0, along=0.0, hold=True, counterweigh
         stepping = replace(plan, support=support, phase=f"SS{support}", progress=min(t / P.T, 1.0), **feet)
         across = SIGN[support] * off
         c, s = math.cos(yaw), math.sin(yaw)
-        found.append(detector.update((c * along - s * across, s * along + c * across), stepping, DT))
+        deviation = c * along - s * across, s * along + c * across
+        found.append(detector.update(Feedback(deviation), stepping, DT))
         t += DT
     return found
 

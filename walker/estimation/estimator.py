@@ -201,8 +201,7 @@ class Estimator:
             feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
         if self._velocity_hold is not None:
             feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
-        tipping = self._tipping.update(feedback.deviation, plan, dt)
-        feedback = feedback._replace(hold=tipping.hold, counterweight=tipping.counterweight)
+        feedback = self._tipping.update(feedback, plan, dt)
         return Estimate(
             contacts,
             zmp,

@@ -15,11 +15,12 @@ counts against the counterweight.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import msgspec
 
-from bridge.types import NotNegative, Positive, Vec2
+from bridge.types import NotNegative, Positive
+from walker.planning.feedback import Feedback
 from walker.planning.plan import SIGN, Foothold, Plan
 
 _LATE: Final = 0.8
@@ -30,7 +31,7 @@ class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """When a robot tips, and how far the swing foot goes."""
 
     deviation: Positive = 0.04
-    """Deviation of the capture point to the outside of the stance foot that no undisturbed walk has, m."""
+    """Deviation of the capture point to the outside of the stance foot from which a robot tips, m."""
     max_hold: NotNegative = 1.0
     """Longest time by which a step is prolonged, s."""
     counterweight_gain: NotNegative = 4.0
@@ -39,15 +40,6 @@ class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Fastest growth of that way, m/s: a leg that is flung out late in its swing throws the robot."""
     along: NotNegative = 0.5
     """Share of the deviation along the foot that is subtracted from it first."""
-
-
-class Tipping(NamedTuple):
-    """What is to be done about it."""
-
-    hold: bool = False
-    """The step under way is not to end."""
-    counterweight: float = 0.0
-    """Way by which the swing foot goes farther to its side, m."""
 
 
 class TippingDetector:
@@ -66,26 +58,27 @@ class TippingDetector:
         self._step, self._out = 0, 0.0
         """Its number, and the counterweight in it, m."""
 
-    def update(self, deviation: Vec2, plan: Plan, dt: float) -> Tipping:
-        """One cycle.
+    def update(self, feedback: Feedback, plan: Plan, dt: float) -> Feedback:
+        """One cycle: the feedback with `hold` and `counterweight`.
 
         Args:
-            deviation: of the capture point from that of the plan, walk frame, m.
+            feedback: with the deviation, in the walk frame.
             plan: in force.
             dt: time since the last cycle, s.
         """
         if plan.support == "both":
             self._held = 0.0
-            return Tipping()
+            return feedback
         p, sole = self._p, plan.left if plan.support == "L" else plan.right
-        along, across = Foothold(yaw=-sole.yaw).point(*deviation)
+        along, across = Foothold(yaw=-sole.yaw).point(*feedback.deviation)
         outward = SIGN[plan.support] * across
         if plan.step != self._step:
             self._step, self._out = plan.step, 0.0
         if self._moves:
             excess = max(outward - p.deviation - p.along * abs(along), 0.0)
             self._out = min(p.counterweight_gain * excess, self._out + p.counterweight_rate * dt)
-        return Tipping(self._holds and self._is_to_hold(outward, plan.progress, dt), self._out)
+        hold = self._holds and self._is_to_hold(outward, plan.progress, dt)
+        return feedback._replace(hold=hold, counterweight=self._out)
 
     def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
         if progress < 1.0:
