@@ -298,7 +298,7 @@ def typed(page: Page) -> list[float]:
 def drag(page: Page, part: str, right: float, down: float) -> None:
     """From the middle of a pad to a place of it, in shares of its size."""
     shown = page.locator(f"{part}:visible")  # a tab that was left stays in the document, hidden
-    shown.scroll_into_view_if_needed()
+    shown.hover()  # waits until it is in sight and has stopped moving: its tab has just been opened
     box = shown.bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
