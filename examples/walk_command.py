@@ -13,7 +13,7 @@ from nao_hil import WalkClient
 
 
 def arrive(client: WalkClient, x: float) -> float:
-    """Wait until the robot stands further ahead than `x`; where it is then by the plan, m."""
+    """Wait until the robot stands further ahead than `x`; where it is then by its odometry, m."""
     while (status := client.status()).state != "stand" or status.position[0] <= x:
         time.sleep(0.02)
     return status.position[0]
@@ -25,11 +25,11 @@ def main(endpoint: str) -> None:
         x = arrive(client, -1.0)
         print(client.walk((0.015, 0.0, 0.0), distance=0.05).text)
         x = arrive(client, x)
-        print(f"x = {x:.3f} m by the plan")
+        print(f"x = {x:.3f} m by its odometry")
 
         print(client.walk(gait="dynamic", hold=2.0).text)  # stops by itself, as nobody says `walk` again
         x = arrive(client, x)
-        print(f"x = {x:.3f} m by the plan")
+        print(f"x = {x:.3f} m by its odometry")
 
         try:
             client.walk((0.0, 0.1, 0.0))

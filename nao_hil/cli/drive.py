@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -75,7 +76,9 @@ def picture(session: Session) -> Table:
     """What the driver sees."""
     s = session.status
     table = Table(show_header=False, title="nao-hil drive")
-    table.add_row("robot", f"{s.state}, step {s.steps}, x {s.position[0]:.3f} m by the plan")
+    x, y, yaw = s.position
+    where = f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {math.degrees(yaw):.0f} deg, by its odometry"
+    table.add_row("robot", f"{s.state}, step {s.steps}; {where}")
     table.add_row("wanted", _in_words(session.driver.velocity(session.target)))
     table.add_row("walks", _in_words(s.velocity))
     control = f"{s.gait} gait, torso control {s.torso}, admittance {'on' if s.admittance else 'off'}"

@@ -51,7 +51,7 @@ def watched(outward, *, support="L", yaw=0.0, along=0.0, hold=True, counterweigh
 @pytest.mark.parametrize("yaw", [0.0, 0.7])
 def test_a_step_is_prolonged_until_the_capture_point_is_back(support, yaw):
     cycles = round(P.T / DT)
-    back = [0.06] * (cycles + 30) + [0.02] * 10 + [-0.01] * 5
+    back = [0.08] * (cycles + 30) + [0.02] * 10 + [-0.01] * 5
     held = [each.hold for each in watched(back, support=support, yaw=yaw)]
     assert not any(held[: round(0.8 * cycles)])
     assert all(held[cycles : cycles + 40])
@@ -59,7 +59,7 @@ def test_a_step_is_prolonged_until_the_capture_point_is_back(support, yaw):
 
 
 def test_an_undisturbed_step_ends_in_time_and_moves_no_foot():
-    for off in (-0.2, 0.0, TIPPING.deviation):
+    for off in (-0.2, 0.0, TIPPING.counterweight_deviation):
         assert not any(each.hold or each.counterweight for each in watched([off] * 60))
 
 
@@ -70,7 +70,7 @@ def test_a_robot_that_does_not_come_back_is_not_waited_for():
 
 
 def test_the_counterweight_is_that_of_a_robot_that_tips_to_the_side():
-    gain, bound = TIPPING.counterweight_gain, TIPPING.deviation
+    gain, bound = TIPPING.counterweight_gain, TIPPING.counterweight_deviation
     for along, expected in ((0.0, gain * (0.07 - bound)), (0.02, gain * (0.06 - bound)), (-0.08, 0.0)):
         for yaw in (0.0, -1.1):
             found = [each.counterweight for each in watched([0.07] * 25, support="R", yaw=yaw, along=along)]
@@ -79,8 +79,8 @@ def test_the_counterweight_is_that_of_a_robot_that_tips_to_the_side():
 
 
 def test_each_switch_turns_off_its_own():
-    held = watched([0.07] * 60, counterweight=False)
-    moved = watched([0.07] * 60, hold=False)
+    held = watched([0.08] * 60, counterweight=False)
+    moved = watched([0.08] * 60, hold=False)
     assert any(each.hold for each in held) and not any(each.counterweight for each in held)
     assert any(each.counterweight for each in moved) and not any(each.hold for each in moved)
 
@@ -144,5 +144,5 @@ def pushed(seed, switches):
 def test_a_robot_on_the_edge_of_its_foot_comes_back_with_both_and_falls_without():
     """Seeds of the search for the gains; fresh ones: docs/omni.md."""
     for seed in (302010, 302011):
-        assert pushed(seed, {"step_hold": True, "counterweight": True})
-        assert not pushed(seed, {})
+        assert pushed(seed, {})
+        assert not pushed(seed, {"step_hold": False, "counterweight": False})

@@ -30,10 +30,15 @@ _LATE: Final = 0.8
 class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """When a robot tips, and how far the swing foot goes."""
 
-    deviation: Positive = 0.04
-    """Deviation of the capture point to the outside of the stance foot from which a robot tips, m."""
+    hold_deviation: Positive = 0.07
+    """Deviation of the capture point to the outside of the stance foot from which on a step is held, m.
+
+    A sole that rests askew on a plate of 10 mm makes up to 0.08, a robot on its edge 0.11.
+    """
     max_hold: NotNegative = 1.0
     """Longest time by which a step is prolonged, s."""
+    counterweight_deviation: Positive = 0.045
+    """Deviation from which on the swing foot goes out, m."""
     counterweight_gain: NotNegative = 4.0
     """Way of the swing foot to its side over what the deviation exceeds that bound by."""
     counterweight_rate: Positive = 0.8
@@ -75,7 +80,7 @@ class TippingDetector:
         if plan.step != self._step:
             self._step, self._out = plan.step, 0.0
         if self._moves:
-            excess = max(outward - p.deviation - p.along * abs(along), 0.0)
+            excess = max(outward - p.counterweight_deviation - p.along * abs(along), 0.0)
             self._out = min(p.counterweight_gain * excess, self._out + p.counterweight_rate * dt)
         hold = self._holds and self._is_to_hold(outward, plan.progress, dt)
         return feedback._replace(hold=hold, counterweight=self._out)
@@ -85,7 +90,7 @@ class TippingDetector:
             self._held = 0.0
         hold = outward > 0.0 and self._held < self._p.max_hold
         if not self._held:
-            hold = progress > _LATE and outward > self._p.deviation
+            hold = progress > _LATE and outward > self._p.hold_deviation
         if hold and progress >= 1.0:
             self._held += dt
         return hold
