@@ -51,7 +51,7 @@ def watched(outward, *, support="L", yaw=0.0, along=0.0, hold=True, counterweigh
 @pytest.mark.parametrize("yaw", [0.0, 0.7])
 def test_a_step_is_prolonged_until_the_capture_point_is_back(support, yaw):
     cycles = round(P.T / DT)
-    back = [0.08] * (cycles + 30) + [0.02] * 10 + [-0.01] * 5
+    back = [0.09] * (cycles + 30) + [0.02] * 10 + [-0.01] * 5
     held = [each.hold for each in watched(back, support=support, yaw=yaw)]
     assert not any(held[: round(0.8 * cycles)])
     assert all(held[cycles : cycles + 40])
@@ -79,8 +79,8 @@ def test_the_counterweight_is_that_of_a_robot_that_tips_to_the_side():
 
 
 def test_each_switch_turns_off_its_own():
-    held = watched([0.08] * 60, counterweight=False)
-    moved = watched([0.08] * 60, hold=False)
+    held = watched([0.09] * 60, counterweight=False)
+    moved = watched([0.09] * 60, hold=False)
     assert any(each.hold for each in held) and not any(each.counterweight for each in held)
     assert any(each.counterweight for each in moved) and not any(each.hold for each in moved)
 

@@ -30,14 +30,14 @@ _LATE: Final = 0.8
 class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """When a robot tips, and how far the swing foot goes."""
 
-    hold_deviation: Positive = 0.07
+    hold_deviation: Positive = 0.08
     """Deviation of the capture point to the outside of the stance foot from which on a step is held, m.
 
-    A sole that rests askew on a plate of 10 mm makes up to 0.08, a robot on its edge 0.11.
+    A sole that rests askew on a plate of 10 mm makes 0.05 to 0.08, a robot on its edge 0.11.
     """
     max_hold: NotNegative = 1.0
     """Longest time by which a step is prolonged, s."""
-    counterweight_deviation: Positive = 0.045
+    counterweight_deviation: Positive = 0.05
     """Deviation from which on the swing foot goes out, m."""
     counterweight_gain: NotNegative = 4.0
     """Way of the swing foot to its side over what the deviation exceeds that bound by."""
