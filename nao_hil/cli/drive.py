@@ -77,7 +77,7 @@ def picture(session: Session) -> Table:
     s = session.status
     table = Table(show_header=False, title="nao-hil drive")
     x, y, yaw = s.position
-    where = f"{x:.3f} m ahead, {y:.3f} m to the left, turned by {math.degrees(yaw):.0f} deg, by its odometry"
+    where = f"x {x:.3f} m, y {y:.3f} m, heading {math.degrees(yaw):.0f} deg by odometry"
     table.add_row("robot", f"{s.state}, step {s.steps}; {where}")
     table.add_row("wanted", _in_words(session.driver.velocity(session.target)))
     table.add_row("walks", _in_words(s.velocity))
