@@ -22,22 +22,18 @@ from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.motion import GET_UP, GetUp, Lying, MotionPlayer, get_up_motions, named_motion
 from bridge.types import Vec3
 from walker.controller import Controller
-from walker.planning import Gait, gait_parameters, make_gait
+from walker.planning import Gait, gait_parameters
 from walker.planning.order import WalkOrder, target_order
 from walker.planning.parameters import GaitParameters, clipped_in_words
-from walker.planning.walkable import check_walkable
+from walker.planning.walkable import walkable_gait
 from walker.stabilization.parameters import ControllerParameters, controller_parameters, merged
 from walker.stabilization.switches import switch_changes
 from walker.states.ready import ReadyWalk, ready_walk
 
 _TIMEOUT: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
-_HALVINGS: Final = 7
-"""Of the search for the fastest walk: to a hundredth of the velocity that was refused."""
-
-
 _REST: Final = 0.0005
-"""s of sleep after each pose of the check: else the controller waits for Python's lock and misses cycles."""
+"""Of `_pause`, s."""
 
 
 class WalkRequest(NamedTuple):
@@ -116,7 +112,7 @@ class WalkService:
             self._orders.clear()
             self._robot, self._seen = (body, cycle), None
             self._walkable.clear()
-        gait = _walkable_gait(self._request.gait, self._gait_parameters(self._request), body)
+        gait = walkable_gait(self._request.gait, self._gait_parameters(self._request), body, _pause)
         return Controller(body, gait, None, cycle, self._controllers(self._request), recover=self._recover)
 
     def before(self, controller: Controller, seq: int) -> None:
@@ -277,28 +273,8 @@ class WalkService:
         assert self._robot is not None
         body, known = self._robot[0], (request.gait, parameters)
         if known not in self._walkable:
-            try:
-                self._walkable[known] = _walkable_gait(request.gait, parameters, body)
-            except ConfigurationError as error:
-                fastest = self._fastest(request.gait, parameters, body)
-                raise WalkRefused(f"{_sentence(str(error))}{fastest}") from None
+            self._walkable[known] = walkable_gait(request.gait, parameters, body, _pause)
         return self._walkable[known]
-
-    def _fastest(self, gait: str, parameters: GaitParameters, body: Body) -> str:
-        """The part of a refused velocity that the body can walk, in words."""
-        refused = parameters.periodic_step.velocity
-        low, high = 0.0, 1.0
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            try:
-                _walkable_gait(gait, parameters.with_velocity((middle * refused, 0.0, 0.0)), body)
-            except ConfigurationError:
-                high = middle
-            else:
-                low = middle
-        if low == 0.0:
-            return ""
-        return f" {refused:.3g} m/s are too fast; {low * refused:.3f} m/s would do."
 
     def _hand_over(self, at: int | None, act: Callable[[Controller], None]) -> None:
         assert self._seen is not None
@@ -320,10 +296,9 @@ class WalkService:
         return msgspec.structs.replace(status, text=text or f"The robot is in state `{status.state}`.")
 
 
-def _walkable_gait(name: str, parameters: GaitParameters, body: Body) -> Gait[Any]:
-    gait = make_gait(name, parameters, body)
-    check_walkable(body, gait, lambda: time.sleep(_REST))
-    return gait
+def _pause() -> None:
+    """Between two poses of the check: else the controller waits for Python's lock and misses cycles."""
+    time.sleep(_REST)
 
 
 def _steps(steps: int) -> WalkOrder:

@@ -42,15 +42,10 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
 def _check_run(settings: RunConfig) -> None:
     """Everything that a run would find wrong before the first cycle."""
     # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import check_robot
-    from walker.planning import gait_parameters, make_gait
-    from walker.planning.walkable import check_walkable
-    from walker.stabilization.parameters import controller_parameters
+    from nao_hil.runs.build import check_robot, controller_maker
 
     body = check_robot(settings)
-    controller_parameters(settings.gait, settings.controller)
-    parameters = gait_parameters(settings.gait, settings.parameters)
-    check_walkable(body, make_gait(settings.gait, parameters, body))
+    controller_maker(settings)(body, body.cycle)
 
 
 KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {

@@ -10,10 +10,10 @@ from bridge.body import Body, load_body
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
+from walker.planning import gait_parameters
 from walker.planning.order import target_order
 from walker.planning.parameters import GaitParameters, clipped_in_words
-from walker.planning.walkable import check_walkable
+from walker.planning.walkable import walkable_gait
 from walker.process import MakeController
 from walker.stabilization.parameters import controller_parameters
 
@@ -98,8 +98,7 @@ def controller_maker(settings: RunConfig, *, waits: bool = False) -> MakeControl
 
     def make(body: Body, cycle: float) -> Controller:
         parameters = _moving(settings, ground_parameters(settings, body))
-        gait = make_gait(settings.gait, parameters, body)
-        check_walkable(body, gait)
+        gait = walkable_gait(settings.gait, parameters, body)
         wanted = None if waits else order
         return Controller(body, gait, wanted, cycle, controllers, recover=settings.recover)
 

@@ -78,6 +78,7 @@ def test_a_file_is_known_by_its_keys(capsys: pytest.CaptureFixture[str], path: s
         ("[controller.switches]\ntorzo = 'none'", "did you mean 'torso'"),
         ("stps = 4\nseed = 1", "unknown key 'stps' (did you mean 'steps'?)"),
         ("gait = 'static'\n[parameters]\nl_SW = 0.12", "out of reach"),
+        ("gait = 'dynamic'\nvelocity = [0.5, 0.0, 0.0]", "0.5 m/s are too fast for the dynamic gait"),
         ("wear = 'wron'", "did you mean 'worn'"),
         ("[parametrs]\nl_lift = 0.03", "unknown key 'parametrs' (did you mean 'parameters'?)"),
         ("colour = 'red'", "say what it is with --kind"),

@@ -205,7 +205,7 @@ def test_no_command_makes_a_joint_jump() -> None:
 @pytest.mark.parametrize(
     ("fields", "bound"),
     [
-        ({"velocity": (0.03, 0.0, 0.0)}, r"out of reach.*0\.03 m/s are too fast; 0\.01\d m/s would do"),
+        ({"velocity": (0.03, 0.0, 0.0)}, r"^0\.03 m/s are too fast.*0\.01\d m/s would do.*out of reach"),
         ({"velocity": (0.5, 0.0, 0.0)}, r"the sole's margin of 71 mm \(3\.5\)"),
         ({"velocity": (0.01, 0.01, 0.0)}, "walks straight ahead.*vy and omega 0"),
         ({"velocity": (0.01, 0.0, 0.3)}, "walks straight ahead.*0.3 rad/s"),
@@ -214,7 +214,7 @@ def test_no_command_makes_a_joint_jump() -> None:
         ({"gait": "statik"}, "did you mean 'static'"),
         (
             {"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)},
-            "RAnkleRoll would stand .* below.*too fast",
+            "too fast.*RAnkleRoll would stand .* below",
         ),
     ],
 )

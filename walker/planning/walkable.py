@@ -12,7 +12,8 @@ from bridge.errors import ConfigurationError
 from bridge.types import Side
 from walker.model.errors import UnreachableError
 from walker.model.limits import limit_violations
-from walker.planning import Gait, Plan, dry_walk, standing_plan
+from walker.planning import Gait, Plan, dry_walk, make_gait, standing_plan
+from walker.planning.parameters import GaitParameters
 from walker.planning.pose import PoseMaker
 
 _STEPS = 4
@@ -23,7 +24,59 @@ _DT_QUASI_STATIC = 0.1
 """Of a gait that takes seconds for a step."""
 CLIPPED = math.radians(0.5)
 """Excess over a range that is clipped in silence: half the backlash of a good robot's ankle."""
+_PRECISION = 0.1
+"""Of the fastest walk that a search finds, as a part of it."""
+_SLOWEST = 0.005
+"""Part of a refused velocity below which the search gives up."""
 _SIDES: tuple[Side, Side] = ("L", "R")
+
+
+def walkable_gait(
+    name: str, parameters: GaitParameters, body: Body, rest: Callable[[], None] = lambda: None
+) -> Gait[Any]:
+    """A gait that a body can walk.
+
+    Args:
+        name: of the gait.
+        parameters: of the gait.
+        body: data sheet.
+        rest: see `check_walkable`.
+
+    Raises:
+        ConfigurationError: the body cannot walk it; where it can at a lower velocity, that one is named.
+    """
+    try:
+        return _checked_gait(name, parameters, body, rest)
+    except ConfigurationError as error:
+        refused = parameters.periodic_step.velocity
+        fastest = refused * _walkable_part(name, parameters, body, rest)
+        if not fastest:
+            raise
+        raise ConfigurationError(
+            f"{refused:.3g} m/s are too fast for the {name} gait on a {body.name}, {fastest:.3f} m/s would do: "
+            f"{error}"
+        ) from None
+
+
+def _checked_gait(name: str, parameters: GaitParameters, body: Body, rest: Callable[[], None]) -> Gait[Any]:
+    gait = make_gait(name, parameters, body)
+    check_walkable(body, gait, rest)
+    return gait
+
+
+def _walkable_part(name: str, parameters: GaitParameters, body: Body, rest: Callable[[], None]) -> float:
+    """The largest part of a refused velocity that the body can walk; 0: none of it."""
+    refused = parameters.periodic_step.velocity
+    low, high = 0.0, 1.0
+    while high - low > _PRECISION * high and high > _SLOWEST:
+        middle = 0.5 * (low + high)
+        try:
+            _checked_gait(name, parameters.with_velocity((middle * refused, 0.0, 0.0)), body, rest)
+        except ConfigurationError:
+            high = middle
+        else:
+            low = middle
+    return low
 
 
 def check_walkable(body: Body, gait: Gait[Any], rest: Callable[[], None] = lambda: None) -> None:
