@@ -78,6 +78,15 @@ def test_the_counterweight_is_that_of_a_robot_that_tips_to_the_side():
             assert found == pytest.approx([min(expected, rate * DT * (k + 1)) for k in range(25)])
 
 
+def test_tipping_is_the_deviation_to_the_outside_less_half_of_that_along_the_foot():
+    for support in ("L", "R"):
+        for yaw in (0.0, 0.7):
+            found = [each.tipping for each in watched([0.07] * 3, support=support, yaw=yaw, along=-0.02)]
+            assert found == pytest.approx([0.06] * 3)
+    both = TippingDetector(TIPPING, hold=True, counterweight=True)
+    assert both.update(Feedback((0.1, 0.1)), standing_plan(make_gait("omni", P, BODY)), DT).tipping == 0.0
+
+
 def test_each_switch_turns_off_its_own():
     held = watched([0.09] * 60, counterweight=False)
     moved = watched([0.09] * 60, hold=False)
@@ -141,8 +150,8 @@ def pushed(seed, switches):
     return end.survived
 
 
-def test_a_robot_on_the_edge_of_its_foot_comes_back_with_both_and_falls_without():
+def test_a_robot_on_the_edge_of_its_foot_comes_back_with_all_three_and_falls_without():
     """Seeds of the search for the gains; fresh ones: docs/omni.md."""
     for seed in (302010, 302011):
         assert pushed(seed, {})
-        assert not pushed(seed, {"step_hold": False, "counterweight": False})
+        assert not pushed(seed, dict.fromkeys(("step_hold", "counterweight", "arm_counterweight"), False))

@@ -7,10 +7,11 @@ comes back. Until then
 
 - the support does not change: the other foot is in the air;
 - the swing foot goes out to its own side: its mass moves the centre of mass there, and the angular momentum of
-  the leg is that of the fall.
+  the leg is that of the fall;
+- so does the arm on that side (`walker.stabilization.arm_counterweight`).
 
 A robot that tips ahead or back at the same time must step there. So a part of the deviation along the foot
-counts against the counterweight.
+counts against both counterweights.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class TippingDetector:
         """Its number, and the counterweight in it, m."""
 
     def update(self, feedback: Feedback, plan: Plan, dt: float) -> Feedback:
-        """One cycle: the feedback with `hold` and `counterweight`.
+        """One cycle: the feedback with `hold`, `tipping` and `counterweight`.
 
         Args:
             feedback: with the deviation, in the walk frame.
@@ -78,13 +79,14 @@ class TippingDetector:
         p, sole = self._p, plan.left if plan.support == "L" else plan.right
         along, across = Foothold(yaw=-sole.yaw).point(*feedback.deviation)
         outward = SIGN[plan.support] * across
+        tipping = outward - p.along * abs(along)
         if plan.step != self._step:
             self._step, self._out = plan.step, 0.0
         if self._moves:
-            excess = max(outward - p.counterweight_deviation - p.along * abs(along), 0.0)
+            excess = max(tipping - p.counterweight_deviation, 0.0)
             self._out = min(p.counterweight_gain * excess, self._out + p.counterweight_rate * dt)
         hold = self._holds and self._is_to_hold(outward, plan.progress, dt)
-        return feedback._replace(hold=hold, counterweight=self._out)
+        return feedback._replace(hold=hold, tipping=tipping, counterweight=self._out)
 
     def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
         if progress < 1.0:

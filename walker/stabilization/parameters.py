@@ -13,6 +13,7 @@ from walker.estimation.estimator import EstimatorParameters
 from walker.estimation.support_state import TouchDownParameters
 from walker.planning.catalogue import gait_file
 from walker.stabilization.admittance import AnkleParameters, LegParameters
+from walker.stabilization.arm_counterweight import ArmCounterweightParameters
 from walker.stabilization.joint_compliance import JointComplianceParameters
 from walker.stabilization.swing_foot import SwingFootOrientationParameters
 from walker.stabilization.switches import Switches
@@ -35,6 +36,7 @@ class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbi
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
     swing_foot_orientation: SwingFootOrientationParameters = SwingFootOrientationParameters()
+    arm_counterweight: ArmCounterweightParameters = ArmCounterweightParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
     height_recovery_rate: NotNegative = 0.01
     """Speed at which the body returns to its height over ground that both feet found off the plan, m/s."""

@@ -2,7 +2,7 @@
 
 In order: the leg admittances move the planned feet up or down; inverse kinematics; joint compliance
 compensation; torso control turns the ankles of the stance leg, the ankle admittances those of the swing leg;
-joint ranges.
+joint ranges; an arm as a counterweight.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from walker.model.limits import AnkleRange
 from walker.planning.plan import Plan, SolePose
 from walker.planning.pose import PoseMaker
 from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
+from walker.stabilization.arm_counterweight import ArmCounterweight
 from walker.stabilization.joint_compliance import JointCompliance
 from walker.stabilization.parameters import ControllerParameters
 from walker.stabilization.swing_foot import SwingFootCorrection, SwingFootOrientation
@@ -54,13 +55,15 @@ class Stabilizer:
         self._compensates = on.joint_compliance
         self._foot_height = body.lengths.FootHeight
         self._ranges = {side: AnkleRange(body, side) for side in _SIDES}
-        self._legs = self._ankles = self._orientation = None
+        self._legs = self._ankles = self._orientation = self._arm = None
         if on.leg_admittance:
             self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
         if on.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
         if on.swing_foot_orientation:
             self._orientation = SwingFootOrientation(parameters.swing_foot_orientation)
+        if on.arm_counterweight:
+            self._arm = ArmCounterweight(parameters.arm_counterweight, body)
         self._common_rate = parameters.ground.common_rate if on.common_ankle_tilt else 0.0
         self._ground_rate = parameters.ground.max_rate if on.ground_tilt else 0.0
         self._ground: Vec2 = (0.0, 0.0)
@@ -123,6 +126,8 @@ class Stabilizer:
             self._turn_ankle(side, angles, swing[side], (offsets.roll[i], torso[i]), support_state, frame, dt)
             for i, side in enumerate(_SIDES)
         ]
+        if self._arm is not None:
+            self._arm.update(angles, support_state.support, estimate.feedback.tipping, dt)
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
         if self._compensates:
             self._compliance.sent(angles)
