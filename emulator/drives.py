@@ -1,4 +1,4 @@
-"""One physics step of all drives: the equations of `emulator.servo.servo`, joint by joint, as machine code.
+"""The drives' part in a physics step: the equations of `emulator.servo.servo`, joint by joint, as machine code.
 
 Every constant of a drive is in its record beside its state, so that one array is all that a step takes: of one
 robot, or of many in one go.
@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.compiled import compiled
+from emulator.compiled import compilable, compiled
 
 Vector = NDArray[np.float64]
 BRUSH_REACH: Final = 0.001
@@ -34,7 +34,7 @@ DRIVE: Final = np.dtype(
             # position loop and motor
             "gain",  # full voltages per error, 1/rad
             "lead",  # full voltages per speed, s/rad
-            "stride",  # way without load at full voltage in a step, rad
+            "stride",  # way without load at full voltage in a step, rad; 0 without stiffness
             "limit",  # of the torque by stiffness, strength and brake, N m
             "droop",  # way that a torque takes away in a step, rad/(N m)
             # gear
@@ -49,8 +49,14 @@ DRIVE: Final = np.dtype(
             # data sheet
             "stall_torque",  # N m
             "no_load_speed",  # rad/s
-            # for whoever sets them: requests and faults
+            "no_load_stride",  # way without load at full voltage in a step, rad
+            "brake",  # fraction of the stall torque up to which the motor brakes at stiffness 0
+            "compliance",  # of the gear, rad/(N m)
+            # for whoever sets them: requests, heat and faults
+            "next_request",  # of the angle, that `take_over` puts in force, rad
+            "next_wanted",  # stiffness, likewise
             "wanted",  # stiffness asked for
+            "derating",  # factor of the stiffness by the heat protection
             "strength",  # fraction of its torque that the motor has
             "backlash",  # width of the dead zone, rad
             # in force
@@ -99,3 +105,30 @@ def run_drives(drives: NDArray[Any], position: Vector, velocity: Vector, torque:
         drive.brush = q - bend
         f = bend * drive.brush_stiffness + qd * drive.brush_damping
         torque[i] = tau - max(min(f, drive.friction), -drive.friction)
+
+
+@compiled
+def take_over(drives: NDArray[Any]) -> None:
+    """Put the next request of each drive in force.
+
+    Args:
+        drives: Of `DRIVE`, (n,); changed.
+    """
+    for i in range(len(drives)):
+        drive = drives[i]
+        drive.request, drive.wanted = drive.next_request, drive.next_wanted
+        put_in_force(drive)
+
+
+@compilable
+def put_in_force(drive: Any) -> None:
+    """Put the stiffness asked for, heat protection, `strength` and `backlash` of a drive in force."""
+    stiffness = drive.wanted
+    if stiffness > 0.0:
+        stiffness *= drive.derating
+    fraction = drive.brake if stiffness == 0.0 else max(stiffness, 0.0)
+    drive.stiffness = stiffness
+    drive.limit = drive.stall_torque * drive.strength * fraction
+    drive.stride = drive.no_load_stride if stiffness > 0.0 else 0.0
+    drive.half_backlash = 0.5 * drive.backlash
+    drive.reach = drive.half_backlash + drive.limit * drive.compliance

@@ -148,7 +148,8 @@ class EmulatedRobot:
         if pose is not None:
             self._release(pose)
         for _ in range(self._settle if pose is None else round(pose.settle / self.body.cycle)):
-            self._run_cycle()
+            self._step_physics(None)
+            self._measure()
 
     def _release(self, pose: StartPose) -> None:
         """Hold a pose with the stiffness in which it rests."""
@@ -157,20 +158,23 @@ class EmulatedRobot:
         self.servo.latch(pose.angles, stiffness)
         self.dcm.put_frame(pose.angles, stiffness)
 
-    def _run_cycle(self, before_step: Callable[[], None] | None = None) -> None:
-        """Servo and physics over one cycle; the world may act before every physics step."""
+    def _step_physics(self, before_step: Callable[[], None] | None) -> None:
+        """Drives and physics over one cycle; the world may act before every physics step."""
         engine, servo = self.engine, self.servo
         engine.begin_cycle()
-        left = self._steps
-        while left > 0:
-            if before_step is not None:
+        if before_step is None:
+            engine.run(servo.drives, self._steps, servo.advance(self._steps))
+        else:
+            for _ in range(self._steps):
                 before_step()
-            steps = servo.advance(left if before_step is None else 1)
-            engine.run(servo.drives, steps)
-            left -= steps
-        servo.end_cycle()
-        self._torso = engine.robot.torso()
-        self.sensors.update(self._torso, servo.drawn())
+                engine.run(servo.drives, 1, servo.advance(1))
+
+    def _measure(self) -> None:
+        """What drives, sensors and feet felt in the cycle that ends now."""
+        self.servo.end_cycle()
+        self._torso = self.engine.robot.torso()
+        self.sensors.update(self._torso, self.servo.drawn())
+        self._contacts = self.engine.contacts()
 
     def advance(self, command: ActuatorFrame | None, *, expected: bool = False) -> SensorFrame:
         """Latch the command, run one cycle, sample.
@@ -185,6 +189,12 @@ class EmulatedRobot:
         Raises:
             FrameError: a position or stiffness that is not a finite number.
         """
+        self.begin_cycle(command, expected=expected)
+        self.run_physics()
+        return self.end_cycle()
+
+    def begin_cycle(self, command: ActuatorFrame | None, *, expected: bool = False) -> None:
+        """The first part of `advance`: latch the command."""
         if command is not None:
             require_finite("position", command.position)
             require_finite("stiffness", command.stiffness)
@@ -201,9 +211,17 @@ class EmulatedRobot:
             elapsed = self._steps if self._ahead else 0
             self.servo.latch(targets.position, targets.stiffness, elapsed)
             self._hands.latch(targets.position, targets.stiffness)
+
+    def run_physics(self) -> None:
+        """The second part of `advance`: several robots may run theirs in threads at the same time."""
         if not self._ahead:
-            self._run_world()
-        self._end_cycle()
+            self._step_physics(self.world_events.begin_cycle(self.time))
+
+    def end_cycle(self) -> SensorFrame:
+        """The last part of `advance`: measure, and return the frame of the new boundary."""
+        if not self._ahead:
+            self._measure()
+        self._go_on()
         self.frame = self._sample()
         return self.frame
 
@@ -217,7 +235,8 @@ class EmulatedRobot:
             return
         self.faults.begin_cycle(self.time)
         if not self.faults.stalled:
-            self._run_world()
+            self.run_physics()
+            self._measure()
             self._ahead = True
 
     def run_stalled(self) -> bool:
@@ -231,15 +250,13 @@ class EmulatedRobot:
         if not self.faults.stalled:
             return False
         self.dcm.skip_cycle()
-        self._run_world()
-        self._end_cycle()
+        self.run_physics()
+        self._measure()
+        self._go_on()
         return True
 
-    def _run_world(self) -> None:
-        self._run_cycle(self.world_events.begin_cycle(self.time))
-        self._contacts = self.engine.contacts()
-
-    def _end_cycle(self) -> None:
+    def _go_on(self) -> None:
+        """To the next boundary."""
         self._hands.run_cycle(self.body.cycle)
         self._ahead = False
         self._seq += 1

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import SensorFrame
+from emulator.compiled import compiled
 from emulator.engine.values import GroundContacts
 from emulator.hands import Hands
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
 
 Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 
 class FrameSampler:
@@ -39,16 +41,11 @@ class FrameSampler:
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
 
-    def _by_slot(self, *values: Vector) -> list[list[float]]:
-        """Several values of the mechanical joints, each in frame order, 0 for all others."""
-        slots = np.zeros((len(values), N_JOINTS))
-        slots[:, self._slots] = np.array(values).take(self._joints, axis=1)
-        by_slot: list[list[float]] = slots.tolist()
-        return by_slot
-
     def angles(self, position: Vector) -> tuple[float, ...]:
         """Angles of the mechanical joints (n,), rad, and the hands' openings, in frame order."""
-        return self._hands.put(*self._by_slot(position))
+        slots = np.zeros(N_JOINTS)
+        slots[self._slots] = position[self._joints]
+        return self._hands.put(slots.tolist())
 
     def sample(
         self,
@@ -72,9 +69,14 @@ class FrameSampler:
         """
         sensors, servo = self._sensors, self._servo
         inertial = sensors.inertial.sample
-        measured, stiffness, current, temperature = self._by_slot(
-            sensors.encoders.read(position), servo.stiffness, servo.current(), servo.heat.temperature
-        )
+        measured, stiffness, current, temperature = _by_slot(
+            self._slots,
+            self._joints,
+            sensors.encoders.read(position),
+            servo.stiffness,
+            servo.current(),
+            servo.heat.temperature,
+        ).tolist()
         for slot in self._hands.slots:
             temperature[slot] = self._room
         return SensorFrame(
@@ -94,3 +96,16 @@ class FrameSampler:
             command=command,
             missed=missed,
         )
+
+
+@compiled
+def _by_slot(
+    slots: Places, joints: Places, first: Vector, second: Vector, third: Vector, fourth: Vector
+) -> Vector:
+    """Four values of the mechanical joints, each (n,), in frame order, (4, 25), 0 for all others."""
+    found = np.zeros((4, N_JOINTS))
+    for i in range(len(slots)):
+        slot, joint = slots[i], joints[i]
+        found[0, slot], found[1, slot] = first[joint], second[joint]
+        found[2, slot], found[3, slot] = third[joint], fourth[joint]
+    return found

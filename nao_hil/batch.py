@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError
-from bridge.messages import SensorFrame, TruthFrame
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
+from bridge.messages.codec import require_finite
 from nao_hil.robot import Robot
 
 Array = NDArray[np.float64]
@@ -133,15 +134,26 @@ class Batch:
         """
         positions, stiffnesses = self._rows("position", position), self._rows("stiffness", stiffness)
         chosen = range(len(self)) if which is None else which
-        self._pool.map(lambda i: self._robots[i].step(positions[i], stiffnesses[i]) if i in chosen else None)
+        robots = [robot.emulated for robot in self._robots]
+        # Only the physics runs in threads: elsewhere they would wait for Python's lock. And the processor has
+        # each part's code at hand for all robots.
+        for i in chosen:
+            seq = robots[i].frame.seq
+            robots[i].begin_cycle(ActuatorFrame(reply_to=seq, position=positions[i], stiffness=stiffnesses[i]))
+        self._pool.map(lambda i: robots[i].run_physics() if i in chosen else None)
+        for i in chosen:
+            robots[i].end_cycle()
         return self.frames
 
-    def _rows(self, name: str, values: ArrayLike) -> list[list[float]]:
+    def _rows(self, name: str, values: ArrayLike) -> list[tuple[float, ...]]:
         array, shape = np.asarray(values, dtype=np.float64), (len(self), N_JOINTS)
         if array.shape not in ((), (N_JOINTS,), shape):
             right = f"{shape} or ({N_JOINTS},) would be right"
             raise ConfigurationError(f"{name} has the shape {array.shape}; {right}.")
-        rows: list[list[float]] = np.broadcast_to(array, shape).tolist()
+        rows = [tuple(row) for row in np.broadcast_to(array, shape).tolist()]
+        if not np.isfinite(array).all():  # before any robot is stepped
+            for row in rows:
+                require_finite(name, row)
         return rows
 
     def reset(self, seeds: Sequence[int] | None = None, which: Sequence[int] | None = None) -> Frames:

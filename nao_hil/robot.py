@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bridge.messages import SensorFrame, TruthFrame
 from emulator.engine.values import PinholeCamera
+from emulator.robot import EmulatedRobot
 from nao_hil.commands import JointValues, actuator_frame
 from nao_hil.runs.build import build_robot, with_engine
 from nao_hil.runs.config import run_config
@@ -56,6 +57,11 @@ class Robot:
         )
         self._config = with_engine(settings)
         self._robot = build_robot(self._config)
+
+    @property
+    def emulated(self) -> EmulatedRobot:
+        """The robot with all its parts; another one after a reset."""
+        return self._robot
 
     @property
     def body(self) -> str:

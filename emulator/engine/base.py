@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
-from emulator.drives import run_drives
+from emulator.drives import run_drives, take_over
 from emulator.engine.multibody import Multibody, Vector
 from emulator.engine.scene import Scene
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
@@ -56,15 +56,18 @@ class Engine(ABC):
     def begin_cycle(self) -> None:
         """Forget the contacts so far: a new mean begins."""
 
-    def run(self, drives: NDArray[Any], steps: int) -> None:
+    def run(self, drives: NDArray[Any], steps: int, change: int) -> None:
         """Run physics steps in which drives turn the joints, with the pushes given since the last step.
 
         Args:
             drives: Of `emulator.drives.DRIVE`, (n,); their state changes.
             steps: How many.
+            change: Step, from 0, before which the drives take over their next request; -1: none.
         """
         torque = np.zeros(len(drives))
-        for _ in range(steps):
+        for step in range(steps):
+            if step == change:
+                take_over(drives)
             run_drives(drives, self.robot.position, self.robot.velocity, torque)
             self.step(torque)
 

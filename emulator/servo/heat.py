@@ -8,6 +8,7 @@ assumed.
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -47,7 +48,7 @@ class MotorHeat:
             mean_square_torque: Of each joint's motor, (n,), (N m)^2.
             dt: s.
         """
-        gain = -np.expm1(-dt / self._heating.time_constant)
+        gain = -math.expm1(-dt / self._heating.time_constant)
         _approach(self.temperature, mean_square_torque, self._rise, self._heating.room, gain)
 
     def status(self) -> list[int]:

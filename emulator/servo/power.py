@@ -9,36 +9,24 @@ from numpy.typing import NDArray
 
 from bridge.types import Vec3
 from emulator.compiled import compiled
+from emulator.drives import put_in_force
 from emulator.servo.heat import stiffness_factor
 
 Vector = NDArray[np.float64]
 
 
 @compiled
-def set_power(
-    drives: NDArray[Any], temperature: Vector, levels: Vec3, brake: float, compliance: float, step: float
-) -> None:
+def set_power(drives: NDArray[Any], temperature: Vector, levels: Vec3) -> None:
     """Put the stiffness asked for, heat protection, `strength` and `backlash` in force.
 
     Args:
         drives: Of `DRIVE`, (n,); changed.
         temperature: Of the motors, (n,), degrees Celsius.
         levels: For `emulator.servo.heat.stiffness_factor`.
-        brake: Fraction of the stall torque up to which a motor brakes at stiffness 0.
-        compliance: Of the gears, rad/(N m).
-        step: Physics step, s.
     """
     for i in range(len(drives)):
-        drive = drives[i]
-        stiffness = drive.wanted
-        if stiffness > 0.0:
-            stiffness *= stiffness_factor(temperature[i], levels)
-        fraction = brake if stiffness == 0.0 else max(stiffness, 0.0)
-        drive.stiffness = stiffness
-        drive.limit = drive.stall_torque * drive.strength * fraction
-        drive.stride = drive.no_load_speed * step if stiffness > 0.0 else 0.0
-        drive.half_backlash = 0.5 * drive.backlash
-        drive.reach = drive.half_backlash + drive.limit * compliance
+        drives[i].derating = stiffness_factor(temperature[i], levels)
+        put_in_force(drives[i])
 
 
 @compiled

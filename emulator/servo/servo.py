@@ -79,8 +79,6 @@ class Servo:
         # One motor drives both hips: its whole current flows for the two halves of its torque.
         self._ampere = self.no_load_speed / (parameters.supply_voltage * fraction)
         self._voltage = parameters.supply_voltage
-        self._compliance = parameters.gear_compliance
-        self._brake = parameters.brake
         self._queue: deque[tuple[int, Vector, Vector]] = deque()
         self.delay_steps = round(parameters.delay / step)
         """Physics steps from `latch` to the motor boards."""
@@ -118,10 +116,12 @@ class Servo:
         drives["brush_stiffness"] = stiffness = parameters.dry_friction / BRUSH_REACH
         # half critical for the rotor
         drives["brush_damping"] = np.sqrt(stiffness * self.rotor_inertia)
+        drives["no_load_stride"] = self.no_load_speed * self._step
+        drives["brake"], drives["compliance"] = parameters.brake, parameters.gear_compliance
         return drives
 
     def latch(self, position: Sequence[float], stiffness: Sequence[float], elapsed: int = 0) -> None:
-        """Take over a request at the start of a cycle.
+        """Take over a request at the start of a cycle; of two at one instant the later one counts.
 
         Args:
             position: 25 angles in frame order, rad; clipped to the joints' ranges.
@@ -130,7 +130,10 @@ class Servo:
         """
         request = self._limits.clip(np.array(position).take(self._slots))
         wanted = np.minimum(np.array(stiffness).take(self._slots), 1.0)
-        self._queue.append((self._clock - elapsed + self.delay_steps, request, wanted))
+        due = self._clock - elapsed + self.delay_steps
+        if self._queue and self._queue[-1][0] == due:
+            self._queue.pop()
+        self._queue.append((due, request, wanted))
 
     def start(self, position: Vector) -> None:
         """Hold these angles (rad) from now on with full stiffness, at rest; what was on its way is dropped."""
@@ -142,27 +145,24 @@ class Servo:
 
     def apply_power(self) -> None:
         """Put stiffness, heat protection, `strength` and `backlash` in force; for whoever has set one."""
-        set_power(
-            self.drives, self.heat.temperature, self.heat.levels, self._brake, self._compliance, self._step
-        )
+        set_power(self.drives, self.heat.temperature, self.heat.levels)
 
     def advance(self, steps: int) -> int:
-        """Take over a request that is due now; to be called before the drives run.
+        """Let the clock run; to be called before the drives run.
 
         Args:
-            steps: Physics steps that are to come.
+            steps: Physics steps that are to come, at most a cycle.
 
         Returns:
-            How many of them, 1 at least, the drives have the same request; they are taken to run now.
+            The step, from 0, before which the drives are to take over their next request; -1: none of them.
         """
-        if self._queue and self._queue[0][0] <= self._clock:
-            _, self.drives["request"], self.drives["wanted"] = self._queue.popleft()
-            self.apply_power()
-        if self._queue:
-            steps = min(steps, max(self._queue[0][0] - self._clock, 1))
+        change = -1
+        if self._queue and self._queue[0][0] < self._clock + steps:
+            due, self.drives["next_request"], self.drives["next_wanted"] = self._queue.popleft()
+            change = max(due - self._clock, 0)
         self._clock += steps
         self._samples += steps
-        return steps
+        return change
 
     def end_cycle(self) -> None:
         """Take stock of the torques since the last call: currents and heat."""

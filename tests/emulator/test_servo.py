@@ -10,6 +10,7 @@ from bridge.body import BODIES, load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.messages import ActuatorFrame
+from emulator.drives import take_over
 from emulator.robot import EmulatedRobot
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.servo.servo import Servo
@@ -45,6 +46,14 @@ def moved(joint: str, angle: float) -> tuple[float, ...]:
     position = list(START)
     position[INDEX[joint]] += angle
     return tuple(position)
+
+
+def test_a_request_acts_after_the_delay_and_the_later_of_two_at_one_instant_counts() -> None:
+    servo = drive("HeadYaw", parameters=ServoParameters(delay=0.013))
+    servo.latch((-9.0,) * 25, (1.0,) * 25)
+    assert [servo.advance(10), servo.advance(10), servo.advance(10)] == [-1, 3, -1]
+    take_over(servo.drives)
+    assert servo.drives["request"][0] == pytest.approx(-2.0857)  # the joint's lower end
 
 
 # printed joint-side figures of the V3 motors: no-load rad/s, stall N m

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nao_hil
-from bridge.errors import ConfigurationError
+from bridge.errors import ConfigurationError, FrameError
 
 SEEDS, WEARS, WORLDS = (3, 4, 5), ("worn", "nominal", "ideal"), ("flat", "rough", "turf")
 
@@ -52,3 +52,14 @@ def test_wrong_arrays_are_refused_in_words() -> None:
             batch.step(np.zeros((3, 25)))
         with pytest.raises(ConfigurationError, match="1 seeds for 2 robots"):
             batch.reset([1])
+
+
+def test_a_number_that_is_not_finite_moves_no_robot() -> None:
+    pytest.importorskip("mujoco")
+    with nao_hil.Batch([1, 2]) as robots:
+        wrong = robots.frames.position.copy()
+        wrong[1, 3] = np.nan
+        with pytest.raises(FrameError, match="is nan, but must be a finite number"):
+            robots.step(wrong)
+        assert robots.frames.time.tolist() == [0.0, 0.0]
+        assert [robot.emulated.dcm.clock.now for robot in robots.robots] == [0, 0]

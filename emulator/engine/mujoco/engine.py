@@ -62,15 +62,15 @@ class MujocoEngine(Engine):
         self._contacts.begin()
         self._steps = 0
 
-    def run(self, drives: NDArray[Any], steps: int) -> None:
+    def run(self, drives: NDArray[Any], steps: int, change: int) -> None:
         """See `Engine`."""
-        self._run(drives, np.zeros(len(drives)), steps)
+        self._run(drives, np.zeros(len(drives)), steps, change)
 
     def step(self, torque: Vector) -> None:
         """See `Engine`."""
-        self._run(_NO_DRIVES, torque, 1)
+        self._run(_NO_DRIVES, torque, 1, -1)
 
-    def _run(self, drives: NDArray[Any], torque: Vector, steps: int) -> None:
+    def _run(self, drives: NDArray[Any], torque: Vector, steps: int, change: int) -> None:
         simulation, robot = self.simulation, self.robot
         model, data = simulation.model, simulation.data
         if self._version != simulation.version:
@@ -84,7 +84,7 @@ class MujocoEngine(Engine):
                 self._stops.constants,
                 self._contacts.arrays(),
             )
-        robot.position, robot.velocity = run_steps(steps, drives, torque, *self._arguments)
+        robot.position, robot.velocity = run_steps(steps, change, drives, torque, *self._arguments)
         self._steps += steps
         simulation.moved()
 

@@ -20,7 +20,7 @@ from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.multibody import Multibody, Vector
 from emulator.engine.values import TorsoState
 from emulator.poses import Pose
-from emulator.vectors import Rotation
+from emulator.vectors import Rotation, rotate
 
 TOUCH: Final = 0.001
 """Up to which distance MuJoCo looks for two things that touch, m."""
@@ -56,10 +56,9 @@ class MujocoRobot(Multibody):
         self._qpos, self._qvel, self._force = data.qpos, data.qvel, data.qfrc_applied
         self._pushes = data.xfrc_applied
         self._positions, self._turns, self._matrices = data.xpos, data.xquat, data.xmat
-        if not self._description.held:
-            first = int(model.joint(TORSO).dofadr[0])
-            self._free = slice(first, first + 6)
-            self._moving, self._turning = slice(first, first + 3), slice(first + 3, first + 6)
+        self._torso = self._bodies[TORSO]
+        # place of the free joint's velocity; none if the torso is held
+        self._free = -1 if self._description.held else int(model.joint(TORSO).dofadr[0])
 
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """Places of the joints in MuJoCo's vectors, and these: of `steps.run_steps`."""
@@ -124,14 +123,9 @@ class MujocoRobot(Multibody):
     def torso(self) -> TorsoState:
         """See `Multibody`."""
         self._look_now()
-        body = self._bodies[TORSO]
-        position, orientation, rotation = _frame(self._positions, self._turns, self._matrices, body)
-        velocity = angular = (0.0, 0.0, 0.0)
-        if not self._description.held:
-            # MuJoCo's angular velocity of a free joint is in the body's frame
-            spin = self._matrices[body].reshape(3, 3) @ self._qvel[self._turning]
-            velocity, angular = tuple(self._qvel[self._moving].tolist()), tuple(spin.tolist())
-        return TorsoState(position, orientation, rotation, velocity, angular)
+        return TorsoState(
+            *_frame(self._positions, self._turns, self._matrices, self._qvel, self._torso, self._free)
+        )
 
     def link_pose(self, link: str) -> Pose:
         """See `Multibody`."""
@@ -157,7 +151,8 @@ class MujocoRobot(Multibody):
         speed: Any = np.zeros(model.nv)
         speed[self._dofs] = data.qvel[self._dofs]
         if not self._description.held:
-            speed[self._free] = data.qvel[self._free]
+            free = slice(self._free, self._free + 6)
+            speed[free] = data.qvel[free]
         momentum = np.zeros(model.nv)
         mujoco.mj_mulM(model, data, momentum, speed)
         bodies = list(self._bodies.values())
@@ -207,8 +202,25 @@ class MujocoRobot(Multibody):
 
 
 @compiled
-def _frame(positions: Vector, turns: Vector, matrices: Vector, body: int) -> tuple[Vec3, Quaternion, Rotation]:
-    """Position, quaternion and rotation matrix of a body."""
+def _frame(
+    positions: Vector, turns: Vector, matrices: Vector, qvel: Vector, body: int, free: int
+) -> tuple[Vec3, Quaternion, Rotation, Vec3, Vec3]:
+    """Position, quaternion, rotation matrix, velocity and angular velocity of a body with a free joint.
+
+    Args:
+        positions: Of all bodies, world frame.
+        turns: Their quaternions, w, x, y, z.
+        matrices: Their rotation matrices, row by row.
+        qvel: MuJoCo's velocities.
+        body: Number.
+        free: Place of its free joint in `qvel`; -1: it has none and is at rest.
+    """
     p, q, m = positions[body], turns[body], matrices[body]
     rotation = (m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8])
-    return (p[0], p[1], p[2]), (q[1], q[2], q[3], q[0]), rotation
+    velocity = spin = (0.0, 0.0, 0.0)
+    if free >= 0:
+        v = qvel[free : free + 6]
+        velocity = (v[0], v[1], v[2])
+        # MuJoCo's angular velocity of a free joint is in the body's frame
+        spin = rotate(rotation, (v[3], v[4], v[5]))
+    return (p[0], p[1], p[2]), (q[1], q[2], q[3], q[0]), rotation, velocity, spin

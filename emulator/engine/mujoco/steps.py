@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.compiled import compilable, compiled
-from emulator.drives import run_drives
+from emulator.drives import run_drives, take_over
 from emulator.engine.mujoco.contacts import add_contacts
 from emulator.engine.mujoco.native import Layout, mj_step
 from emulator.engine.stops import brake_joints
@@ -21,6 +21,7 @@ Places = NDArray[np.int64]
 @partial(compiled, nogil=True)
 def run_steps(
     steps: int,
+    change: int,
     drives: NDArray[Any],
     torque: Vector,
     model: int,
@@ -39,6 +40,7 @@ def run_steps(
 
     Args:
         steps: How many.
+        change: Step, from 0, before which the drives take over their next request; -1: none.
         drives: Of `emulator.drives.DRIVE`, (n,); none of them: the torques are given.
         torque: Of the drives, (n,), N m; overwritten.
         model: Address of MuJoCo's model.
@@ -58,7 +60,9 @@ def run_steps(
     """
     position, velocity = np.empty(len(angles)), np.empty(len(angles))
     _read_joints(angles, dofs, qpos, qvel, position, velocity)
-    for _ in range(steps):
+    for step in range(steps):
+        if step == change:
+            take_over(drives)
         if len(drives) > 0:
             run_drives(drives, position, velocity, torque)
         brake_joints(*stops, position, velocity, torque)
