@@ -36,6 +36,8 @@ class WatchdogSettings(_Settings, frozen=True, kw_only=True):
     """When a silent controller loses the robot; in cycles of the robot."""
 
     enabled: bool = True
+    stride_cycles: Cycles = 7
+    """Without a command in a stride: the guard brings the feet side by side."""
     silence_cycles: Cycles = 25
     """Without a command: the controller counts as silent."""
     hold_cycles: Cycles = 25

@@ -17,6 +17,7 @@ from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
 from bridge.guard.approach import Approach
+from bridge.guard.closing import CloseStance, Stream
 from bridge.guard.config import GuardSettings
 from bridge.guard.descent import Descent
 from bridge.guard.fall import FallMonitor
@@ -67,7 +68,8 @@ class Guard:
         self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
         self._watchdog = Watchdog(self._s.watchdog)
         self._approach = Approach(self._s.approach, self._body.cycle)
-        self._descent: Descent | SitDown | None = None
+        self._stream = Stream(self._body.cycle)
+        self._descent: Descent | SitDown | CloseStance | None = None
         self._crouched: int | None = None
         """Cycles that it has rested in the crouch; None: it does not."""
         self._lease: int | None = None
@@ -218,6 +220,8 @@ class Guard:
             self._go_limp(frame)
         elif self._supplies.fault and self.state in ("approach", "active", "hold"):
             self._descend(frame, self._supplies.fault)
+        if command is None:
+            self._stream.update(None)
         self._supervise(frame, command, supervised)
         self._blocked = max(self._blocked - 1, 0)
         if command is not None:
@@ -254,6 +258,8 @@ class Guard:
             seq: of the newest sensor frame.
         """
         if self.state in ("approach", "active"):
+            if self._stream.strides:
+                self._close(seq, "The controller gave the robot back in a stride.")
             self._log.enter(seq, "hold", "", "The controller gave the robot back.")
 
     @property
@@ -276,14 +282,32 @@ class Guard:
     def _supervise(self, frame: SensorFrame, command: ActuatorFrame | None, supervised: bool) -> None:
         """Act on what the watchdog says."""
         demand = self._watchdog.update(received=command is not None, supervised=supervised)
-        if demand and self.state in ("approach", "active"):
+        if demand == "close" and self.state == "active" and self._stream.strides:
+            self._close(frame.seq, "Commands broke off in a stride.")
+        elif demand in ("hold", "descend") and self.state in ("approach", "active"):
             self._log.enter(frame.seq, "hold", "silence")
         if demand == "descend" and (self.state == "hold" or (self.state == "fallen" and self._blocked == 0)):
             self._revoke = True
             self._descend(frame, "silence")
 
+    def _close(self, seq: int, why: str) -> None:
+        """End a stride: the feet side by side."""
+        output = self._output
+        if output.position is not None and output.stiffness is not None:
+            self._stream.reset()
+            self._descent = CloseStance(output.position, output.stiffness, self._body.cycle)
+            self._log.say(seq, "guard-close", f"{why} The feet are brought side by side.")
+
     def _descend(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
         """Crouch if the robot stands by its legs; otherwise release the joints where it is."""
+        if not limp and self.state == "active" and self._stream.strides:
+            self._close(frame.seq, "The robot was in a stride.")
+            self._log.enter(frame.seq, "crouch", reason)
+        else:
+            self._log.enter(frame.seq, self._let_down(frame, limp=limp), reason)
+
+    def _let_down(self, frame: SensorFrame, *, limp: bool = False) -> State:
+        """Begin the way down from where the robot is; the state on it."""
         settings = self._s.crouch
         if limp:
             settings = msgspec.structs.replace(settings, release_time=0.0)
@@ -295,7 +319,7 @@ class Guard:
             start, stiffness, self._crouch, settings, self._body.cycle, moving=moving, standing=standing
         )
         self._output.set_position(start)
-        self._log.enter(frame.seq, "crouch" if moving else "rest", reason)
+        return "crouch" if moving else "rest"
 
     def _sit_down_in_time(self, frame: SensorFrame) -> None:
         """From a crouch in which nobody wants the robot for long; after a stop it stays still."""
@@ -335,6 +359,7 @@ class Guard:
         approach.advance(output.ways(position, command))
         self._tell_approach(frame)
         output.stiffness = command.stiffness
+        self._stream.update(position)
         if position == command.position:
             return command
         return msgspec.structs.replace(command, position=position)
@@ -352,9 +377,12 @@ class Guard:
             position, output.stiffness = self._descent.advance(frame)
             output.move_towards(output.ranges.clip(position))
             if self._descent.done:
-                self._descent = None
-                if self.state != "rest":
-                    self._log.enter(frame.seq, "rest", self.status.reason)
+                closed, self._descent = isinstance(self._descent, CloseStance), None
+                state: State = "rest"
+                if closed:
+                    state = self._let_down(frame) if self.state == "crouch" else self.state
+                if state != self.state:
+                    self._log.enter(frame.seq, state, self.status.reason)
         elif output.stiffness is None or self._blocked == 0 or self.state not in ("fallen", "idle"):
             return None
         assert output.position is not None and output.stiffness is not None

@@ -27,7 +27,7 @@ class Watchdog:
         if self._silent is not None:
             self._silent = 0
 
-    def update(self, *, received: bool, supervised: bool) -> Literal["", "hold", "descend"]:
+    def update(self, *, received: bool, supervised: bool) -> Literal["", "close", "hold", "descend"]:
         """One cycle.
 
         Args:
@@ -35,7 +35,8 @@ class Watchdog:
             supervised: somebody holds the robot, or died holding it.
 
         Returns:
-            What the silence so far asks for: nothing, that the joints hold, or that the robot goes down.
+            What the silence so far asks for: nothing, that a stride ends, that the joints hold, or that the
+            robot goes down.
         """
         if received:
             self._silent = 0
@@ -44,6 +45,8 @@ class Watchdog:
         elif self._silent is not None:
             self._silent += 1
         silent = self._silent or 0
-        if not self._s.enabled or silent < self._s.silence_cycles:
+        if not self._s.enabled or silent < self._s.stride_cycles:
             return ""
+        if silent < self._s.silence_cycles:
+            return "close"
         return "hold" if silent < self._s.silence_cycles + self._s.hold_cycles else "descend"

@@ -14,7 +14,7 @@ from walker.controller import Controller, WalkOrder
 from walker.planning import dry_walk, gait_parameters, make_gait
 from walker.stabilization.parameters import controller_parameters
 
-STEPS: Final = {"dynamic": 20, "static": 6}
+STEPS: Final = {"omni": 40, "dynamic": 20, "static": 6}
 """Of the walk that is cut, by gait."""
 
 

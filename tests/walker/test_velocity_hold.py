@@ -91,3 +91,16 @@ def test_on_the_way_to_a_place_the_steering_alone_acts(target, same):
             plan = planner.step(DT, walk=True, feedback=Feedback(velocity=tuple(off)))
         plans.append(plan)
     assert (plans[0] == plans[1]) is same
+
+
+def test_a_robot_that_lags_while_it_speeds_up_teaches_nothing():
+    """The command rises for five steps; a middle that is half a step behind then is no error to make up for."""
+    gait = make_gait("omni", P, BODY)
+    learner, state, ways, learnt = VelocityHold(HOLD), gait.initial(), [], []
+    while len(ways) < round(2.2 / DT):
+        plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.25, 0.0, 0.0)))
+        ways.append(plan.middle)
+        learnt.append(learner.update(ways[max(len(ways) - 1 - round(0.5 * P.T / DT), 0)], plan, DT)[0])
+        if plan.pendulum.velocity[0] < 0.25:
+            assert learnt[-1] == 0.0
+    assert max(learnt) < 0.01  # 0.03 where the rise is learnt

@@ -3,7 +3,8 @@
 The encoders and the torso's lean place the centre of mass and the swing foot over the standing sole, where
 the plan of a latency before wanted them to be over that foothold. The joints' deflection and backlash put the
 centre of mass off the plan in each step alike. That is no disturbance: the slow mean of each stance foot, part
-by part of the step, is subtracted. The same deflection puts the feet down beside their footholds: it is learnt.
+by part of the step, is subtracted. The same deflection puts the feet down beside their footholds, farther in a
+faster walk: the placement takes it back, by what is expected of any robot and what is learnt of this one.
 """
 
 from __future__ import annotations
@@ -49,12 +50,20 @@ class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """Share of the innovation over the cycle that goes to its rate."""
     mean_gain: Fraction = 0.05
     """Share of a deviation that goes to the mean."""
+    first_mean_gain: tuple[Fraction, Fraction] = (0.3, 0.1)
+    """The same in the first steps and after a change of the velocity, along and across the stance foot."""
     max_innovation: Positive = 0.015
     """Largest difference from the mean that counts in it, m."""
+    placement: float = 0.0
+    """Expected placement of a walk on the spot, m."""
+    placement_per_velocity: float = 0.0
+    """By which it changes with the velocity ahead, s."""
     placement_gain: Fraction = 0.2
-    """Share of a foot's miss that is learnt in a step."""
+    """Share of a foot's miss beyond the expected one that is learnt in a step."""
     max_placement: NotNegative = 0.025
-    """Bound of what is learnt, m."""
+    """Bound of the placement, m."""
+    max_placement_change: NotNegative = 0.003
+    """Bound of its change from step to step, m."""
 
 
 class _Measured(NamedTuple):
@@ -94,7 +103,10 @@ class DeviationEstimator:
         self._miss: Array = np.zeros(2)
         self._mean: dict[Side, Array] = {"L": np.zeros((_PARTS, 2, 2)), "R": np.zeros((_PARTS, 2, 2))}
         """Position, and rate over omega, of each part, m."""
+        self._learnt = 0.0
+        """Placement beyond the expected one, m."""
         self._placement = 0.0
+        """In force, m."""
         self._velocity: Array = np.zeros(3)
         """At which the mean was learnt."""
 
@@ -113,10 +125,10 @@ class DeviationEstimator:
         then, before = self._plans[0], self._before
         self._before = then
         if before is not None and before.support != "both" and then.step != before.step:
-            self._learn()
+            self._place(before, then)
         if then.support == "both":
-            self._first, self._rate = then.step, np.zeros(2)
-            return Feedback(placement=self._placement)
+            self._first, self._rate, self._placement = then.step, np.zeros(2), 0.0
+            return NONE
         measured = self._measured(position, lean, then, then.support)
         self._miss = measured.miss
         if before is None or then.support != before.support:
@@ -133,29 +145,41 @@ class DeviationEstimator:
         if then.support == "both" or then.pendulum is None or now.pendulum is None:
             return NONE.deviation
         p, omega = self._p, then.pendulum.omega
-        mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
-        off = np.array([self._at, self._rate / omega]) - mean
-        if then.progress < 1.0:  # a step that is prolonged is no usual one
-            mean += p.mean_gain * np.clip(off, -p.max_innovation, p.max_innovation)
         steps = then.step - self._first
         change = np.subtract(then.pendulum.velocity, self._velocity)
         self._velocity += change * (p.mean_gain / _PARTS if steps >= _STEPS else 1.0)
+        unlearnt = min(float(np.max(np.abs(change) / _CHANGE)), 1.0) if steps >= _STEPS else 1.0
+        mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
+        off = np.array([self._at, self._rate / omega]) - mean
+        if then.progress < 1.0:  # a step that is prolonged is no usual one
+            gain = p.mean_gain + unlearnt * (np.array(p.first_mean_gain) - p.mean_gain)
+            bound = p.max_innovation * (1.0 + unlearnt)
+            mean += gain * np.clip(off, -bound, bound)
         if not self._on or steps < _FIRST_STEPS:
             return NONE.deviation
         off = math.exp(omega * p.latency) * (off[0] + off[1])
-        share = min(float(np.max(np.abs(change) / _CHANGE)), 1.0) if steps >= _STEPS else 1.0
-        bound = share * _UNLEARNT
+        bound = unlearnt * _UNLEARNT
         off -= np.clip(off, -bound, bound)
         x, y = _turned(off, self._yaw)
         (a, b), (c, d) = now.pendulum.moved, then.pendulum.moved
         return float(x) - (a - c), float(y) - (b - d)
 
-    def _learn(self) -> None:
-        """The end of a step."""
+    def _place(self, before: Plan, now: Plan) -> None:
+        """The end of a step: learn from its miss, and set the placement of the next one."""
         if self._learns:
-            p, miss = self._p, float(self._miss[0])
-            learnt = self._placement + p.placement_gain * min(max(miss, -_LARGEST_MISS), _LARGEST_MISS)
-            self._placement = min(max(learnt, -p.max_placement), p.max_placement)
+            p = self._p
+            # a change that is still under way is not learnt
+            miss = float(self._miss[0]) - (self._wanted(before) - self._placement)
+            self._learnt += p.placement_gain * min(max(miss, -_LARGEST_MISS), _LARGEST_MISS)
+            change = self._wanted(now) - self._placement
+            self._placement += min(max(change, -p.max_placement_change), p.max_placement_change)
+
+    def _wanted(self, plan: Plan) -> float:
+        """Placement for the velocity of a plan, m."""
+        p = self._p
+        velocity = plan.pendulum.velocity[0] if plan.pendulum is not None else 0.0
+        wanted = p.placement + p.placement_per_velocity * velocity + self._learnt
+        return min(max(wanted, -p.max_placement), p.max_placement)
 
     def _measured(self, position: Sequence[float], lean: Vec2, then: Plan, side: Side) -> _Measured:
         assert then.pendulum is not None

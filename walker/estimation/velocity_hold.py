@@ -75,9 +75,12 @@ class VelocityHold:
 
     def _learn(self, there: Foothold, here: Foothold) -> None:
         """The end of a step. The middle between the feet follows the commands of this and the step before."""
+        if not np.array_equal(self._before, self._velocity):
+            self._errors.clear()  # a robot that changes its velocity is behind the command
+            return
         middle = there._replace(yaw=there.yaw + 0.5 * math.remainder(here.yaw - there.yaw, math.tau))
         walked = np.array(middle.local(here.x, here.y)) / self._elapsed
-        self._errors.append(0.5 * (self._before + self._velocity) - walked)
+        self._errors.append(self._velocity - walked)
         if len(self._errors) == _STRIDE:
             bound = self._p.max_correction
             learnt = self._correction + self._p.gain * np.mean(self._errors, axis=0)
