@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from types import TracebackType
 from typing import Any
@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bridge.body.joints import N_JOINTS
-from bridge.errors import ConfigurationError
+from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
-from nao_hil.robot import Robot
+from nao_hil.robot import Robot, whole_seed
 
 Array = NDArray[np.float64]
 
@@ -76,16 +76,26 @@ class Batch:
         start: str | None = None,
         threads: int | None = None,
     ) -> None:
-        seeds = list(seeds)
-        if not seeds:
+        own = _seeds(seeds)
+        if not own:
             raise ConfigurationError("A batch needs at least one seed.")
-        wears, scenarios = _each("wear", wear, len(seeds)), _each("scenario", scenario, len(seeds))
-        self._pool = _Pool(1 if engine != "mujoco" else threads, len(seeds))
-        self._robots: list[Robot] = self._pool.map(
-            lambda i: Robot(
-                body, seed=seeds[i], wear=wears[i], scenario=scenarios[i], engine=engine, start=start
-            )
-        )
+        if threads is not None and (not isinstance(threads, int) or threads < 1):
+            raise ConfigurationError(f"threads is {threads!r}; a whole number from 1 on is expected, or None.")
+        wears, scenarios = _each("wear", wear, len(own)), _each("scenario", scenario, len(own))
+        self._pool = _Pool(1 if engine != "mujoco" else threads, len(own))
+        self._open = True
+        made: dict[int, Robot] = {}
+
+        def make(i: int) -> None:
+            made[i] = Robot(body, seed=own[i], wear=wears[i], scenario=scenarios[i], engine=engine, start=start)
+
+        try:
+            self._pool.map(make)
+        except BaseException:
+            for robot in made.values():
+                robot.close()
+            raise
+        self._robots = [made[i] for i in range(len(own))]
 
     def __len__(self) -> int:
         return len(self._robots)
@@ -115,25 +125,25 @@ class Batch:
         """Ground truth at the newest sensor frames."""
         return [robot.truth for robot in self._robots]
 
-    def step(
-        self, position: ArrayLike, stiffness: ArrayLike = 1.0, which: Collection[int] | None = None
-    ) -> Frames:
+    def step(self, position: ArrayLike, stiffness: ArrayLike = 1.0, which: ArrayLike | None = None) -> Frames:
         """Run one cycle of every robot with a command.
 
         Args:
             position: Joint angles, rad, (N, 25), or (25,) for all robots, in the order of `nao_hil.JOINTS`.
             stiffness: 0..1, negative: the motor is off; a number for all joints, (25,) or (N, 25).
-            which: Indices of the robots that are stepped; None: all. The others stand still in time.
+            which: Indices of the robots that are stepped, or N truth values; None: all. The others stand still
+                in time.
 
         Returns:
             The newest sensor frames.
 
         Raises:
-            ConfigurationError: an array of another shape.
-            FrameError: a number that is not finite.
+            ConfigurationError: an array of another shape, an index that no robot or another index has, or the
+                batch is closed. No robot is stepped then.
+            FrameError: a number that is not finite; likewise.
         """
+        chosen = self._indices(which)
         positions, stiffnesses = self._rows("position", position), self._rows("stiffness", stiffness)
-        chosen = range(len(self)) if which is None else which
         robots = [robot.emulated for robot in self._robots]
         # Only the physics runs in threads: elsewhere they would wait for Python's lock. And the processor has
         # each part's code at hand for all robots.
@@ -146,35 +156,69 @@ class Batch:
         return self.frames
 
     def _rows(self, name: str, values: ArrayLike) -> list[tuple[float, ...]]:
-        array, shape = np.asarray(values, dtype=np.float64), (len(self), N_JOINTS)
-        if array.shape not in ((), (N_JOINTS,), shape):
+        shape = (len(self), N_JOINTS)
+        try:
+            array = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ConfigurationError(f"{name} is no array of numbers; {shape} would be right.") from None
+        if array.shape not in ((N_JOINTS,), shape) and (array.shape or name == "position"):
             right = f"{shape} or ({N_JOINTS},) would be right"
             raise ConfigurationError(f"{name} has the shape {array.shape}; {right}.")
         rows = [tuple(row) for row in np.broadcast_to(array, shape).tolist()]
         if not np.isfinite(array).all():  # before any robot is stepped
-            for row in rows:
-                require_finite(name, row)
+            for i, row in enumerate(rows):
+                try:
+                    require_finite(name, row)
+                except FrameError as error:
+                    raise FrameError(f"Robot {i}: {error}") from None
         return rows
 
-    def reset(self, seeds: Sequence[int] | None = None, which: Sequence[int] | None = None) -> Frames:
+    def _indices(self, which: ArrayLike | None) -> list[int]:
+        """Of the robots that are meant, each once, in their order."""
+        if not self._open:
+            raise ConfigurationError("This batch is closed; make a new one.")
+        n = len(self)
+        if which is None:
+            return list(range(n))
+        try:
+            given = np.asarray(list(which) if isinstance(which, Iterable) else which)
+        except ValueError:
+            given = np.zeros(())
+        if given.dtype == np.bool_ and given.shape == (n,):
+            return [i for i in range(n) if given[i]]
+        whole = given.ndim == 1 and (given.size == 0 or given.dtype.kind in "iu")
+        if not whole or len(set(given.tolist())) < given.size or not all(0 <= i < n for i in given.tolist()):
+            raise ConfigurationError(
+                f"which is {which!r}; different indices from 0 to {n - 1} are expected, or {n} truth values."
+            )
+        return [int(i) for i in given.tolist()]
+
+    def reset(self, seeds: Iterable[int] | None = None, which: ArrayLike | None = None) -> Frames:
         """Begin anew at time 0.
 
         Args:
             seeds: One for each robot that begins anew; None: the same as before.
-            which: Indices of these robots; None: all.
+            which: Indices of these robots, or N truth values; None: all.
 
         Returns:
             The first sensor frames of these, the newest of all others.
+
+        Raises:
+            ConfigurationError: not one seed for each robot, or as `step`. No robot begins anew then.
         """
-        chosen = range(len(self)) if which is None else which
-        if seeds is not None and len(seeds) != len(chosen):
-            raise ConfigurationError(f"{len(seeds)} seeds for {len(chosen)} robots; give one for each.")
-        wanted = dict(zip(chosen, [None] * len(chosen) if seeds is None else seeds, strict=True))
+        chosen = self._indices(which)
+        own = None if seeds is None else _seeds(seeds)
+        if own is not None and len(own) != len(chosen):
+            raise ConfigurationError(f"{len(own)} seeds for {len(chosen)} robots; give one for each.")
+        wanted: dict[int, int | None] = dict.fromkeys(chosen)
+        if own is not None:
+            wanted.update(zip(chosen, own, strict=True))
         self._pool.map(lambda i: self._robots[i].reset(wanted[i]) if i in wanted else None)
         return self.frames
 
     def close(self) -> None:
-        """Free the physics engines."""
+        """Free the physics engines; may be called twice."""
+        self._open = False
         for robot in self._robots:
             robot.close()
         self._pool.close()
@@ -188,7 +232,15 @@ class Batch:
         self.close()
 
 
+def _seeds(values: Iterable[int]) -> list[int]:
+    if not isinstance(values, Iterable):
+        raise ConfigurationError(f"seeds is {values!r}; one for each robot is expected, such as range(16).")
+    return [whole_seed(value) for value in values]
+
+
 def _each(name: str, value: str | Sequence[str], n: int) -> list[str]:
+    if not isinstance(value, Iterable):
+        raise ConfigurationError(f"{name} is {value!r}; a name is expected, or one for each of {n} robots.")
     values = [value] * n if isinstance(value, str) else list(value)
     if len(values) != n:
         raise ConfigurationError(f"{name} has {len(values)} values for {n} seeds; give one, or one for each.")

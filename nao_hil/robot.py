@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
+import operator
 from types import TracebackType
+from typing import Final, SupportsIndex
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
 from nao_hil.commands import JointValues, actuator_frame
 from nao_hil.runs.build import build_robot, with_engine
 from nao_hil.runs.config import run_config
+
+MAX_PIXELS: Final = 4096
+"""Of a picture's width and height."""
+
+
+def whole_seed(seed: SupportsIndex) -> int:
+    """A seed as a number of Python's own.
+
+    Raises:
+        ConfigurationError: no whole number from 0 on.
+    """
+    try:
+        number = operator.index(seed)
+    except TypeError:
+        number = -1
+    if number < 0:
+        raise ConfigurationError(f"A seed is {seed!r}; a whole number from 0 on is expected.")
+    return number
 
 
 class Robot:
@@ -53,10 +74,11 @@ class Robot:
         start: str | None = None,
     ) -> None:
         settings = run_config(
-            None, robot=body, seed=seed, wear=wear, scenario=scenario, engine=engine, start=start
+            None, robot=body, seed=whole_seed(seed), wear=wear, scenario=scenario, engine=engine, start=start
         )
         self._config = with_engine(settings)
         self._robot = build_robot(self._config)
+        self._open = True
 
     @property
     def emulated(self) -> EmulatedRobot:
@@ -91,9 +113,19 @@ class Robot:
     def picture(self, width: int = 320, height: int = 240) -> NDArray[np.uint8]:
         """The robot from ahead and its left, (height, width, 3), RGB.
 
+        Args:
+            width: Pixels, 1 to 4096.
+            height: Likewise.
+
         Raises:
-            ConfigurationError: the engine cannot draw on this machine.
+            ConfigurationError: the engine cannot draw on this machine; another size; the robot is closed.
         """
+        self._require_open()
+        for name, size in (("width", width), ("height", height)):
+            if not isinstance(size, int) or not 1 <= size <= MAX_PIXELS:
+                raise ConfigurationError(
+                    f"{name} is {size!r}; whole pixels from 1 to {MAX_PIXELS} are expected."
+                )
         x, y, z = self._robot.engine.robot.torso().position
         return self._robot.engine.picture(
             PinholeCamera((x + 1.0, y + 0.7, z + 0.3), (x, y, z), width, height, 0.8)
@@ -107,9 +139,13 @@ class Robot:
 
         Returns:
             The first sensor frame.
+
+        Raises:
+            ConfigurationError: a seed that is no whole number from 0 on; the robot is closed.
         """
+        self._require_open()
         if seed is not None:
-            self._config = msgspec.structs.replace(self._config, seed=seed)
+            self._config = msgspec.structs.replace(self._config, seed=whole_seed(seed))
         self._robot.close()
         self._robot = build_robot(self._config)
         return self.frame
@@ -125,14 +161,20 @@ class Robot:
             The sensor frame at the end of the cycle.
 
         Raises:
-            ConfigurationError: not 25 numbers.
+            ConfigurationError: not 25 numbers; the robot is closed.
             FrameError: a number that is not finite.
         """
+        self._require_open()
         command = None if position is None else actuator_frame(self.frame.seq, position, stiffness)
         return self._robot.advance(command)
 
+    def _require_open(self) -> None:
+        if not self._open:
+            raise ConfigurationError("This robot is closed; make a new one.")
+
     def close(self) -> None:
-        """Free the physics engine."""
+        """Free the physics engine; may be called twice."""
+        self._open = False
         self._robot.close()
 
     def __enter__(self) -> Robot:

@@ -63,3 +63,57 @@ def test_a_number_that_is_not_finite_moves_no_robot() -> None:
             robots.step(wrong)
         assert robots.frames.time.tolist() == [0.0, 0.0]
         assert [robot.emulated.dcm.clock.now for robot in robots.robots] == [0, 0]
+
+
+@pytest.mark.parametrize("which", [[0, 0], [2], [-1], [1.0], ["a"], 1, [True, False, True]])
+def test_robots_that_are_not_there_or_meant_twice_are_refused(which: object) -> None:
+    pytest.importorskip("mujoco")
+    with nao_hil.Batch(np.arange(2)) as batch:
+        for call in (lambda: batch.step(batch.frames.position, which=which), lambda: batch.reset(which=which)):
+            with pytest.raises(ConfigurationError, match="different indices from 0 to 1 are expected"):
+                call()
+        assert batch.frames.time.tolist() == [0.0, 0.0]
+
+
+def test_truth_values_choose_robots() -> None:
+    pytest.importorskip("mujoco")
+    with nao_hil.Batch([1, 2]) as batch:
+        frames = batch.step(batch.frames.position, which=[False, True])
+        assert frames.time.tolist() == [0.0, batch.cycle]
+
+
+@pytest.mark.parametrize("seeds", [[3, -1], ["x", 1], [1.5, 2]])
+def test_a_wrong_seed_changes_no_robot(seeds: list[object]) -> None:
+    pytest.importorskip("mujoco")
+    with nao_hil.Batch([1, 2]) as batch:
+        batch.step(batch.frames.position)
+        with pytest.raises(ConfigurationError, match="a whole number from 0 on is expected"):
+            batch.reset(seeds)  # type: ignore[arg-type]
+        assert batch.frames.time.tolist() == [batch.cycle] * 2
+    with pytest.raises(ConfigurationError, match="whole number from 0 on"):
+        nao_hil.Batch(seeds)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_what_is_closed_says_so(engine: str) -> None:
+    pytest.importorskip(engine)
+    batch, robot = nao_hil.Batch([1, 2], engine=engine), nao_hil.Robot(engine=engine)
+    position = batch.frames.position
+    for _ in range(2):
+        batch.close()
+        robot.close()
+    for call in (lambda: batch.step(position), batch.reset, robot.step, robot.reset, robot.picture):
+        with pytest.raises(ConfigurationError, match="is closed; make a new one"):
+            call()
+
+
+def test_a_robot_with_a_wrong_seed_or_picture_goes_on() -> None:
+    pytest.importorskip("mujoco")
+    with nao_hil.Robot(engine="mujoco") as robot:
+        robot.step()
+        with pytest.raises(ConfigurationError, match="whole number from 0 on"):
+            robot.reset(-1)
+        for size in (0, -1, 3.5, 10_000):
+            with pytest.raises(ConfigurationError, match="whole pixels from 1 to 4096"):
+                robot.picture(size, 5)  # type: ignore[arg-type]
+        assert robot.frame.time == robot.cycle

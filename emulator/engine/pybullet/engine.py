@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import weakref
 from typing import Any, Final
 
 import numpy as np
@@ -49,6 +50,7 @@ class BulletEngine(Engine):
         self.settings = settings
         self.client = connect()
         """PyBullet's number; for tests that ask PyBullet itself."""
+        self._disconnect = weakref.finalize(self, disconnect, self.client)
         self._begin()
 
     def _begin(self) -> None:
@@ -129,6 +131,5 @@ class BulletEngine(Engine):
 
     def close(self) -> None:
         """See `Engine`."""
-        if self.client >= 0:
-            disconnect(self.client)
-            self.client = -1
+        self._disconnect()
+        self.client = -1
