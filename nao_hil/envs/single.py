@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any, ClassVar
 
 import gymnasium
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import load_body
+from bridge.errors import ConfigurationError
 from nao_hil.envs.task import Task
 from nao_hil.robot import Robot
 
@@ -26,6 +28,9 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
         engine: Physics, `pybullet` or `mujoco`; `auto`: PyBullet where it is installed, else MuJoCo.
         render_mode: None or `rgb_array`.
         of_task: Arguments of the task alone.
+
+    Raises:
+        ConfigurationError: an argument that the task does not have, or a wrong one.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 50}
@@ -40,7 +45,7 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
         render_mode: str | None = None,
         **of_task: Any,
     ) -> None:
-        self.task = task(load_body(robot), **of_task)
+        self.task = make_task(task, robot, of_task)
         self.observation_space, self.action_space = self.task.observation_space, self.task.action_space
         self.render_mode = render_mode
         self._options: dict[str, Any] = {"body": robot, "wear": wear, "scenario": scenario, "engine": engine}
@@ -70,7 +75,7 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Run one cycle."""
-        frame = self.robot.step(*self.task.command(np.asarray(action, dtype=np.float64)))
+        frame = self.robot.step(*self.task.command(self.task.checked(action)))
         truth = self.robot.truth
         reward, terminated = self.task.judge(frame, truth)
         self._steps += 1
@@ -86,6 +91,20 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
         if self._robot is not None:
             self._robot.close()
             self._robot = None
+
+
+def make_task(task: type[Task], robot: str, arguments: dict[str, Any]) -> Task:
+    """The task for a robot.
+
+    Raises:
+        ConfigurationError: an argument that the task does not have, or a wrong one.
+    """
+    known = list(inspect.signature(task).parameters)[1:]
+    for name in arguments:
+        if name not in known:
+            what = f"it has {', '.join(known)}" if known else "it has none of its own"
+            raise ConfigurationError(f"{task.__name__} has no argument `{name}`; {what}.")
+    return task(load_body(robot), **arguments)
 
 
 def robot_seed(random: np.random.Generator) -> int:

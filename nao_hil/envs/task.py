@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import JOINTS, N_JOINTS
+from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 
 Array = NDArray[np.float64]
@@ -80,6 +81,25 @@ class Task(ABC):
     @abstractmethod
     def judge(self, frame: SensorFrame, truth: TruthFrame) -> Judgement:
         """Reward of the cycle that ended here, and whether the episode does."""
+
+    def checked(self, action: Any, *several: int) -> Array:
+        """An action as an array of the action space's shape.
+
+        Args:
+            action: One; of several robots one for each.
+            several: How many robots.
+
+        Raises:
+            ConfigurationError: no numbers, or another shape.
+        """
+        shape = (*several, *self.action_space.shape)
+        try:
+            array = np.asarray(action, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ConfigurationError(f"The action is no array of numbers; {shape} would be right.") from None
+        if array.shape != shape:
+            raise ConfigurationError(f"The action has the shape {array.shape}; {shape} would be right.")
+        return array
 
     def observe(self, frame: SensorFrame) -> NDArray[np.float32]:
         """What the robot measures, within the sensors' ranges."""

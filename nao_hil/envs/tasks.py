@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -72,8 +72,10 @@ class VelocityTask(Task):
 
     def __init__(self, body: Body, velocity: Vec3 | None = None) -> None:
         super().__init__(body)
-        if velocity is not None and np.any(np.abs(velocity) > FASTEST):
-            raise ConfigurationError(f"velocity is {velocity}; at most {tuple(FASTEST.tolist())} is possible.")
+        if velocity is not None and not _possible(velocity):
+            raise ConfigurationError(
+                f"velocity is {velocity!r}; three numbers are expected, at most {tuple(FASTEST.tolist())}."
+            )
         self._velocity = velocity
         self.action_space = Box(-1.0, 1.0, (len(LEGS),), np.float32)
         self.wanted: Array = np.zeros(3)
@@ -107,6 +109,15 @@ class VelocityTask(Task):
         self._mean += (moving - self._mean) * self.body.cycle / AVERAGED
         error = (self._mean - self.wanted) / FASTEST
         return Judgement(0.0 if truth.fell else math.exp(-float(error @ error)), truth.fell)
+
+
+def _possible(velocity: Any) -> bool:
+    """Whether these are three numbers within `FASTEST`."""
+    try:
+        numbers = np.asarray(velocity, dtype=np.float64)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == FASTEST.shape and bool(np.all(np.abs(numbers) <= FASTEST))
 
 
 class GetUpTask(Task):

@@ -10,10 +10,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from bridge.body import load_body
+from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
 from nao_hil.batch import Batch
-from nao_hil.envs.single import robot_seed
+from nao_hil.envs.single import make_task, robot_seed
 from nao_hil.envs.task import Task
 
 Observation = NDArray[np.float32]
@@ -32,7 +32,11 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
         scenario: World: one for all, or a sequence of N.
         engine: `mujoco`, or `pybullet`, whose robots are stepped one after the other.
         threads: That share the robots; None: as many as cores.
-        of_task: Arguments of the task alone.
+        of_task: Arguments of the task alone. There is no `render_mode`: a picture is one robot's,
+            `batch.robots[i].picture()`.
+
+    Raises:
+        ConfigurationError: no robot, an argument that the task does not have, or a wrong one.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -48,8 +52,10 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
         threads: int | None = None,
         **of_task: Any,
     ) -> None:
+        if num_envs < 1:
+            raise ConfigurationError(f"num_envs is {num_envs}; a number from 1 on is expected.")
         self.num_envs = num_envs
-        self.tasks = [task(load_body(robot), **of_task) for _ in range(num_envs)]
+        self.tasks = [make_task(task, robot, of_task) for _ in range(num_envs)]
         self.single_observation_space = self.tasks[0].observation_space
         self.single_action_space = self.tasks[0].action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -104,7 +110,7 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Run one cycle of all robots; those whose episode has ended begin anew."""
         n, batch = self.num_envs, self.batch
-        wide = np.asarray(actions, dtype=np.float64)
+        wide = self.tasks[0].checked(actions, n)
         commands = [task.command(row) for task, row in zip(self.tasks, wide, strict=True)]
         anew = np.flatnonzero(self._ended).tolist()
         going = np.flatnonzero(~self._ended).tolist()
