@@ -1,7 +1,8 @@
 """The way out of a stride whose commands broke off: both feet side by side, before the robot tips over.
 
-A biped whose joints stop in mid-step tips over within a few tenths of a second. The mean of both legs' angles,
-mirrored, puts the lifted foot down beside the other one, whatever the gait.
+A biped whose joints stop in a quick step tips over within a few tenths of a second. The mean of both legs'
+angles, mirrored, puts the lifted foot down beside the other one, whatever the gait. In a slow step the robot
+may be balanced on one foot, and would fall off it; there its joints hold.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ _MIRRORED: Final = tuple(
 )
 """Slots of both legs' joints, and the sign of the right one's mirror image."""
 _LEGS: Final = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
-_MOVING: Final = 0.5
-"""rad/s of a leg's joint that make a stride (assumed: a standing robot's balance moves its ankles by less)."""
+_FAST: Final = 6.5
+"""rad/s of a leg's joint, in the last cycles, of a step in which no robot can stand still (docs/guard.md)."""
 _DENSE: Final = 10
 """Cycles of which nearly each had a command in a stream of commands."""
 DURATION: Final = 0.15
@@ -35,7 +36,7 @@ DURATION: Final = 0.15
 
 
 class Stream:
-    """Whether commands came cycle by cycle and moved the legs.
+    """Whether commands came cycle by cycle and moved the legs fast.
 
     Args:
         cycle: of the robot, s.
@@ -58,12 +59,12 @@ class Stream:
         self._count = min(self._count + 1, 2 * _DENSE)
         last = self._last or position
         fastest = max(abs(position[slot] - last[slot]) for slot in _LEGS) / self._cycle
-        self._still = 0 if fastest > _MOVING else self._still + 1
+        self._still = 0 if fastest > _FAST else self._still + 1
         self._last = position
 
     @property
     def strides(self) -> bool:
-        """The robot was in a stride when the newest command came."""
+        """The robot was in a quick step when the newest command came."""
         return self._count >= _DENSE and self._still < _DENSE
 
 
