@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
 from bridge.types import Positive, Vec3
+
+Angle: TypeAlias = Annotated[float, msgspec.Meta(ge=-7.0, le=7.0)]
+"""rad; degrees are found out."""
+Length: TypeAlias = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+"""m; millimetres are found out."""
 
 Tensor = tuple[float, float, float, float, float, float]
 """Inertia tensor elements (ixx, iyy, izz, ixy, ixz, iyz), kg m^2."""
@@ -19,19 +24,19 @@ class _Sheet(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 class Lengths(_Sheet, frozen=True):
     """Named lengths of the vendor's drawings, m."""
 
-    NeckOffsetZ: float
-    ShoulderOffsetY: float
-    ShoulderOffsetZ: float
-    UpperArmLength: float
-    ElbowOffsetY: float
-    LowerArmLength: float
-    HandOffsetX: float
-    HandOffsetZ: float
-    HipOffsetY: float
-    HipOffsetZ: float
-    ThighLength: float
-    TibiaLength: float
-    FootHeight: float
+    NeckOffsetZ: Length
+    ShoulderOffsetY: Length
+    ShoulderOffsetZ: Length
+    UpperArmLength: Length
+    ElbowOffsetY: Length
+    LowerArmLength: Length
+    HandOffsetX: Length
+    HandOffsetZ: Length
+    HipOffsetY: Length
+    HipOffsetZ: Length
+    ThighLength: Length
+    TibiaLength: Length
+    FootHeight: Length
 
 
 class Motor(_Sheet, frozen=True):
@@ -48,9 +53,9 @@ class Motor(_Sheet, frozen=True):
 class JointSheet(_Sheet, frozen=True):
     """One joint: its range and its drive."""
 
-    lower: float
+    lower: Angle
     """rad"""
-    upper: float
+    upper: Angle
     """rad"""
     motor: str
     """Key of `Body.motors`."""
@@ -60,7 +65,7 @@ class JointSheet(_Sheet, frozen=True):
 class Link(_Sheet, frozen=True):
     """The rigid body that a joint moves (or the torso)."""
 
-    mass: Positive
+    mass: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)]
     """kg"""
     com: Vec3
     """Centre of mass relative to the joint's origin, zero-pose aligned frame (x forward, y left, z up), m."""
@@ -154,7 +159,7 @@ class Body(_Sheet, frozen=True):
     name: str
     title: str
     model: Literal["H21", "H25"]
-    cycle: Positive
+    cycle: Annotated[float, msgspec.Meta(ge=0.001, le=0.1)]
     """DCM cycle, s"""
     lengths: Lengths
     joints: dict[str, JointSheet]

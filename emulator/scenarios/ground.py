@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 
@@ -19,6 +19,11 @@ from emulator.scenarios.table import (
     Size,
     Slope,
 )
+
+
+MAX_TILES: Final = 10_000
+MAX_POINTS: Final = 250_000
+"""Of a random heightfield."""
 
 
 class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
@@ -97,6 +102,14 @@ class Tiles(ScenarioTable, frozen=True, kw_only=True):
     seed: Seed | None = None
     """None: the tiles follow the seed of the run."""
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for more tiles than an engine can lay."""
+        count = self.area[0] / self.edge * self.area[1] / self.edge
+        if count > MAX_TILES:
+            raise ValueError(
+                f"{count:.0f} tiles; at most {MAX_TILES} are laid: a smaller area, or longer edges"
+            )
+
 
 class Heightfield(ScenarioTable, frozen=True, kw_only=True):
     """A grid of heights: given, from a CSV file, or random."""
@@ -122,3 +135,6 @@ class Heightfield(ScenarioTable, frozen=True, kw_only=True):
             raise ValueError("`heights` needs two or more rows of one length")
         if self.heights and len(self.heights[0]) < 2:
             raise ValueError("each row of `heights` needs two or more points")
+        count = self.area[0] / self.spacing * self.area[1] / self.spacing
+        if self.roughness > 0.0 and count > MAX_POINTS:
+            raise ValueError(f"{count:.0f} points; at most {MAX_POINTS}: a smaller area, or a wider spacing")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import msgspec
 
@@ -11,22 +11,26 @@ NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
 
+Gap: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=0.5)]
+"""rad; degrees are found out."""
+
+
 class Backlash(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Backlash between motor and joint, whole width of the dead zone, rad; both sides of the body alike."""
 
-    HeadYaw: NotNegative = 0.0
-    HeadPitch: NotNegative = 0.0
-    ShoulderPitch: NotNegative = 0.0
-    ShoulderRoll: NotNegative = 0.0
-    ElbowYaw: NotNegative = 0.0
-    ElbowRoll: NotNegative = 0.0
-    WristYaw: NotNegative = 0.0
-    HipYawPitch: NotNegative = 0.0
-    HipRoll: NotNegative = 0.0
-    HipPitch: NotNegative = 0.0
-    KneePitch: NotNegative = 0.0
-    AnklePitch: NotNegative = 0.0
-    AnkleRoll: NotNegative = 0.0
+    HeadYaw: Gap = 0.0
+    HeadPitch: Gap = 0.0
+    ShoulderPitch: Gap = 0.0
+    ShoulderRoll: Gap = 0.0
+    ElbowYaw: Gap = 0.0
+    ElbowRoll: Gap = 0.0
+    WristYaw: Gap = 0.0
+    HipYawPitch: Gap = 0.0
+    HipRoll: Gap = 0.0
+    HipPitch: Gap = 0.0
+    KneePitch: Gap = 0.0
+    AnklePitch: Gap = 0.0
+    AnkleRoll: Gap = 0.0
 
     def of(self, joint: str) -> float:
         """Backlash of a joint by its full name, rad."""
@@ -64,7 +68,7 @@ class ServoParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     compliance, stall torque / full_voltage_error in N m/rad."""
     lead: NotNegative = 0.0025
     """Derivative time of the loop, s."""
-    delay: NotNegative = 0.0
+    delay: Annotated[float, msgspec.Meta(ge=0.0, le=0.5)] = 0.0
     """From taking over a request to its use in the loop, s, rounded to servo steps."""
     motor_time_constant: Positive = 0.004
     """Mechanical time constant of the motors, rotor inertia x no-load speed / stall torque, s: gives the rotor

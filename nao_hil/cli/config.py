@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -103,19 +104,24 @@ def check(
 
 
 def kind_of(file: Path) -> str:
-    """What a file is, by the keys at its top: the kind that knows most of them.
+    """What a file is, by the keys at its top: the kind that knows most of them, of several a good one.
 
     Raises:
         ConfigurationError: unreadable, not TOML, or no key that any kind has.
     """
     keys = set(read_toml(file))
     known = {kind: len(keys & set(struct.__struct_fields__)) for kind, (struct, _) in KINDS.items()}
-    best = max(known, key=lambda kind: known[kind])
-    if not known[best]:
+    most = max(known.values())
+    if not most:
         for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check will say so
             if any(get_close_matches(key, struct.__struct_fields__) for key in keys):
                 return kind
         raise ConfigurationError(
             f"{file}: has no key of any file that nao-hil reads; say what it is with --kind."
         )
-    return best
+    best = [kind for kind, count in known.items() if count == most]
+    for kind in best[1:] and best:
+        with suppress(ConfigurationError):
+            KINDS[kind][1](file)
+            return kind
+    return best[0]

@@ -64,7 +64,7 @@ def emulate(
         console.print(f"the run that was in {directory.path} is replaced", highlight=False)
     summary = _run(settings, body, guard, name, listen, realtime_priority, directory, stop, console)
     if as_json:
-        print(json.dumps(summary), flush=True)
+        print(json.dumps(summary | {"config": msgspec.to_builtins(settings)}), flush=True)
     return 0
 
 

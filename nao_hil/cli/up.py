@@ -121,6 +121,7 @@ def both_sides(
         NaoHilError: a side failed.
     """
     file = str(directory.config)
+    directory.release()  # the robot's process takes it
     stop = threading.Event()
     on_signals(stop.set)
     common = ["--name", name, "--config", file, "--json"]
@@ -171,7 +172,7 @@ def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> 
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()
     conclude(
-        msgspec.to_builtins(summary),
+        msgspec.to_builtins(summary) | {"config": msgspec.to_builtins(settings)},
         directory,
         console,
         interrupted=interrupted,

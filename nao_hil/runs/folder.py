@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 import re
 import sys
@@ -15,6 +16,11 @@ import msgspec
 
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import later_file
+
+try:
+    import fcntl
+except ModuleNotFoundError:  # no POSIX system: folders are not locked
+    fcntl = None  # type: ignore[assignment]
 
 _RESULT: Final = re.compile(r"summary\.json|frames(-\d+)?\.mcap")
 """Files of a run that do not exist before it."""
@@ -38,6 +44,8 @@ class RunDirectory:
     """
 
     def __init__(self, out: Path | None) -> None:
+        self._held: int | None = None
+        """Descriptor of the folder with a lock on it, for as long as this process lives."""
         try:
             self.path = out if out is not None else _fresh(Path("runs"))
             self.path.mkdir(parents=True, exist_ok=True)
@@ -62,11 +70,39 @@ class RunDirectory:
         return self.path / "config.toml"
 
     def clear(self) -> bool:
-        """Remove recordings and summary that an earlier run left in the folder; whether there were any."""
+        """Take the folder for a run of this process, and remove what an earlier run left in it.
+
+        Returns:
+            Whether an earlier run left recordings or a summary.
+
+        Raises:
+            ConfigurationError: another process has it for a run.
+        """
+        self.release()
+        if fcntl is not None:
+            self._lock()
         left = [path for path in self.path.iterdir() if _RESULT.fullmatch(path.name)]
         for path in left:
             path.unlink()
         return bool(left)
+
+    def _lock(self) -> None:
+        self._held = os.open(self.path, os.O_RDONLY)
+        try:
+            fcntl.flock(self._held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self.release()
+            raise ConfigurationError(
+                f"{self.path}: a run that goes on writes into this folder; give another one with --out."
+            ) from None
+        except OSError:  # a file system without locks
+            pass
+
+    def release(self) -> None:
+        """Give the folder to another process."""
+        if self._held is not None:
+            os.close(self._held)
+            self._held = None
 
     def write_config(self, settings: msgspec.Struct | dict[str, Any]) -> None:
         """Write the configuration, and beside it the versions of what ran."""

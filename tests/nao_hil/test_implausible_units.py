@@ -1,0 +1,55 @@
+"""Numbers in another unit than the file's: degrees, millimetres, milliseconds, grams."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import bridge.body
+import emulator.wear
+from bridge.errors import ConfigurationError
+from nao_hil.cli.config import KINDS, kind_of
+
+BODY = (Path(bridge.body.__file__).parent / "bodies" / "nao-v6.toml").read_text()
+WEAR = (Path(emulator.wear.__file__).parent / "nominal.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "pattern", "replacement", "named"),
+    [
+        (BODY, r"^cycle = .*", "cycle = 12.0", "cycle"),
+        (BODY, r"ThighLength = [\d.]+", "ThighLength = 100.0", "lengths.ThighLength"),
+        (BODY, r"LKneePitch = { lower = [-\d.]+", "LKneePitch = { lower = -15.3", "joints.LKneePitch.lower"),
+        (BODY, r"mass = [\d.]+", "mass = 1049.0", "mass"),
+        (WEAR, r"delay = [\d.]+", "delay = 30.0", "servo.delay"),
+        (WEAR, r"^KneePitch = [\d.]+", "KneePitch = 1.4", "servo.backlash.KneePitch"),
+    ],
+)
+def test_a_wrong_unit_is_named(tmp_path: Path, text: str, pattern: str, replacement: str, named: str) -> None:
+    file = tmp_path / "file.toml"
+    changed, n = re.subn(pattern, replacement, text, count=1, flags=re.MULTILINE)
+    assert n == 1
+    file.write_text(changed)
+    with pytest.raises(ConfigurationError, match=re.escape(named) + ".*expected a number [<>]= "):
+        KINDS[kind_of(file)][1](file)
+
+
+def test_a_file_whose_keys_two_kinds_know_is_the_one_that_it_is_good_as(tmp_path: Path) -> None:
+    file = tmp_path / "file.toml"
+    for text, kind in (("[start]\nx = 0.5\nyaw = 90\n", "scenario"), ('start = "sit"\n', "run")):
+        file.write_text(text)
+        assert kind_of(file) == kind
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[tiles]\narea = [200, 200]\nedge = 0.01\nheight = 0.01\n", "400000000 tiles; at most 10000"),
+        ("[heightfield]\nroughness = 0.005\narea = [100, 100]\nspacing = 0.005\n", "points; at most 250000"),
+    ],
+)
+def test_a_ground_that_no_engine_can_lay_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "file.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError, match=words):
+        KINDS["scenario"][1](file)
