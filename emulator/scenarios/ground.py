@@ -20,7 +20,6 @@ from emulator.scenarios.table import (
     Slope,
 )
 
-
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
 """Of a random heightfield."""
@@ -106,9 +105,7 @@ class Tiles(ScenarioTable, frozen=True, kw_only=True):
         """Raises ValueError for more tiles than an engine can lay."""
         count = self.area[0] / self.edge * self.area[1] / self.edge
         if count > MAX_TILES:
-            raise ValueError(
-                f"{count:.0f} tiles; at most {MAX_TILES} are laid: a smaller area, or longer edges"
-            )
+            raise ValueError(f"{count:.0f} tiles; at most {MAX_TILES}: a smaller area, or longer edges")
 
 
 class Heightfield(ScenarioTable, frozen=True, kw_only=True):
