@@ -27,8 +27,10 @@ _MIRRORED: Final = tuple(
 )
 """Slots of both legs' joints, and the sign of the right one's mirror image."""
 _LEGS: Final = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
-_FAST: Final = 6.5
-"""rad/s of a leg's joint, in the last cycles, of a step in which no robot can stand still (docs/guard.md)."""
+_FAST: Final = 8.0
+"""rad/s of a leg's joint in a step in which no robot can stand still (docs/guard.md)."""
+_LATELY: Final = 50
+"""Cycles in which a joint has been as fast: two steps."""
 _DENSE: Final = 10
 """Cycles of which nearly each had a command in a stream of commands."""
 DURATION: Final = 0.15
@@ -49,7 +51,7 @@ class Stream:
     def reset(self) -> None:
         """No command has come."""
         self._last: Sequence[float] | None = None
-        self._count = self._still = 0
+        self._count, self._still = 0, _LATELY
 
     def update(self, position: Sequence[float] | None) -> None:
         """One cycle: the 25 positions that a command put in force, rad; None: no command came."""
@@ -65,7 +67,7 @@ class Stream:
     @property
     def strides(self) -> bool:
         """The robot was in a quick step when the newest command came."""
-        return self._count >= _DENSE and self._still < _DENSE
+        return self._count >= _DENSE and self._still < _LATELY
 
 
 class CloseStance:

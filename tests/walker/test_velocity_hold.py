@@ -97,7 +97,7 @@ def test_a_robot_that_lags_while_it_speeds_up_teaches_nothing():
     """The command rises for five steps; a middle that is half a step behind then is no error to make up for."""
     gait = make_gait("omni", P, BODY)
     learner, state, ways, learnt = VelocityHold(HOLD), gait.initial(), [], []
-    while len(ways) < round(2.2 / DT):
+    for _ in range(round(2.2 / DT)):
         plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=(0.25, 0.0, 0.0)))
         ways.append(plan.middle)
         learnt.append(learner.update(ways[max(len(ways) - 1 - round(0.5 * P.T / DT), 0)], plan, DT)[0])
