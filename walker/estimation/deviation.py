@@ -3,8 +3,7 @@
 The encoders and the torso's lean place the centre of mass and the swing foot over the standing sole, where
 the plan of a latency before wanted them to be over that foothold. The joints' deflection and backlash put the
 centre of mass off the plan in each step alike. That is no disturbance: the slow mean of each stance foot, part
-by part of the step, is subtracted. The same deflection puts the feet down beside their footholds, farther in a
-faster walk: the placement takes it back, by what is expected of any robot and what is learnt of this one.
+by part of the step, is subtracted. The same deflection puts the feet down beside their footholds: it is learnt.
 """
 
 from __future__ import annotations
@@ -54,12 +53,8 @@ class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """The same in the first steps and after a change of the velocity, along and across the stance foot."""
     max_innovation: Positive = 0.015
     """Largest difference from the mean that counts in it, m."""
-    placement: float = 0.0
-    """Expected placement of a walk on the spot, m."""
-    placement_per_velocity: float = 0.0
-    """By which it changes with the velocity ahead, s."""
     placement_gain: Fraction = 0.2
-    """Share of a foot's miss beyond the expected one that is learnt in a step."""
+    """Share of a foot's miss that is learnt in a step."""
     max_placement: NotNegative = 0.025
     """Bound of the placement, m."""
     max_placement_change: NotNegative = 0.003
@@ -104,7 +99,7 @@ class DeviationEstimator:
         self._mean: dict[Side, Array] = {"L": np.zeros((_PARTS, 2, 2)), "R": np.zeros((_PARTS, 2, 2))}
         """Position, and rate over omega, of each part, m."""
         self._learnt = 0.0
-        """Placement beyond the expected one, m."""
+        """Placement that is learnt, m; it stays from walk to walk."""
         self._placement = 0.0
         """In force, m."""
         self._velocity: Array = np.zeros(3)
@@ -125,7 +120,7 @@ class DeviationEstimator:
         then, before = self._plans[0], self._before
         self._before = then
         if before is not None and before.support != "both" and then.step != before.step:
-            self._place(before, then)
+            self._place()
         if then.support == "both":
             self._first, self._rate, self._placement = then.step, np.zeros(2), 0.0
             return NONE
@@ -164,22 +159,16 @@ class DeviationEstimator:
         (a, b), (c, d) = now.pendulum.moved, then.pendulum.moved
         return float(x) - (a - c), float(y) - (b - d)
 
-    def _place(self, before: Plan, now: Plan) -> None:
+    def _place(self) -> None:
         """The end of a step: learn from its miss, and set the placement of the next one."""
         if self._learns:
             p = self._p
             # a change that is still under way is not learnt
-            miss = float(self._miss[0]) - (self._wanted(before) - self._placement)
-            self._learnt += p.placement_gain * min(max(miss, -_LARGEST_MISS), _LARGEST_MISS)
-            change = self._wanted(now) - self._placement
+            miss = float(self._miss[0]) - (self._learnt - self._placement)
+            learnt = self._learnt + p.placement_gain * min(max(miss, -_LARGEST_MISS), _LARGEST_MISS)
+            self._learnt = min(max(learnt, -p.max_placement), p.max_placement)
+            change = self._learnt - self._placement
             self._placement += min(max(change, -p.max_placement_change), p.max_placement_change)
-
-    def _wanted(self, plan: Plan) -> float:
-        """Placement for the velocity of a plan, m."""
-        p = self._p
-        velocity = plan.pendulum.velocity[0] if plan.pendulum is not None else 0.0
-        wanted = p.placement + p.placement_per_velocity * velocity + self._learnt
-        return min(max(wanted, -p.max_placement), p.max_placement)
 
     def _measured(self, position: Sequence[float], lean: Vec2, then: Plan, side: Side) -> _Measured:
         assert then.pendulum is not None
