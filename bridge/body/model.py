@@ -9,9 +9,9 @@ import msgspec
 from bridge.types import Positive, Vec3
 
 Angle: TypeAlias = Annotated[float, msgspec.Meta(ge=-7.0, le=7.0)]
-"""rad; degrees are found out."""
+"""rad; the bounds refuse degrees."""
 Length: TypeAlias = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
-"""m; millimetres are found out."""
+"""m; the bounds refuse millimetres."""
 
 Tensor = tuple[float, float, float, float, float, float]
 """Inertia tensor elements (ixx, iyy, izz, ixy, ixz, iyz), kg m^2."""

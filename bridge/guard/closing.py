@@ -1,4 +1,4 @@
-"""The way out of a stride whose commands broke off: both feet side by side, before the robot tips over.
+"""The end of a quick step whose commands break off: both feet side by side, before the robot tips over.
 
 A biped whose joints stop in a quick step tips over within a few tenths of a second. The mean of both legs'
 angles, mirrored, puts the lifted foot down beside the other one, whatever the gait. In a slow step the robot
@@ -29,15 +29,15 @@ _MIRRORED: Final = tuple(
 _LEGS: Final = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
 _FAST: Final = 8.0
 """rad/s of a leg's joint in a step in which no robot can stand still (docs/guard.md)."""
-_LATELY: Final = 50
-"""Cycles in which a joint has been as fast: two steps."""
+_RECENT: Final = 50
+"""Cycles of commands within which one as fast counts: two steps of `omni`."""
 _DENSE: Final = 10
-"""Cycles of which nearly each had a command in a stream of commands."""
+"""Commands more than cycles without one that make a stream (assumed)."""
 DURATION: Final = 0.15
-"""s"""
+"""s; a robot tips over with a time constant of 0.16 s (omega = 6.1 /s)."""
 
 
-class Stream:
+class CommandStream:
     """Whether commands came cycle by cycle and moved the legs fast.
 
     Args:
@@ -51,23 +51,27 @@ class Stream:
     def reset(self) -> None:
         """No command has come."""
         self._last: Sequence[float] | None = None
-        self._count, self._still = 0, _LATELY
+        self._count, self._slow = 0, _RECENT
 
     def update(self, position: Sequence[float] | None) -> None:
-        """One cycle: the 25 positions that a command put in force, rad; None: no command came."""
+        """One cycle.
+
+        Args:
+            position: 25, that a command put in force, rad; None: none came, or the robot is not upright.
+        """
         if position is None:
             self._count = max(self._count - 1, 0)
             return
         self._count = min(self._count + 1, 2 * _DENSE)
         last = self._last or position
         fastest = max(abs(position[slot] - last[slot]) for slot in _LEGS) / self._cycle
-        self._still = 0 if fastest > _FAST else self._still + 1
+        self._slow = 0 if fastest > _FAST else self._slow + 1
         self._last = position
 
     @property
-    def strides(self) -> bool:
+    def in_quick_step(self) -> bool:
         """The robot was in a quick step when the newest command came."""
-        return self._count >= _DENSE and self._still < _LATELY
+        return self._count >= _DENSE and self._slow < _RECENT
 
 
 class CloseStance:

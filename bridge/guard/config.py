@@ -37,7 +37,8 @@ class WatchdogSettings(_Settings, frozen=True, kw_only=True):
 
     enabled: bool = True
     stride_cycles: Cycles = 7
-    """Without a command in a stride: the guard brings the feet side by side."""
+    """Without a command in a quick step: the guard brings the feet side by side; from `silence_cycles` on: it
+    never does."""
     silence_cycles: Cycles = 25
     """Without a command: the controller counts as silent."""
     hold_cycles: Cycles = 25

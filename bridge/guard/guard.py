@@ -17,10 +17,10 @@ from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
 from bridge.guard.approach import Approach
-from bridge.guard.closing import CloseStance, Stream
+from bridge.guard.closing import CloseStance, CommandStream
 from bridge.guard.config import GuardSettings
 from bridge.guard.descent import Descent
-from bridge.guard.fall import FallMonitor
+from bridge.guard.fall import FallMonitor, tilt
 from bridge.guard.output import JointOutput
 from bridge.guard.sit_down import SitDown
 from bridge.guard.status import StatusLog
@@ -68,8 +68,9 @@ class Guard:
         self._supplies = SupplyMonitor(self._body, self._s.temperature, self._s.battery)
         self._watchdog = Watchdog(self._s.watchdog)
         self._approach = Approach(self._s.approach, self._body.cycle)
-        self._stream = Stream(self._body.cycle)
-        self._descent: Descent | SitDown | CloseStance | None = None
+        self._stream = CommandStream(self._body.cycle)
+        self._own_motion: Descent | SitDown | CloseStance | None = None
+        """Under way without a command."""
         self._crouched: int | None = None
         """Cycles that it has rested in the crouch; None: it does not."""
         self._lease: int | None = None
@@ -101,7 +102,7 @@ class Guard:
     @property
     def busy(self) -> bool:
         """It has something to do without a command; a robot that waits for answers goes on meanwhile."""
-        return self._descent is not None or not self._requests.empty()
+        return self._own_motion is not None or not self._requests.empty()
 
     @property
     def moves(self) -> bool:
@@ -127,7 +128,7 @@ class Guard:
             seq: of the present sensor frame.
             posture: 25 positions it is held in, rad.
         """
-        self._descent = None
+        self._own_motion = None
         self._watchdog.reset()
         self._output.set_position(self._output.ranges.clip(posture))
         self._output.stiffness = (1.0,) * N_JOINTS
@@ -142,7 +143,7 @@ class Guard:
         Args:
             seq: of the present sensor frame.
         """
-        self._descent = None
+        self._own_motion = None
         self._watchdog.reset()
         self._output.stiffness = None
         self._blocked = round(STAND_UP_HOLD / self._body.cycle)
@@ -229,7 +230,7 @@ class Guard:
             if self._takes_commands:
                 return self._follow(frame, command, direct)
         self._sit_down_in_time(frame)
-        return self._advance_descent(frame)
+        return self._advance_own_motion(frame)
 
     def accept_timed(self, seq: int) -> None:
         """A command with a time of its own (a DCM's) came beside the frames: a sign of life of its sender.
@@ -243,7 +244,7 @@ class Guard:
         if not self._takes_commands:
             raise FrameError(f"A timed command was refused: {self.status.text}")
         self._watchdog.heard()
-        self._descent, self._output.stiffness = None, None
+        self._own_motion, self._output.stiffness = None, None
         if self.state != "active":
             self._log.enter(seq, "active", "")
 
@@ -258,8 +259,8 @@ class Guard:
             seq: of the newest sensor frame.
         """
         if self.state in ("approach", "active"):
-            if self._stream.strides:
-                self._close(seq, "The controller gave the robot back in a stride.")
+            if self._stream.in_quick_step:
+                self._close(seq, "The controller gave the robot back in a quick step.")
             self._log.enter(seq, "hold", "", "The controller gave the robot back.")
 
     @property
@@ -282,8 +283,8 @@ class Guard:
     def _supervise(self, frame: SensorFrame, command: ActuatorFrame | None, supervised: bool) -> None:
         """Act on what the watchdog says."""
         demand = self._watchdog.update(received=command is not None, supervised=supervised)
-        if demand == "close" and self.state == "active" and self._stream.strides:
-            self._close(frame.seq, "Commands broke off in a stride.")
+        if demand == "close" and self.state == "active" and self._stream.in_quick_step:
+            self._close(frame.seq, "Commands broke off in a quick step.")
         elif demand in ("hold", "descend") and self.state in ("approach", "active"):
             self._log.enter(frame.seq, "hold", "silence")
         if demand == "descend" and (self.state == "hold" or (self.state == "fallen" and self._blocked == 0)):
@@ -291,17 +292,17 @@ class Guard:
             self._descend(frame, "silence")
 
     def _close(self, seq: int, why: str) -> None:
-        """End a stride: the feet side by side."""
+        """End a quick step with the feet side by side."""
         output = self._output
         if output.position is not None and output.stiffness is not None:
             self._stream.reset()
-            self._descent = CloseStance(output.position, output.stiffness, self._body.cycle)
+            self._own_motion = CloseStance(output.position, output.stiffness, self._body.cycle)
             self._log.say(seq, "guard-close", f"{why} The feet are brought side by side.")
 
     def _descend(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
         """Crouch if the robot stands by its legs; otherwise release the joints where it is."""
-        if not limp and self.state == "active" and self._stream.strides:
-            self._close(frame.seq, "The robot was in a stride.")
+        if not limp and self.state == "active" and self._stream.in_quick_step:
+            self._close(frame.seq, "The robot was in a quick step.")
             self._log.enter(frame.seq, "crouch", reason)
         else:
             self._log.enter(frame.seq, self._let_down(frame, limp=limp), reason)
@@ -315,7 +316,7 @@ class Guard:
         standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
         start = self._output.start(frame, _WEAK)
         moving = standing and legs_stiff(stiffness)
-        self._descent = Descent(
+        self._own_motion = Descent(
             start, stiffness, self._crouch, settings, self._body.cycle, moving=moving, standing=standing
         )
         self._output.set_position(start)
@@ -330,12 +331,12 @@ class Guard:
             if self._crouched * self._body.cycle >= self._s.sit.after and stands(
                 self._body, frame, self._s.stance
             ):
-                self._descent = SitDown(self._motion, self._body, self._s.crouch)
+                self._own_motion = SitDown(self._motion, self._body, self._s.crouch)
                 self._output.set_position(self._output.start(frame, _WEAK))
                 self._log.enter(frame.seq, "sit", self.status.reason)
 
     def _go_limp(self, frame: SensorFrame) -> None:
-        self._descent = None
+        self._own_motion = None
         self._output.set_position(self._output.ranges.clip(frame.position))
         self._output.stiffness = (self._s.fall.stiffness,) * N_JOINTS
         self._blocked = max(round(self._s.fall.rest_time / self._body.cycle), 1)
@@ -346,7 +347,7 @@ class Guard:
         output, approach = self._output, self._approach
         begins = self.state not in ("approach", "active") or command.lease != self._lease
         start = output.start(frame, _WEAK if begins else 0.0)
-        self._lease, self._descent = command.lease, None
+        self._lease, self._own_motion = command.lease, None
         if begins or direct:
             approach.clear()
         if not direct:
@@ -359,7 +360,8 @@ class Guard:
         approach.advance(output.ways(position, command))
         self._tell_approach(frame)
         output.stiffness = command.stiffness
-        self._stream.update(position)
+        upright = tilt(frame) < self._s.fall.angle
+        self._stream.update(position if upright else None)
         if position == command.position:
             return command
         return msgspec.structs.replace(command, position=position)
@@ -370,17 +372,18 @@ class Guard:
         if begins or state != self.state:
             self._log.enter(frame.seq, state, "")
 
-    def _advance_descent(self, frame: SensorFrame) -> ActuatorFrame | None:
+    def _advance_own_motion(self, frame: SensorFrame) -> ActuatorFrame | None:
         """What the guard itself asks of the joints, if anything."""
         output = self._output
-        if self._descent is not None:
-            position, output.stiffness = self._descent.advance(frame)
+        if self._own_motion is not None:
+            position, output.stiffness = self._own_motion.advance(frame)
             output.move_towards(output.ranges.clip(position))
-            if self._descent.done:
-                closed, self._descent = isinstance(self._descent, CloseStance), None
-                state: State = "rest"
-                if closed:
-                    state = self._let_down(frame) if self.state == "crouch" else self.state
+            if self._own_motion.done:
+                closed, self._own_motion = isinstance(self._own_motion, CloseStance), None
+                if closed and self.state == "crouch":
+                    state = self._let_down(frame)
+                else:
+                    state = self.state if closed else "rest"
                 if state != self.state:
                     self._log.enter(frame.seq, state, self.status.reason)
         elif output.stiffness is None or self._blocked == 0 or self.state not in ("fallen", "idle"):

@@ -35,8 +35,8 @@ class Watchdog:
             supervised: somebody holds the robot, or died holding it.
 
         Returns:
-            What the silence so far asks for: nothing, that a stride ends, that the joints hold, or that the
-            robot goes down.
+            What the silence so far asks for: nothing, that a quick step ends, that the joints hold, or that
+            the robot goes down.
         """
         if received:
             self._silent = 0

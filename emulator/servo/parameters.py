@@ -11,26 +11,26 @@ NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
 
-Gap: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=0.5)]
-"""rad; degrees are found out."""
+BacklashAngle: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=0.5)]
+"""rad; the bound refuses degrees."""
 
 
 class Backlash(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Backlash between motor and joint, whole width of the dead zone, rad; both sides of the body alike."""
 
-    HeadYaw: Gap = 0.0
-    HeadPitch: Gap = 0.0
-    ShoulderPitch: Gap = 0.0
-    ShoulderRoll: Gap = 0.0
-    ElbowYaw: Gap = 0.0
-    ElbowRoll: Gap = 0.0
-    WristYaw: Gap = 0.0
-    HipYawPitch: Gap = 0.0
-    HipRoll: Gap = 0.0
-    HipPitch: Gap = 0.0
-    KneePitch: Gap = 0.0
-    AnklePitch: Gap = 0.0
-    AnkleRoll: Gap = 0.0
+    HeadYaw: BacklashAngle = 0.0
+    HeadPitch: BacklashAngle = 0.0
+    ShoulderPitch: BacklashAngle = 0.0
+    ShoulderRoll: BacklashAngle = 0.0
+    ElbowYaw: BacklashAngle = 0.0
+    ElbowRoll: BacklashAngle = 0.0
+    WristYaw: BacklashAngle = 0.0
+    HipYawPitch: BacklashAngle = 0.0
+    HipRoll: BacklashAngle = 0.0
+    HipPitch: BacklashAngle = 0.0
+    KneePitch: BacklashAngle = 0.0
+    AnklePitch: BacklashAngle = 0.0
+    AnkleRoll: BacklashAngle = 0.0
 
     def of(self, joint: str) -> float:
         """Backlash of a joint by its full name, rad."""

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.body import load_body
-from bridge.errors import ConfigurationError
-from nao_hil.envs.task import Task
+from nao_hil.envs.task import Task, make_task
 from nao_hil.robot import Robot
 
 Observation = NDArray[np.float32]
@@ -91,20 +88,6 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
         if self._robot is not None:
             self._robot.close()
             self._robot = None
-
-
-def make_task(task: type[Task], robot: str, arguments: dict[str, Any]) -> Task:
-    """The task for a robot.
-
-    Raises:
-        ConfigurationError: an argument that the task does not have, or a wrong one.
-    """
-    known = list(inspect.signature(task).parameters)[1:]
-    for name in arguments:
-        if name not in known:
-            what = f"it has {', '.join(known)}" if known else "it has none of its own"
-            raise ConfigurationError(f"{task.__name__} has no argument `{name}`; {what}.")
-    return task(load_body(robot), **arguments)
 
 
 def robot_seed(random: np.random.Generator) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Final, NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from bridge.body import Body
+from bridge.body import Body, load_body
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
@@ -82,17 +83,17 @@ class Task(ABC):
     def judge(self, frame: SensorFrame, truth: TruthFrame) -> Judgement:
         """Reward of the cycle that ended here, and whether the episode does."""
 
-    def checked(self, action: Any, *several: int) -> Array:
+    def checked(self, action: Any, robots: int | None = None) -> Array:
         """An action as an array of the action space's shape.
 
         Args:
-            action: One; of several robots one for each.
-            several: How many robots.
+            action: Of one robot, or of several, one row for each.
+            robots: How many; None: one, and no rows.
 
         Raises:
             ConfigurationError: no numbers, or another shape.
         """
-        shape = (*several, *self.action_space.shape)
+        shape = self.action_space.shape if robots is None else (robots, *self.action_space.shape)
         try:
             array = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError):
@@ -115,6 +116,20 @@ class Task(ABC):
         """Angles (25,), rad, of 25 numbers: -1 and 1 are the ends of the joints' ranges."""
         low, high = self._limits.T
         return np.asarray(low + 0.5 * (np.clip(action, -1.0, 1.0) + 1.0) * (high - low))
+
+
+def make_task(task: type[Task], robot: str, arguments: dict[str, Any]) -> Task:
+    """The task for a robot.
+
+    Raises:
+        ConfigurationError: an argument that the task does not have, or a wrong one.
+    """
+    known = list(inspect.signature(task).parameters)[1:]
+    for name in arguments:
+        if name not in known:
+            what = f"it has {', '.join(known)}" if known else "it has none of its own"
+            raise ConfigurationError(f"{task.__name__} has no argument `{name}`; {what}.")
+    return task(load_body(robot), **arguments)
 
 
 def _range(body: Body, joint: str) -> tuple[float, float]:

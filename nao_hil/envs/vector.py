@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
 from nao_hil.batch import Batch
-from nao_hil.envs.single import make_task, robot_seed
-from nao_hil.envs.task import Task
+from nao_hil.envs.single import robot_seed
+from nao_hil.envs.task import Task, make_task
 
 Observation = NDArray[np.float32]
 

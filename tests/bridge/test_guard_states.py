@@ -7,153 +7,15 @@ import math
 import msgspec
 import pytest
 
-from bridge.body import load_body
-from bridge.body.joints import INDEX, JOINTS, LEG_SLOTS, N_JOINTS
+from bridge.body.joints import INDEX, JOINTS, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.config import parse_toml
 from bridge.errors import ConfigurationError, FrameError
 from bridge.guard import Guard, GuardSettings
 from bridge.guard.guard import STAND_UP_HOLD
-from bridge.messages import ActuatorFrame, SensorFrame
-from tests.frames import standing_frame
+from bridge.messages import ActuatorFrame
+from tests.guarded import BODY, LEGS, SETTINGS, STAND, Robot, command, sensors, until_rest
 from tests.loops import repeat_while
-
-BODY = load_body("nao-v3")
-STAND = POSTURES["StandInit"]
-SETTINGS = GuardSettings()
-LEGS = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})
-
-
-def sensors(
-    seq: int,
-    position: tuple[float, ...] = STAND,
-    angle: tuple[float, float] = (0.0, 0.0),
-    heat: float = 30.0,
-    charge: float = 1.0,
-    stiffness: float = 1.0,
-) -> SensorFrame:
-    return standing_frame(
-        seq,
-        position=position,
-        stiffness=(stiffness,) * N_JOINTS,
-        temperature=(heat,) * N_JOINTS,
-        angle=angle,
-        battery=(charge, 0.0, 0.0, 25.0),
-    )
-
-
-def command(
-    seq: int, position: tuple[float, ...] = STAND, stiffness: float = 1.0, lease: int = 1
-) -> ActuatorFrame:
-    return ActuatorFrame(reply_to=seq, position=position, stiffness=(stiffness,) * N_JOINTS, lease=lease)
-
-
-class Robot:
-    """Ideal joints: in the next cycle they are where they were asked to be, if they are stiff."""
-
-    def __init__(self, guard: Guard, position: tuple[float, ...] = STAND, stiffness: float = 1.0) -> None:
-        self.guard, self.seq = guard, 0
-        self.position, self.stiffness = position, stiffness
-        self.angle, self.heat, self.charge = (0.0, 0.0), 30.0, 1.0
-
-    def cycle(self, wanted: ActuatorFrame | None, *, supervised: bool = True) -> ActuatorFrame | None:
-        frame = sensors(self.seq, self.position, self.angle, self.heat, self.charge, self.stiffness)
-        checked = self.guard.check(wanted, self.seq) if wanted is not None else None
-        given = self.guard.cycle(frame, checked, supervised=supervised)
-        if given is not None:
-            moves = [stiffness > 0.0 for stiffness in given.stiffness]
-            pairs = zip(given.position, self.position, moves, strict=True)
-            self.position = tuple(new if stiff else old for new, old, stiff in pairs)
-            self.stiffness = given.stiffness[LEGS[0]]
-        self.seq += 1
-        return given
-
-    def command(self, position: tuple[float, ...] = STAND, lease: int = 1) -> ActuatorFrame | None:
-        return self.cycle(command(self.seq, position, lease=lease))
-
-    def silence(self, cycles: int, *, supervised: bool = True) -> list[str]:
-        states = []
-        for _ in range(cycles):
-            self.cycle(None, supervised=supervised)
-            states.append(self.guard.state)
-        return states
-
-
-def until_rest(robot: Robot) -> int:
-    for n in range(3000):
-        if robot.guard.state == "rest" and not robot.guard.busy:
-            return n
-        robot.cycle(None)
-    raise AssertionError(robot.guard.status)
-
-
-def stride(k: int, speed: float) -> tuple[float, ...]:
-    """A leg that is lifted at a speed of its knee, rad/s, from the stand on."""
-    position = list(STAND)
-    lifted = min(k * BODY.cycle * speed, 0.4)
-    for joint, share in (("LHipPitch", -0.5), ("LKneePitch", 1.0), ("LAnklePitch", -0.5)):
-        position[INDEX[joint]] += share * lifted
-    return tuple(position)
-
-
-def in_stride(speed: float = 9.0, every: int = 1) -> Robot:
-    """A robot that is commanded so each `every` cycles, in the middle of the way."""
-    robot = Robot(Guard(BODY))
-    for k in range(-30, 5):
-        if k % every == 0:
-            robot.command(stride(max(k, 0), speed))
-        else:
-            robot.cycle(None)
-    robot.guard.take_notices()
-    return robot
-
-
-def uneven(robot: Robot) -> float:
-    """Largest difference of both legs' pitch joints, rad."""
-    pairs = ((f"L{joint}", f"R{joint}") for joint in ("HipPitch", "KneePitch", "AnklePitch"))
-    return max(abs(robot.position[INDEX[a]] - robot.position[INDEX[b]]) for a, b in pairs)
-
-
-def test_a_quick_step_whose_commands_break_off_ends_with_the_feet_side_by_side() -> None:
-    robot, dog = in_stride(), SETTINGS.watchdog
-    knee = robot.position[INDEX["LKneePitch"]]
-    other = robot.position[INDEX["RKneePitch"]]
-    assert uneven(robot) > 0.2
-    robot.silence(dog.stride_cycles - 1)
-    assert uneven(robot) > 0.2
-    states = robot.silence(round(0.15 / BODY.cycle) + 1)
-    assert set(states) == {"active"} and [n.code for n in robot.guard.take_notices()] == ["guard-close"]
-    assert uneven(robot) < 1e-9
-    assert robot.position[INDEX["LKneePitch"]] == pytest.approx(0.5 * (knee + other))
-    robot.command(stride(5, 9.0))
-    assert robot.guard.state == "active"
-
-
-@pytest.mark.parametrize(("speed", "every"), [(2.0, 1), (7.0, 1), (9.0, 4)])
-def test_a_slow_step_and_one_by_sparse_commands_are_held_as_they_are(speed: float, every: int) -> None:
-    robot = in_stride(speed, every)
-    before = robot.position
-    robot.silence(SETTINGS.watchdog.silence_cycles)
-    assert robot.guard.state == "hold" and robot.position == before
-    assert "guard-close" not in [notice.code for notice in robot.guard.take_notices()]
-
-
-@pytest.mark.parametrize("end", ["stop", "release"])
-def test_a_stop_and_a_release_in_a_quick_step_bring_the_feet_together_first(end: str) -> None:
-    robot = in_stride()
-    if end == "stop":
-        robot.guard.stop("crouch")
-    else:
-        robot.guard.released(robot.seq)
-    robot.silence(round(0.15 / BODY.cycle) + 1, supervised=False)
-    assert uneven(robot) < 0.02
-    codes = [notice.code for notice in robot.guard.take_notices()]
-    if end == "stop":
-        assert codes[:3] == ["guard-stop", "guard-close", "guard-crouch"]
-        until_rest(robot)
-        assert robot.position[INDEX["LKneePitch"]] == pytest.approx(POSTURES["Crouch"][INDEX["LKneePitch"]])
-    else:
-        assert codes == ["guard-close", "guard-hold"] and robot.guard.state == "hold"
 
 
 def test_a_silent_controllers_robot_is_held_then_crouches_then_lets_go() -> None:

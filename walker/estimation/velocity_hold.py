@@ -74,9 +74,9 @@ class VelocityHold:
         return x, y
 
     def _learn(self, there: Foothold, here: Foothold) -> None:
-        """The end of a step. The middle between the feet follows the commands of this and the step before."""
+        """The end of a step. A robot that changes its velocity lags behind the command: that is not learnt."""
         if not np.array_equal(self._before, self._velocity):
-            self._errors.clear()  # a robot that changes its velocity is behind the command
+            self._errors.clear()
             return
         middle = there._replace(yaw=there.yaw + 0.5 * math.remainder(here.yaw - there.yaw, math.tau))
         walked = np.array(middle.local(here.x, here.y)) / self._elapsed
