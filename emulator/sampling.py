@@ -100,12 +100,12 @@ class FrameSampler:
 
 @compiled
 def _by_slot(
-    slots: Places, joints: Places, first: Vector, second: Vector, third: Vector, fourth: Vector
+    slots: Places, joints: Places, angle: Vector, stiffness: Vector, current: Vector, temperature: Vector
 ) -> Vector:
-    """Four values of the mechanical joints, each (n,), in frame order, (4, 25), 0 for all others."""
+    """Values of the mechanical joints, each (n,), in frame order, (4, 25), 0 for all others."""
     found = np.zeros((4, N_JOINTS))
     for i in range(len(slots)):
         slot, joint = slots[i], joints[i]
-        found[0, slot], found[1, slot] = first[joint], second[joint]
-        found[2, slot], found[3, slot] = third[joint], fourth[joint]
+        found[0, slot], found[1, slot] = angle[joint], stiffness[joint]
+        found[2, slot], found[3, slot] = current[joint], temperature[joint]
     return found

@@ -18,8 +18,6 @@ from emulator.sensors.triaxial import ALL_AXES, Constants, TriaxialSensor, measu
 from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
 
 Vector = NDArray[np.float64]
-Parts = tuple[Constants, Constants, Vector, Vector, NDArray[Any], tuple[float, float, float, float]]
-"""Constants of accelerometer and gyroscope, noise of their next samples, state and constants of the fusion."""
 REST_BEFORE_START: Final = 5.0
 """How long the unit has been on and at rest before the first sample, s: it knows its gyroscope's bias."""
 
@@ -61,11 +59,34 @@ def _velocity_of(place: Vec3, rotation: Rotation, velocity: Vec3, angular_veloci
 
 
 @compiled
-def _take(acceleration: Vec3, rate: Vec3, cycle: float, parts: Parts) -> tuple[Vec3, Vec3]:
+def _move(
+    place: Vec3,
+    before: Rotation,
+    after: Rotation,
+    velocity: Vec3,
+    torso_velocity: Vec3,
+    torso_rate: Vec3,
+    up: Vec3,
+    cycle: float,
+) -> tuple[Vec3, Vec3, Vec3]:
+    """Velocity of the accelerometer's place after a cycle, and the means of `_means`."""
+    later = _velocity_of(place, after, torso_velocity, torso_rate)
+    return later, *_means(before, after, velocity, later, up, cycle)
+
+
+@compiled
+def _take(
+    acceleration: Vec3,
+    rate: Vec3,
+    accelerometer: Constants,
+    gyroscope: Constants,
+    noises: tuple[Vector, Vector],
+    state: NDArray[Any],
+    cycle: float,
+    fusion: tuple[float, float, float, float],
+) -> tuple[Vec3, Vec3]:
     """Sample true means of a cycle, fuse them, and return what both sensors report."""
-    accelerometer, gyroscope, noise_of_accelerometer, noise_of_gyroscope, state, fusion = parts
-    seen = measured(acceleration, accelerometer, noise_of_accelerometer)
-    turned = measured(rate, gyroscope, noise_of_gyroscope)
+    seen, turned = measured(acceleration, accelerometer, noises[0]), measured(rate, gyroscope, noises[1])
     fuse(state, seen, turned, cycle, *fusion)
     return reported(seen, accelerometer[2]), reported(turned, gyroscope[2])
 
@@ -88,39 +109,6 @@ def _means(
     specific = add(scaled(change, 1.0 / cycle), up)
     seen = add(rotate_back(before, specific), rotate_back(after, specific))
     return scaled(seen, 0.5), mean_rate(before, after, cycle)
-
-
-@compiled
-def _follow(
-    place: Vec3,
-    before: Rotation,
-    after: Rotation,
-    velocity: Vec3,
-    torso_velocity: Vec3,
-    torso_rate: Vec3,
-    up: Vec3,
-    cycle: float,
-    parts: Parts,
-) -> tuple[Vec3, Vec3, Vec3]:
-    """Sample the cycle in which the torso came from one state to the next.
-
-    Args:
-        place: Of the accelerometer, Torso frame, m.
-        before: Torso to world at the beginning.
-        after: And at the end.
-        velocity: Of the accelerometer's place at the beginning, world frame, m/s.
-        torso_velocity: Of the torso at the end, world frame, m/s.
-        torso_rate: Likewise, rad/s.
-        up: Acceleration against gravity, world frame, m/s^2.
-        cycle: s.
-        parts: For `_take`.
-
-    Returns:
-        Velocity of the accelerometer's place at the end, and what both sensors report.
-    """
-    later = _velocity_of(place, after, torso_velocity, torso_rate)
-    seen, rate = _means(before, after, velocity, later, up, cycle)
-    return later, *_take(seen, rate, cycle, parts)
 
 
 class InertialSensors:
@@ -177,18 +165,26 @@ class InertialSensors:
         at_rest = rotate_back(torso.rotation, self._up)
         self._fusion = FusedAngle(self._gravity, self.accelerometer.measure(at_rest), self._filter)
         for _ in range(round(REST_BEFORE_START / self._cycle)):
-            seen, turned = _take(at_rest, (0.0, 0.0, 0.0), self._cycle, self._parts())
-        self.sample = InertialSample(seen, turned, self._fusion.angle)
+            self._take(at_rest, (0.0, 0.0, 0.0))
 
-    def _parts(self) -> Parts:
-        """For the next `_take`."""
+    def _take(self, acceleration: Vec3, rate: Vec3) -> None:
         accelerometer, gyroscope, fusion = self.accelerometer, self.gyroscope, self._fusion
-        noises = accelerometer.noise(), gyroscope.noise()
-        return accelerometer.constants, gyroscope.constants, *noises, fusion.state, fusion.constants
+        seen, turned = _take(
+            acceleration,
+            rate,
+            accelerometer.constants,
+            gyroscope.constants,
+            (accelerometer.noise(), gyroscope.noise()),
+            fusion.state,
+            self._cycle,
+            fusion.constants,
+        )
+        self.sample = InertialSample(seen, turned, fusion.angle)
+        """The latest sample."""
 
     def update(self, torso: TorsoState) -> None:
         """Sample at the end of a cycle."""
-        self._velocity, seen, turned = _follow(
+        self._velocity, seen, rate = _move(
             self._place,
             self._rotation,
             torso.rotation,
@@ -197,11 +193,9 @@ class InertialSensors:
             torso.angular_velocity,
             self._up,
             self._cycle,
-            self._parts(),
         )
         self._rotation = torso.rotation
-        self.sample = InertialSample(seen, turned, self._fusion.angle)
-        """The latest sample."""
+        self._take(seen, rate)
 
     def rezero(self) -> None:
         """The unit starts anew, as after a loss of power: angle zero, nothing known of the gyroscope's bias."""
