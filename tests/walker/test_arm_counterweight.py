@@ -1,8 +1,9 @@
-"""The arm that goes out while a robot tips over its stance foot."""
+"""The arm that goes out while a robot tips over its stance foot; both arms in a capture step back."""
 
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import pytest
 
@@ -10,10 +11,13 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX, N_JOINTS
 from walker.model.arms import ARMS
 from walker.model.com import CentreOfMass
+from walker.planning import gait_parameters, make_gait, standing_plan
+from walker.planning.plan import SolePose
 from walker.stabilization.arm_counterweight import ArmCounterweight, ArmCounterweightParameters
 
 DT = 0.01
 P = ArmCounterweightParameters()
+STAND = standing_plan(make_gait("omni", gait_parameters("omni"), load_body("nao-v6")))
 OUTWARD = {"L": 1.0, "R": -1.0}
 """Sign of a ShoulderRoll that lifts the arm to its own side (data sheet of the NAO: positive to the left)."""
 
@@ -26,17 +30,18 @@ def hanging():
     return angles
 
 
-def moved(body, signals):
+def moved(body, signals, plan=STAND):
     """Angles in each cycle.
 
     Args:
         body: data sheet.
         signals: support and tipping, m, by cycle.
+        plan: in force.
     """
     arm, found = ArmCounterweight(P, body), []
     for support, tipping in signals:
         angles = hanging()
-        arm.update(angles, support, tipping, DT)
+        arm.update(angles, plan, support, tipping, DT)
         found.append(angles)
     return found
 
@@ -82,5 +87,37 @@ def test_no_joint_leaves_its_range():
     body = load_body("nao-v6")
     angles = hanging()
     angles[INDEX["RShoulderRoll"]] = -1.0  # an arm that is up already
-    ArmCounterweight(ArmCounterweightParameters(max_rate=500.0), body).update(angles, "L", 0.3, DT)
+    ArmCounterweight(ArmCounterweightParameters(max_rate=500.0), body).update(angles, STAND, "L", 0.3, DT)
     assert angles[INDEX["RShoulderRoll"]] == body.joints["RShoulderRoll"].lower
+
+
+def capture_step(x):
+    """Plan of a capture step of the right foot to x, m."""
+    return replace(STAND, phase="SSL", support="L", capture="R", right=SolePose(x, -0.1))
+
+
+@pytest.mark.parametrize("name", ["nao-v3", "nao-v6"])
+def test_in_a_capture_step_back_both_arms_swing_ahead_and_up_and_come_back_slowly(name):
+    """Data sheet: ShoulderPitch is 0 with the arm straight ahead and negative above."""
+    body = load_body(name)
+    arm, found = ArmCounterweight(P, body), []
+    landed = replace(capture_step(-0.1), phase="stop", support="both")
+    for k in range(500):
+        plan = capture_step(-0.1) if k < 10 else landed if k < 100 else STAND
+        angles = hanging()
+        arm.update(angles, plan, plan.support, 0.0, DT)
+        found.append(angles)
+    for side in ("L", "R"):
+        slot = INDEX[f"{side}ShoulderPitch"]
+        pitch = [angles[slot] for angles in found]
+        assert min(pitch) == pytest.approx(
+            max(hanging()[slot] - P.backward_angle, body.joints[f"{side}ShoulderPitch"].lower)
+        )
+        steps = [b - a for a, b in itertools.pairwise(pitch)]
+        assert min(steps) >= -P.backward_rate * DT - 1e-9 and max(steps) <= P.return_rate * DT + 1e-9
+        assert pitch.index(min(pitch)) * DT == pytest.approx(P.backward_angle / P.backward_rate, abs=0.03)
+        assert pitch[-1] == pytest.approx(hanging()[slot])
+
+
+def test_a_capture_step_ahead_leaves_the_arms():
+    assert moved(load_body("nao-v6"), [("L", 0.0)] * 60, capture_step(0.1))[-1] == hanging()

@@ -42,8 +42,10 @@ def test_a_stand_is_lost_when_the_capture_point_of_the_rigid_body_leaves_the_sol
     lever = r_z * math.cos(pitch) - r_x * math.sin(pitch)
     rate = OMEGA * (edge - at) / lever
     step = math.copysign(0.03, edge)
-    assert tips(pitch, rate - step) is None
+    margin = math.copysign(CaptureParameters().margin, edge) * OMEGA / lever
+    assert tips(pitch, rate - margin - step) is None
     assert tips(pitch, rate + step, load=5.0) is None  # in the hand
+    assert tips(pitch, rate - 0.5 * margin) is not None
     found = tips(pitch, rate + step)
     assert found is not None
     latency = CaptureParameters().latency
@@ -76,6 +78,13 @@ def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_clos
     foot = landed.right if side > 0.0 else landed.left
     xi = edge + beyond * math.exp(OMEGA * P.T_capture)
     assert foot.x + HEEL < xi < foot.x + TOE
+    inset = P.backward_capture_inset if edge == HEEL else 0.0
+    assert abs(landed.left.y - landed.right.y) == pytest.approx(P.l_FA - inset, abs=0.02)
+    highest = max(max(plan.left.z, plan.right.z) for plan in plans if plan.step == 0)
+    assert highest == pytest.approx(P.backward_capture_lift if edge == HEEL else P.l_lift, rel=0.05)
+    for plan in plans:
+        if plan.phase == "stand" or plan.step == 0:
+            assert plan.capture == (None if plan.phase == "stand" else "R" if side > 0.0 else "L")
     last = plans[-1]
     assert last.phase == "stand"
     assert math.dist((last.left.x, last.left.y), (last.right.x, last.right.y)) == pytest.approx(

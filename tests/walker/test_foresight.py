@@ -28,9 +28,9 @@ INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
 """Of the mass from the middle of either sole, m."""
 
 
-def foreseen(ways, support="both", phase="stand", level=None):
+def foreseen(ways, support="both", phase="stand", capture=None):
     """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
-    foresight, plan = Foresight(P, BODY), replace(STAND, support=support, phase=phase, level=level)
+    foresight, plan = Foresight(P, BODY), replace(STAND, support=support, phase=phase, capture=capture)
     for k in range(200):
         lean, rate, (x, y) = ways(k)
         frame = standing_frame(
@@ -49,8 +49,8 @@ def pushed(x, y):
 @pytest.mark.parametrize(
     ("acceleration", "support", "way"),
     [
-        ((9.0, 0.0), "both", P.ahead - AHEAD),
-        ((-9.0, 0.0), "both", P.behind + AHEAD),
+        ((9.0, 0.0), "both", P.capture_ahead - AHEAD),
+        ((-9.0, 0.0), "both", P.capture_behind + AHEAD),
         ((0.0, 20.0), "L", P.outside_stance + INSIDE),
         ((0.0, 20.0), "R", P.outside_swing + INSIDE),
         ((0.0, -20.0), "R", P.outside_stance + INSIDE),

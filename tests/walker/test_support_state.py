@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -121,6 +122,33 @@ def test_a_short_flight_is_no_fall() -> None:
     assert not detector.update((0.0, 0.0), LEFT, DT, walking=True)
     for _ in range(45):
         assert not detector.update((0.0, 0.0), NONE, DT, walking=True)
+
+
+def test_a_capture_step_may_lean_farther_before_it_counts_as_a_fall() -> None:
+    p = FallParameters()
+    leans = 0.5 * (p.angle + p.capture_angle)
+    assert FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True)
+    assert not FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True, capturing=True)
+    assert FallDetector(p).update((0.0, -p.capture_angle - 0.01), LEFT, DT, walking=True, capturing=True)
+
+
+def test_after_a_capture_step_back_both_soles_lie_in_one_plane_until_the_torso_is_upright() -> None:
+    """With the torso leaning back by 20 degrees both soles are turned by it about one axis, and end level."""
+    p = SwingFootOrientationParameters(return_rate=2.0, max_rate=4.0)
+    control, lean = SwingFootOrientation(p), math.radians(-20.0)
+    swing = replace(plan("L"), capture="R", right=SolePose(-0.1, -0.1))
+    for k in range(40):
+        found = control.update((0.0, lean), swing, SupportState("L", progress=k / 40), LEFT, DT)
+    assert found["R"].pitch == pytest.approx(-lean)
+    assert found["R"].lift == pytest.approx(-0.1 * lean)  # 0.1 m behind, the ground is so much higher
+    landed = replace(swing, phase="stop", support="both")
+    turns = []
+    for _ in range(60):
+        found = control.update((0.0, lean), landed, SupportState("both"), LEFT, DT)
+        turns.append((found["L"].pitch, found["R"].pitch))
+        assert found["L"].lift == 0.0
+    assert min(abs(left - right) for left, right in turns if right > 0.1) <= 2.0 * p.return_rate * DT
+    assert turns[-1] == (0.0, 0.0)
 
 
 def test_orientation_control_puts_the_swing_sole_level_at_its_planned_height() -> None:

@@ -182,7 +182,8 @@ class Estimator:
         contacts = self._contact.update(frame.fsr)
         angle = self._attitude.update(frame, dt)
         zmp = self._zmp(frame, contacts, plan)
-        falling = self._fall.update(angle, contacts, dt, walking=walking)
+        capturing = plan.capture is not None
+        falling = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
         moves = plan.phase != "stand"
         ground = self._ground.update(frame, angle, corrections, dt, walking=moves)
         self._delay.update(frame)

@@ -17,6 +17,8 @@ class FallParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     angle: Annotated[float, msgspec.Meta(gt=0.0, le=math.pi / 2)] = math.radians(30.0)
     """Fused torso roll or pitch, rad. With the mass 0.23 m above a sole that ends 0.10 m ahead and 0.05 m
     behind, no ankle brings a NAO back from 24 degrees; the rest is for the error of the fused angle."""
+    capture_angle: Annotated[float, msgspec.Meta(gt=0.0, le=math.pi / 2)] = math.radians(45.0)
+    """The same from the beginning of a capture step until the robot stands: the feet follow the mass."""
     no_support: Positive = 0.5
     """Time in the walk for which no foot touches, s: lifted, or lying on its back with the legs in the air."""
     brace_time: NotNegative = 0.4
@@ -37,7 +39,9 @@ class FallDetector:
         self._p = parameters
         self._unsupported = 0.0
 
-    def update(self, angle: Vec2, contacts: Contacts, dt: float, *, walking: bool) -> bool:
+    def update(
+        self, angle: Vec2, contacts: Contacts, dt: float, *, walking: bool, capturing: bool = False
+    ) -> bool:
         """One cycle.
 
         Args:
@@ -45,9 +49,11 @@ class FallDetector:
             contacts: of the feet.
             dt: time since the last frame, s.
             walking: whether the feet are meant to bear the robot; a robot that hangs in a stand is not falling.
+            capturing: whether it makes a capture step, or made one and does not stand yet.
 
         Returns:
             Whether it falls.
         """
         self._unsupported = self._unsupported + dt if walking and contacts.none else 0.0
-        return max(map(abs, angle)) > self._p.angle or self._unsupported > self._p.no_support
+        bound = self._p.capture_angle if capturing else self._p.angle
+        return max(map(abs, angle)) > bound or self._unsupported > self._p.no_support

@@ -34,6 +34,10 @@ class ForesightParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """m; undisturbed walks of `omni` reach 0.03."""
     behind: Positive = 0.08
     """m; 0.05 in undisturbed walks."""
+    capture_ahead: Positive = 0.10
+    """m, in a stand and in a capture step."""
+    capture_behind: Positive = 0.14
+    """m, likewise."""
     outside_stance: Positive = 0.065
     """m, to the outside of a foot that stands; 0.05."""
     outside_swing: Positive = 0.045
@@ -80,7 +84,8 @@ class Foresight:
         p = self._p
         self._push = self._push + dt * (rotation(*lean, 0.0) @ frame.accelerometer)[:2]
         self._push -= min(dt / p.push_time, 1.0) * self._push
-        walks = plan.phase not in ("stand", "stop") and plan.level is None
+        walks = plan.phase not in ("stand", "stop") and plan.capture is None
+        toes, heels = (p.ahead, p.behind) if walks else (p.capture_ahead, p.capture_behind)
         pushed = walks and math.hypot(*self._push) > p.push
         pose = self._base.place(self._base.in_torso(frame.position), np.eye(4))
         share = min(dt / p.acceleration_time, 1.0)
@@ -95,4 +100,4 @@ class Foresight:
             x.append(ahead)
             bound = p.outside_stance if plan.support in (side, "both") else p.outside_swing
             outside = outside or SIGN[side] * left > bound
-        return bool(pushed or outside or min(x) > p.ahead or max(x) < -p.behind)
+        return bool(pushed or outside or min(x) > toes or max(x) < -heels)

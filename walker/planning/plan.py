@@ -135,11 +135,19 @@ class Plan:
     """Height of the hip joints (frame 0 of the legs) above the nominal ground, m."""
     pendulum: Pendulum | None = None
     """Of gaits that take `Feedback`; None: the others."""
-    level: Side | None = None
-    """In a capture step, the foot whose sole is to be level however the torso leans."""
+    capture: Side | None = None
+    """The foot of a capture step, from the beginning of that step until the robot stands."""
     ends: tuple[Foothold, ...] = ()
     """Where `middle` comes to rest if the feet close after the step under way, and after one more. Empty but at
     the end of a step of a gait that walks to a place."""
+
+    @property
+    def captures_backward(self) -> bool:
+        """Whether the capture step goes, or went, back."""
+        if self.capture is None:
+            return False
+        foot, other = (self.left, self.right) if self.capture == "L" else (self.right, self.left)
+        return foot.x < other.x
 
     @property
     def middle(self) -> Foothold:

@@ -127,7 +127,7 @@ class Stabilizer:
             for i, side in enumerate(_SIDES)
         ]
         if self._arm is not None:
-            self._arm.update(angles, support_state.support, estimate.feedback.tipping, dt)
+            self._arm.update(angles, plan, support_state.support, estimate.feedback.tipping, dt)
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
         if self._compensates:
             self._compliance.sent(angles)

@@ -38,6 +38,9 @@ class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, 
     """Fastest change in the air, rad/s."""
     return_rate: Positive = 0.2
     """Speed at which the turn returns to zero once the foot stands, rad/s: 7 degrees in 0.6 s."""
+    capture_roll_return_rate: Positive = 0.1
+    """The same of the roll after a capture step back, rad/s: a leg that rights the torso sideways at once
+    throws it over the other foot, which hangs in the air meanwhile."""
 
 
 class SwingFootCorrection(NamedTuple):
@@ -77,7 +80,11 @@ class SwingFootOrientation:
         feet = {"L": plan.left, "R": plan.right}
         corrections: dict[Side, SwingFootCorrection] = {}
         for side in _SIDES:
-            if plan.level == side:
+            if plan.capture is None:
+                turn = self._next(side, angle, support_state, contacts.of(side), dt)
+            elif plan.support == "both":
+                turn = self._after_capture_step(side, plan.capture, dt, back=plan.captures_backward)
+            elif plan.capture == side:
                 turn = self._towards(side, angle, 1.0, self._p.level_angle, dt)
             else:
                 turn = self._next(side, angle, support_state, contacts.of(side), dt)
@@ -85,8 +92,21 @@ class SwingFootOrientation:
             foot, other = feet[side], feet[OTHER[side]]
             # The torso's angles are about axes that head along the mean of both soles.
             ahead, across = Foothold(other.x, other.y, plan.middle.yaw).local(foot.x, foot.y)
-            corrections[side] = SwingFootCorrection(roll * across - pitch * ahead, roll, pitch)
+            # In a capture step one foot is turned about the other one, not each about the other.
+            lift = roll * across - pitch * ahead if plan.capture in (None, side) else 0.0
+            corrections[side] = SwingFootCorrection(lift, roll, pitch)
         return corrections
+
+    def _after_capture_step(self, side: Side, landed: Side, dt: float, *, back: bool) -> Vec2:
+        """Of the foot that landed; the other one comes into the plane of that sole."""
+        p = self._p
+        goal = (0.0, 0.0) if side == landed else self._turn[landed]
+        rates = p.capture_roll_return_rate if side == landed and back else p.return_rate, p.return_rate
+        roll, pitch = (
+            now + clip(to - now, -rate * dt, rate * dt)
+            for now, to, rate in zip(self._turn[side], goal, rates, strict=True)
+        )
+        return roll, pitch
 
     def _next(self, side: Side, angle: Vec2, support_state: SupportState, contact: bool, dt: float) -> Vec2:
         p, (roll, pitch) = self._p, self._turn[side]

@@ -74,7 +74,9 @@ class OmniState:
     closing: bool = False
     """The step under way brings the feet side by side."""
     capture_step: bool = False
-    """The step under way is a capture step: it follows the measured capture point."""
+    """The step under way, or the last one, is a capture step: it follows the measured capture point."""
+    backward: bool = False
+    """That capture step goes back."""
     adjustment: Vec2 = (0.0, 0.0)
     """By which feedback moved the target, m."""
     behind: Vec2 = (0.0, 0.0)
@@ -177,9 +179,9 @@ class OmniGait:
         side: Side = "R" if a < b else "L"
         state = replace(state, swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
-        return replace(
-            state, phase=phase, t=0.0, velocity=_REST, correction=_REST, closing=False, capture_step=True
-        )
+        backward = state.stance.local(*measured.xi)[0] < 0.0
+        state = replace(state, phase=phase, t=0.0, velocity=_REST, correction=_REST, closing=False)
+        return replace(state, capture_step=True, backward=backward)
 
     def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
         """A step `dt` seconds later that goes where the measured capture point needs it."""
@@ -189,7 +191,11 @@ class OmniGait:
         zmp = self._edge(state, measured.xi)
         state = replace(state, com=measured.com, xi=measured.xi, zmp=zmp, behind=behind, t=state.t + dt)
         if state.t < p.T_capture - _LANDING:
-            state = replace(state, target=self._target(state))
+            target = self._target(state)
+            if state.backward:
+                inwards = -SIGN[state.swing] * p.backward_capture_inset
+                target = Foothold(*target.point(0.0, inwards), target.yaw)
+            state = replace(state, target=target)
         return state
 
     def _edge(self, state: OmniState, xi: Vec2) -> Vec2:
@@ -271,7 +277,7 @@ class OmniGait:
             (xi * grow - a + rho * c) / (grow - 1.0 + rho)
             for xi, a, c in zip(state.xi, needed, state.com, strict=True)
         )
-        return replace(state, phase="start", t=0.0, zmp=(x, y), turned=0.0, capture_step=False)
+        return replace(state, phase="start", t=0.0, zmp=(x, y), turned=0.0, capture_step=False, backward=False)
 
     def _next_phase(self, state: OmniState, command: GaitCommand) -> OmniState:
         if state.phase == "start":
@@ -280,7 +286,8 @@ class OmniGait:
             apart = state.stance.local(*state.lifted[:2])
             if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
                 return self._start(state)
-            return replace(state, phase="stand", t=0.0, closing=False, capture_step=False, velocity=_REST)
+            state = replace(state, phase="stand", t=0.0, closing=False, velocity=_REST)
+            return replace(state, capture_step=False, backward=False)
         landed = self._landed(state)
         if state.capture_step:
             return self._rest(landed)
@@ -359,17 +366,22 @@ class OmniGait:
         return min(max((state.t - rests) / (self._duration(state) - rests), 0.0), 1.0)
 
     def _way(self, state: OmniState) -> float:
-        """Fraction of its way that the swing foot has made."""
-        return quintic(0.0, 1.0, 1.0, self._swung(state)).position
+        """Fraction of its way that the swing foot has made.
+
+        The drives follow a capture step back at their greatest speed; a slow start would cost time.
+        """
+        swung = self._swung(state)
+        return swung if state.backward else quintic(0.0, 1.0, 1.0, swung).position
 
     def _swinging(self, state: OmniState) -> SolePose:
-        """The sole in the air: a quintic over the ground, (s (1 - s))^2 in height."""
+        """The sole in the air: (s (1 - s))^2 in height."""
         p, a, b = self._p, state.lifted, state.target
         s, way = self._swung(state), self._way(state)
+        lift = p.backward_capture_lift if state.backward else p.l_lift
         return SolePose(
             a.x + way * (b.x - a.x),
             a.y + way * (b.y - a.y),
-            p.l_lift * (4.0 * s * (1.0 - s)) ** 2,
+            lift * (4.0 * s * (1.0 - s)) ** 2,
             yaw=a.yaw + way * (b.yaw - a.yaw),
         )
 
@@ -397,7 +409,7 @@ class OmniGait:
             zmp=self._zmp(state, state.t),
             hip_height=self._hip_height,
             pendulum=Pendulum(state.com, self._omega, state.target, state.moved, state.velocity),
-            level=state.swing if state.capture_step and state.single else None,
+            capture=(state.swing if state.single else OTHER_SIDE[state.swing]) if state.capture_step else None,
             ends=ends,
         )
 

@@ -66,6 +66,10 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     """Largest turn rate by which a step does so, rad/s."""
     T_capture: Positive
     """Duration of a capture step, s."""
+    backward_capture_lift: Positive
+    """Lift of the foot in a capture step back, m: the leg that swings back lifts it too."""
+    backward_capture_inset: Finite
+    """Way by which a capture step back ends nearer to the other foot, m."""
     capture_settling_time: Positive
     """Time constant with which the planned centre of mass comes between the feet after a capture step, s."""
     turn_share: Share
