@@ -340,6 +340,7 @@ def test_a_number_that_is_none_is_named(
 
 
 STOOD = WalkResult(
+    body="nao-v3",
     state="stand",
     done=True,
     steps=4,
