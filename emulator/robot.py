@@ -55,8 +55,8 @@ class EmulatedRobot:
         start: Pose to begin in, a name of `emulator.start.START_NAMES`; None: the scenario's.
 
     Raises:
-        ConfigurationError: unknown posture, a cycle that is no whole number of physics steps, or no such
-        engine.
+        ConfigurationError: unknown posture, a cycle that is no whole number of physics steps, no such engine,
+            or a box of the scenario inside the robot.
     """
 
     def __init__(
@@ -113,6 +113,7 @@ class EmulatedRobot:
             self._place(at)
         else:
             lay(self.world, body, self._start, at)
+        self._require_room()
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames go through it too."""
@@ -141,6 +142,15 @@ class EmulatedRobot:
     def _place(self, at: tuple[float, float, float]) -> None:
         """Put the robot into its start posture at x, y (m) and yaw (rad) of the floor."""
         place(self.world, self.body, self.posture, self._orientation, self._lift, at)
+
+    def _require_room(self) -> None:
+        """Raises ConfigurationError where a box stands in the robot."""
+        for name in self.world.boxes:
+            if self.world.in_robot(name):
+                raise ConfigurationError(
+                    f"Box `{name}` of the scenario stands inside {self.body.name} at its start; give the box "
+                    "or the start another place."
+                )
 
     def _let_settle(self) -> None:
         """Run until the robot has settled into its start pose; one that does not stand is limp then."""

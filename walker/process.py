@@ -39,6 +39,8 @@ MakeController = Callable[[Body, float], Controller]
 class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     """What the walker knows of its walk; the JSON of `nao-hil walk`."""
 
+    body: str
+    """Of the robot that was walked; empty: none was there."""
     state: str
     done: bool
     """The order was carried out to its end."""
@@ -90,6 +92,8 @@ class WalkerProcess:
         self._seq = -1
         self._late = self._dry_run = self._walked = self._closes = False
         self._boot: int | None = None
+        self._walks = ""
+        """Name of the robot's body."""
         self._taken = False
         """The guard took the robot from the walk."""
         self._last: ActuatorFrame | None = None
@@ -299,6 +303,7 @@ class WalkerProcess:
 
     def _check_body(self, info: Info) -> Body:
         body = load_body(self._body or info.body)
+        self._walks = info.body
         if body.name != info.body:
             raise ConfigurationError(
                 f"The robot at {self._link.endpoint} is a {info.body}, not a {body.name}; leave --robot out to "
@@ -310,6 +315,7 @@ class WalkerProcess:
         ticks = self._ticks.percentiles()
         controller = self._controller
         return WalkResult(
+            body=self._walks,
             state=controller.state if controller else "waiting",
             steps=controller.telemetry.step if controller else 0,
             displacement=controller.here if controller else (0.0, 0.0, 0.0),

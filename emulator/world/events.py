@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
 
 from bridge.body import TORSO, Body
 from bridge.errors import FrameError
@@ -29,8 +28,6 @@ from emulator.world.world import World
 
 WorldEvent = Push | PlaceBox | PlaceThing | Remove | PlateUnderFoot | SwingPendulum | TiltFloor | SetFriction
 """Commands that an `EventExecutor` carries out."""
-_INSIDE: Final = -1e-4
-"""Distance from which a new box counts as standing inside the robot, m."""
 
 
 class EventExecutor:
@@ -149,15 +146,9 @@ class EventExecutor:
         if name in world.things:
             raise FrameError(f"`{name}` is a {world.things[name].kind}; give the box another name.")
         at, yaw = self._on_floor(command.at, command.yaw, command.frame)
-        before = world.box_state(name)
-        world.add_box(
+        world.place_box(
             name, command.size, at, yaw, height=command.height, mass=command.mass, friction=command.friction
         )
-        if self._engine.robot.distance(name) < _INSIDE:
-            world.remove_box(name)
-            if before is not None:
-                world.put_back(name, before)
-            raise FrameError(f"Box `{name}` would stand inside the robot; give it another place.")
         kind = f"of {command.mass:g} kg" if command.mass > 0.0 else "fixed to the floor"
         return f"Box `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."
 

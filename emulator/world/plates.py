@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from bridge.body import Body
+from bridge.errors import FrameError
 from bridge.messages.world import PlateUnderFoot
 from bridge.rotations import planar_point
 from bridge.types import Side, Vec3
@@ -67,7 +68,11 @@ class WaitingPlates:
         here = world.to_floor(foot.position)
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
         at = planar_point((x, y, yaw), plate.shift)
-        world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0)
+        try:
+            world.place_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0)
+        except FrameError as error:  # it reaches into the other foot
+            self._say("world-refused", str(error))
+            return
         self._say(
             "world",
             f"A plate of {1e3 * plate.size[2]:.0f} mm lies under the {_FOOT[side]} foot "

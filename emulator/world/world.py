@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from bridge.errors import FrameError
 from bridge.messages.world import THING_HEIGHT, THING_SIZES, ThingKind
 from bridge.messages.world_state import Terrain, WorldThing
 from bridge.rotations import planar_point
@@ -23,6 +24,8 @@ from emulator.world.surfaces import WOOD
 
 _HIGH: Final = 5.0
 """Rays start that far above and end that far below the floor's origin, m."""
+_INSIDE: Final = -1e-4
+"""Distance from which a box counts as standing inside the robot, m."""
 
 
 @dataclass(frozen=True)
@@ -173,13 +176,41 @@ class World:
         self.engine.scene.add_box(name, size, pose, mass=mass, friction=friction)
         self.boxes[name] = WorldBox(size, mass, friction)
 
-    def box_state(self, name: str) -> BoxState | None:
-        """State of a box that `put_back` takes; None when there is no such box."""
+    def place_box(
+        self,
+        name: str,
+        size: Vec3,
+        at: Vec2,
+        yaw: float = 0.0,
+        *,
+        height: float | None = None,
+        mass: float = 0.0,
+        friction: float | None = None,
+    ) -> None:
+        """Put a box, or replace the one of its name, where the robot is not; arguments as those of `add_box`.
+
+        Raises:
+            FrameError: it would stand inside the robot; the world stays as it was.
+        """
+        before = self._box_state(name)
+        self.add_box(name, size, at, yaw, height=height, mass=mass, friction=friction)
+        if self.in_robot(name):
+            self.remove_box(name)
+            if before is not None:
+                self._put_back(name, before)
+            raise FrameError(f"Box `{name}` would stand inside the robot; give it another place.")
+
+    def in_robot(self, name: str) -> bool:
+        """Whether a box overlaps the robot."""
+        return self.engine.robot.distance(name) < _INSIDE
+
+    def _box_state(self, name: str) -> BoxState | None:
+        """State of a box that `_put_back` takes; None when there is no such box."""
         box, scene = self.boxes.get(name), self.engine.scene
         return None if box is None else BoxState(box, scene.pose(name), scene.velocity(name))
 
-    def put_back(self, name: str, state: BoxState) -> None:
-        """Put a box that was replaced or taken away back as it was."""
+    def _put_back(self, name: str, state: BoxState) -> None:
+        """Put a box that was replaced back as it was."""
         box = state.box
         (x, y, z), turn = self.in_floor(state.pose)
         height = z - 0.5 * box.size[2]

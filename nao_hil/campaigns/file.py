@@ -14,6 +14,7 @@ from bridge.config import from_dict, load_toml
 from emulator.scenarios import load_scenario
 from nao_hil.analysis.statistics import wilson
 from nao_hil.campaigns.quantities import changed
+from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
 
@@ -30,6 +31,11 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     duration: Annotated[float, msgspec.Meta(gt=0.0)] = 10.0
     """Of a walk, s."""
     keep_track: bool = False
+
+    def with_defaults(self) -> CampaignFile:
+        """The same with every value of the base, and the engine by the name that it has on this machine."""
+        base = with_engine(from_dict(self.base, "base", RunConfig))
+        return msgspec.structs.replace(self, base=msgspec.to_builtins(base))
 
     def cells(self) -> list[tuple[dict[str, Any], Walk]]:
         """Each combination with its walk of the first seed.

@@ -13,6 +13,7 @@ import optuna
 from nao_hil.analysis.statistics import few_words, paired, score_bounds, wilson
 from nao_hil.campaigns.objective import Ensemble, score
 from nao_hil.campaigns.study import table
+from nao_hil.files import whole, write_bytes
 from nao_hil.runs.walk import Walk, WalkEnd
 
 UNSEEN: Final = 1_000_000
@@ -25,7 +26,7 @@ def write_tuned(path: Path, ensemble: Ensemble, point: dict[str, float]) -> None
     data: dict[str, Any] = {"gait": base["gait"]}
     for name, tables in (("parameters", base["parameters"]), ("controller", base["controller"])):
         data[name] = _merged(tables, table(point).get(name, {}))
-    path.write_bytes(msgspec.toml.encode({key: value for key, value in data.items() if value}))
+    write_bytes(path, msgspec.toml.encode({key: value for key, value in data.items() if value}))
 
 
 def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -89,5 +90,6 @@ def draw(study: optuna.Study, shares: dict[str, float], path: Path) -> Path:
     history.legend()
     bars.barh(list(shares), list(shares.values()))
     bars.set(xlabel="importance")
-    figure.savefig(path, dpi=110)
+    with whole(path) as half:
+        figure.savefig(half, dpi=110)
     return path

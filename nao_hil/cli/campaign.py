@@ -61,6 +61,7 @@ def campaign(
     title = f"{file.stem}{few_words(asked.seeds)}"
     data: dict[str, Any] = {
         "name": title,
+        "config": msgspec.to_builtins(asked.with_defaults()),
         "interrupted": stop.is_set(),
         "error": None if failure is None else str(failure),
         "cells": [cell.summary() for cell in counts],

@@ -16,7 +16,6 @@ from bridge.body import Body, load_body
 from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from emulator.scenarios import load_scenario
 from emulator.scenarios.model import Scenario
 from emulator.wear import WearProfile, load_wear
 from nao_hil.cli import options
@@ -49,9 +48,16 @@ def _check_run(settings: RunConfig) -> None:
     controller_maker(settings)(body, body.cycle)
 
 
+def _check_scenario(file: Path) -> None:
+    """A scenario, and whether the default robot has room in it."""
+    from nao_hil.runs.build import check_robot  # imported late: as above
+
+    check_robot(RunConfig(scenario=str(file)))
+
+
 KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
     "run": (RunConfig, lambda file: _check_run(run_config(file))),
-    "scenario": (Scenario, lambda file: load_scenario(str(file))),
+    "scenario": (Scenario, _check_scenario),
     "wear": (WearProfile, lambda file: load_wear(str(file))),
     "body": (Body, load_body),
 }

@@ -73,10 +73,7 @@ def torso(
     _show(rows)
     if out is not None:
         command = " ".join(("nao-hil design torso --gait", gait, *(f"--set {v}" for v in values or [])))
-        try:
-            records.write_designs(out, designed.records, command)
-        except OSError as error:
-            raise ConfigurationError(f"{out}: cannot be written ({error.strerror}).") from None
+        records.write_designs(out, designed.records, command)
     if as_json:
         print(json.dumps({"gait": gait, "file": out and str(out), "designs": rows}), flush=True)
     return 0
@@ -116,10 +113,7 @@ def ensemble(
     on_signals(stop.set)
 
     def keep(so_far: RobotEnsemble) -> None:
-        try:
-            write_ensemble(file, so_far)
-        except OSError as error:
-            raise ConfigurationError(f"{file}: cannot be written ({error.strerror}).") from None
+        write_ensemble(file, so_far)
 
     with (
         CampaignProgress(console) as progress,

@@ -6,7 +6,7 @@ import json
 import math
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from rich.live import Live
@@ -66,10 +66,26 @@ def drive(
                 session.end()
             live.update(picture(session), refresh=True)
     if as_json:
-        position = session.status.position
-        result = {"position": position, "commands": session.commands, "refused": session.refused}
-        print(json.dumps(result), flush=True)
+        print(json.dumps(outcome(session, name, connect, gamepad)), flush=True)
     return 0
+
+
+def outcome(session: Session, name: str, connect: str, gamepad: Path | None) -> dict[str, Any]:
+    """The JSON of the command: what was done, by what, and with which gait and controllers of the walker."""
+    status = session.status
+    return {
+        "position": status.position,
+        "commands": session.commands,
+        "refused": session.refused,
+        "config": {
+            "name": name,
+            "connect": connect,
+            "gamepad": gamepad and str(gamepad),
+            "gait": status.gait,
+            "torso": status.torso,
+            "admittance": status.admittance,
+        },
+    }
 
 
 def picture(session: Session) -> Table:

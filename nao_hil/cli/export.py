@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
+from nao_hil.files import write_text
 
 File = Annotated[Path, typer.Option("--out", help="File to write.", metavar="FILE")]
 NOTICE = """
@@ -66,10 +66,7 @@ def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: 
         from emulator.export.urdf import to_urdf
 
         text = to_urdf(body, profile, notice)
-    try:
-        out.write_text(text)
-    except OSError as error:
-        raise ConfigurationError(f"{out} cannot be written: {error.strerror}.") from None
+    write_text(out, text)
     open_console().print(f"{body.name} with {profile.name} drives is in {out}.", highlight=False)
     if as_json:
         print(json.dumps({"format": form, "robot": body.name, "wear": profile.name, "file": str(out)}))

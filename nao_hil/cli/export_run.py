@@ -11,6 +11,7 @@ import typer
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
+from nao_hil.files import write_text
 
 
 def export_run(
@@ -52,7 +53,7 @@ def export_run(
     if page is not None:
         from nao_hil.view.export.page import exported_page
 
-        _write(page, exported_page(recording))
+        write_text(page, exported_page(recording))
         written["html"] = page
     if video is not None:
         from nao_hil.view.export.video import write_video
@@ -66,10 +67,3 @@ def export_run(
         files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
         print(json.dumps(files), flush=True)
     return 0
-
-
-def _write(file: Path, text: str) -> None:
-    try:
-        file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None

@@ -12,6 +12,7 @@ from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.compare import RecordingOrCsv
 from nao_hil.cli.console import open_console
+from nao_hil.files import write_bytes
 
 
 def identify(
@@ -56,7 +57,7 @@ def identify(
     values = result(recorded, found, signals, profile, str(recording), str(out))
     write_profile(out, values, profile)
     encoded = msgspec.json.encode(values)
-    out.with_suffix(".json").write_bytes(msgspec.json.format(encoded))
+    write_bytes(out.with_suffix(".json"), msgspec.json.format(encoded))
     page = out.with_name(f"{out.stem}-report.html")
     write_identification(page, values, found, signals)
     for name, each in values.parameters.items():

@@ -7,21 +7,23 @@ link or a device failed; 130 interrupted.
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import re
 import sys
 import traceback
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 from typer.core import TyperGroup
 
-from bridge.errors import NaoHilError
+from bridge.errors import ConfigurationError, NaoHilError
+from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli.certificates import with_keys_option
 from nao_hil.cli.logs import end_log
+from nao_hil.files import FULL
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
@@ -95,8 +97,16 @@ class _RunUnlessNamed(TyperGroup):
     """`nao-hil export RUN ...` means `nao-hil export run RUN ...`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the name in where there is none of a command."""
+        """Put the name in where there is none of a command.
+
+        Raises:
+            ConfigurationError: what is there is neither a command nor a path.
+        """
         named = not args or args[0] in self.commands or args[0].startswith("-")
+        path = Path(args[0]) if args else Path()
+        if not named and path.name == args[0] and path.suffix != ".mcap" and not path.exists():
+            known = unknown_name("export", args[0], self.commands)
+            raise ConfigurationError(f"{known}, or a recording or a run's folder; --robot takes a body")
         return super().parse_args(ctx, args if named else ["run", *args])
 
 
@@ -173,7 +183,7 @@ def run(arguments: list[str] | None = None) -> int:
         result: Any = _application(arguments)(args=arguments, standalone_mode=False)
     except _ClickException as error:
         # A command without arguments has shown its help instead.
-        if sentence := _in_words(error.format_message()):
+        if sentence := _in_words(error.format_message(), error.ctx):
             many = getattr(getattr(error, "param", None), "nargs", 1)
             _tell(f"{sentence}; it takes {many} of them" if many > 1 else sentence)
         return 2
@@ -185,7 +195,7 @@ def run(arguments: list[str] | None = None) -> int:
     except SystemExit:  # typer's way to end when `| head` has read enough; its exit code would be a fall's
         return 0
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        if error.errno not in FULL:
             return _fault(error)
         return _unwritten(error)
     except Exception as error:  # not to be taken for a fall, whose exit code Python's own would be
@@ -193,8 +203,11 @@ def run(arguments: list[str] | None = None) -> int:
     return result if isinstance(result, int) else 0
 
 
-def _in_words(sentence: str) -> str:
-    """Typer's sentence as a person would say it."""
+def _in_words(sentence: str, context: Any) -> str:
+    """Typer's sentence about a command as a person would say it."""
+    if found := re.fullmatch(r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)", sentence):
+        options = [option for each in context.command.params for option in each.opts if option.startswith("--")]
+        return f"{found[1]!r} needs an option before it; {context.command_path} has {', '.join(options)}"
     sentence = re.sub(r"Input should be a valid integer\b.*", "it must be a whole number", sentence)
     sentence = re.sub(r"Input should be a valid number\b.*", "it must be a number", sentence)
     return sentence.replace("Input should be ", "it must be ")

@@ -90,7 +90,12 @@ def walk(
             link.serve(COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
         result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
-    return _report(result, serve, as_json)
+    if as_json:
+        walked = settings if body else msgspec.structs.replace(settings, robot=result.body)
+        print(json.dumps(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(walked)}), flush=True)
+    elif not serve:
+        print(in_words(result), flush=True)
+    return _code(result, serve)
 
 
 def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
@@ -105,16 +110,12 @@ def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
     return stop.is_set
 
 
-def _report(result: WalkResult, serve: bool, as_json: bool) -> int:
-    """Print the result; returns the exit code.
+def _code(result: WalkResult, serve: bool) -> int:
+    """The exit code.
 
     Raises:
         LinkError: answers came too late for a walk.
     """
-    if as_json:
-        print(json.dumps(msgspec.to_builtins(result)), flush=True)
-    elif not serve:
-        print(in_words(result), flush=True)
     if result.fell:
         return 1
     if result.late and not serve:

@@ -29,6 +29,7 @@ from nao_hil.experiments.servo_bench import LEGS, Vector, part
 from nao_hil.experiments.servo_measure import LEAST_FALL, STEP, cruise_speed, motion_times
 from nao_hil.experiments.torso_responses import PERIODS, run_once
 from nao_hil.experiments.torso_step import AMPLITUDE, BOUNDS, thesis_figures
+from nao_hil.files import write_text
 
 BATCH: Final = 16
 """Robots tried at a time."""
@@ -212,11 +213,15 @@ def _values(shares: Sequence[float]) -> tuple[float, ...]:
 
 
 def write_ensemble(path: Path, ensemble: RobotEnsemble) -> None:
-    """Write it as TOML, a robot in two lines."""
+    """Write it as TOML, a robot in two lines.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
     head = msgspec.toml.encode(msgspec.structs.replace(ensemble, members=())).decode()
     lines = [line for line in head.splitlines() if not line.startswith("members")]
     for member in ensemble.members:
         figures = ", ".join(f"{name} = {value:g}" for name, value in member.figures.items())
         values = ", ".join(f"{value!r}" for value in member.values)
         lines += ["", "[[members]]", f"values = [{values}]", f"figures = {{{figures}}}"]
-    path.write_text("\n".join(lines) + "\n")
+    write_text(path, "\n".join(lines) + "\n")

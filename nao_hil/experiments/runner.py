@@ -14,6 +14,7 @@ from nao_hil.analysis.report.render import Report, write_report
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import seed_words
+from nao_hil.files import write_bytes
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import source_hash
@@ -102,7 +103,7 @@ class Runner:
 
     def _keep(self, name: str, out: Path, outcome: Outcome) -> None:
         seeds = self.seeds(name)
-        (out / f"{name}.json").write_bytes(msgspec.json.format(msgspec.json.encode(outcome.result)))
+        write_bytes(out / f"{name}.json", msgspec.json.format(msgspec.json.encode(outcome.result)))
         self.results[name] = msgspec.json.decode(msgspec.json.encode(outcome.result)) | {
             "robot": self._changes.robot,
             "wear": self._changes.wear,

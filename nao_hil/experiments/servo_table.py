@@ -17,6 +17,7 @@ from emulator.wear import load_wear
 from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.servo_measure import ServoRow, measure, passes
+from nao_hil.files import write_bytes
 
 
 class ServoTable(msgspec.Struct, frozen=True, kw_only=True):
@@ -50,7 +51,7 @@ def run(
         passed=all(passes(row, profile, sheet.cycle) for row in rows), body=body, wear=wear, rows=rows
     )
     if out is not None:
-        (out / "servo-table.json").write_bytes(msgspec.json.format(msgspec.json.encode(table)))
+        write_bytes(out / "servo-table.json", msgspec.json.format(msgspec.json.encode(table)))
     return table
 
 

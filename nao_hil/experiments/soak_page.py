@@ -8,6 +8,7 @@ from typing import Final
 from nao_hil.analysis.report.page import Claim, Picture, ReportPage
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.soak_result import LARGEST_DRIFT, LARGEST_GROWTH, Soak, as_punctual, lateness
+from nao_hil.files import whole
 
 GAIT: Final = "static"
 
@@ -83,5 +84,6 @@ def draw(
     below.plot([cycle * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
     below.set_ylabel("lateness, ms")
     below.set_xlabel("time, s")
-    figure.savefig(file, dpi=120)
+    with whole(file) as half:
+        figure.savefig(half, dpi=120)
     plt.close(figure)

@@ -26,6 +26,7 @@ from nao_hil.experiments.plant_fit import Plant, Shape, fit_plant, read_shape
 from nao_hil.experiments.setup import seed_words
 from nao_hil.experiments.torso_responses import PERIOD, Responses, TorsoStepTask, run_task
 from nao_hil.experiments.torso_step_figures import plot, plot_wave
+from nao_hil.files import write_bytes
 
 AMPLITUDE: Final = math.radians(1.5)
 """Of the square wave about the operating point, rad: beyond it the sole tips over the toes."""
@@ -161,7 +162,7 @@ def run(
     )
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        (out / "torso-step.json").write_bytes(msgspec.json.format(msgspec.json.encode(result)))
+        write_bytes(out / "torso-step.json", msgspec.json.format(msgspec.json.encode(result)))
         plot(out / "torso-step.png", time, fused, true, plant)
         plot_wave(out / "torso-step-4.10.png", standing[0], sheet.cycle)
     return result

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import msgspec
 
-from bridge.errors import ConfigurationError
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.wear import WearProfile
+from nao_hil.files import write_text
 from nao_hil.identification.identification import Identification
 
 _UNITS = {
@@ -54,12 +54,7 @@ def write_profile(path: Path, found: Identification, base: WearProfile) -> None:
         f"# assumed: as {base.name}, all of the rest",
         rest.strip(),
     ]
-    try:
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ConfigurationError(
-            f"{path}: cannot be written ({error.strerror}); give a place with --out."
-        ) from None
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def _plain() -> list[str]:

@@ -45,7 +45,7 @@ def build_robot(
         wear: Replaces the wear profile that it names.
 
     Raises:
-        ConfigurationError: no such body, wear profile or scenario.
+        ConfigurationError: no such body, wear profile or scenario, or a box of the scenario inside the robot.
     """
     # imported here: the walker's machine builds controllers and has no physics engine
     from emulator.robot import EmulatedRobot
@@ -67,15 +67,17 @@ def check_robot(settings: RunConfig) -> Body:
     """The body of a run whose wear profile and scenario are there.
 
     Raises:
-        ConfigurationError: no such body, wear profile or scenario, or a wrong one.
+        ConfigurationError: no such body, wear profile or scenario, a wrong one, or a box inside the robot.
     """
     # imported here: as in `build_robot`
     from emulator.scenarios import load_scenario
     from emulator.wear import load_wear
 
     body = load_body(settings.robot)
-    load_wear(settings.wear, body)
-    load_scenario(settings.scenario)
+    wear = load_wear(settings.wear, body)
+    scenario = load_scenario(settings.scenario)
+    if scenario.boxes:  # only an engine knows whether they leave the robot its place
+        build_robot(settings, scenario, body, wear).close()
     return body
 
 

@@ -16,6 +16,7 @@ import msgspec
 
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import later_file
+from nao_hil.files import write_bytes, write_text
 
 try:
     import fcntl
@@ -106,16 +107,16 @@ class RunDirectory:
 
     def write_config(self, settings: msgspec.Struct | dict[str, Any]) -> None:
         """Write the configuration, and beside it the versions of what ran."""
-        self.config.write_bytes(msgspec.toml.encode(settings))
-        (self.path / "versions.json").write_text(json.dumps(versions(), indent=2) + "\n")
+        write_bytes(self.config, msgspec.toml.encode(settings))
+        write_text(self.path / "versions.json", json.dumps(versions(), indent=2) + "\n")
 
     def write_scenario(self, scenario: msgspec.Struct) -> None:
         """Write the world in full, a heightfield's numbers included."""
-        (self.path / "scenario.toml").write_bytes(msgspec.toml.encode(scenario))
+        write_bytes(self.path / "scenario.toml", msgspec.toml.encode(scenario))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write the result of the run."""
-        (self.path / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+        write_text(self.path / "summary.json", json.dumps(summary, indent=2) + "\n")
 
 
 def _fresh(parent: Path) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -11,6 +10,7 @@ import msgspec
 
 from bridge.body import load_body
 from emulator.wear import load_wear
+from nao_hil.files import write_bytes
 from nao_hil.runs.fingerprint import fingerprint
 from nao_hil.runs.walk import Walk
 
@@ -42,7 +42,5 @@ def stored(file: Path, key: str, kind: type[Result], make: Callable[[], Result])
         pass
     result = make()
     file.parent.mkdir(parents=True, exist_ok=True)
-    half = file.with_suffix(".part")
-    half.write_bytes(msgspec.json.encode((key, result)))
-    os.replace(half, file)
+    write_bytes(file, msgspec.json.encode((key, result)))
     return result

@@ -121,6 +121,13 @@ EXPECTED = {
     "own-controller.md": [r"the knees went 0\.(3[5-9]|4)\d* rad down", r"joints\.png"],
     "another-language.md": [r"The left knee went 0\.(1[5-9]|2\d) rad down"],
     "add-a-body.md": [r"The robot stands"],
+    "wear-profile.md": [
+        r"loose-knees\.toml: a good wear file",
+        r"The robot stands.*?steps +│ 4 ",
+        r"mine\.toml: a good wear file",
+        r"The robot stands.*?steps +│ 4 ",
+        r"[LR]KneePitch differs most",
+    ],
     "add-a-gait.md": [r"squat", r"The robot stands.*steps +│ 2 ", r"joints\.png"],
     "gymnasium.md": [],
     "export.md": [r"peak 1\.8\d of the final value, natural frequency 7\.\d+ rad/s"],

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.errors import FrameError
+from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.postures import POSTURES
+from bridge.errors import ConfigurationError, FrameError
 from bridge.messages.world import PlaceBox, PlateUnderFoot, Push, Remove, SetFriction, SwingPendulum, TiltFloor
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
@@ -231,6 +233,39 @@ def test_a_box_cannot_be_put_into_the_robot_and_an_unknown_one_not_be_removed(ph
         assert robot.world_events.objects() == ()
         with pytest.raises(FrameError, match="Nothing called"):
             robot.world_events.execute(Remove(name="wall"))
+
+
+@pytest.mark.parametrize(
+    ("start", "box"),
+    [
+        (Start(), PlacedBox(name="crate", size=(0.2, 0.2, 0.3), at=(0.0, 0.0), mass=0.3)),
+        (Start(), PlacedBox(name="crate", size=(0.05, 0.1, 0.5), at=(0.0, 0.13))),
+        (
+            Start(x=1.0, yaw=90.0, pose="lie-back"),
+            PlacedBox(name="crate", size=(0.1, 0.1, 0.2), at=(1.0, 0.2), mass=0.3),
+        ),
+    ],
+    ids=["about the feet", "in the left arm", "in the legs of one that lies"],
+)
+def test_a_scenario_with_a_box_in_the_robot_at_its_start_is_refused(
+    start: Start, box: PlacedBox, physics: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=r"Box `crate` of the scenario stands inside nao-v3"):
+        EmulatedRobot(BODY, engine=physics, seed=0, scenario=Scenario(start=start, boxes=(box,)))
+
+
+def test_a_plate_that_would_reach_into_the_other_foot_is_not_laid_and_the_run_goes_on(physics: str) -> None:
+    angles = list(POSTURES["StandInit"])
+    for joint, more in (("RHipPitch", -0.25), ("RKneePitch", 0.5), ("RAnklePitch", -0.25)):
+        angles[INDEX_WITH_MIRROR[joint]] += more  # raises the right foot by 2 cm
+    with EmulatedRobot(BODY, engine=physics, seed=0, settle=0.0, posture=angles) as robot:
+        robot.world_events.execute(PlaceBox(name="plate", size=(0.1, 0.1, 0.01), at=(1.0, 0.0)))
+        robot.world_events.execute(PlateUnderFoot(foot="right", size=(0.3, 0.4, 0.01)))
+        robot.advance(None)
+        (kept,) = robot.world_events.objects()
+        assert kept.position[0] == pytest.approx(1.0)
+        (notice,) = [each for each in robot.take_notices() if each.code == "world-refused"]
+        assert "inside the robot" in notice.text
 
 
 @pytest.mark.parametrize("mass", [0.0, 0.2])

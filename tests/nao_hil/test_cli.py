@@ -106,6 +106,35 @@ def test_a_bridge_refuses_a_body_before_it_waits_for_a_robot(
     assert says in refused(capsys, "bridge", *side)
 
 
+def test_a_scenario_with_a_box_in_the_robot_is_refused_before_a_run(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file, out = tmp_path / "crate.toml", tmp_path / "out"
+    file.write_text('[[boxes]]\nname = "crate"\nsize = [0.2, 0.2, 0.3]\nat = [0.0, 0.0]\nmass = 0.3\n')
+    out.mkdir()
+    (out / "summary.json").write_text("of an earlier run")
+    assert "`crate`" in refused(capsys, "config", "check", str(file))
+    up = ("up", "--mode", "in-process", "--engine", "mujoco", "--scenario", str(file), "--out", str(out))
+    assert "`crate`" in refused(capsys, *up)
+    assert (out / "summary.json").read_text() == "of an earlier run"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("mjcf", "--robot", "nao-v66", "--out", "x.xml"), ("'nao-v66'", "did you mean 'nao-v6'", "nao-v5")),
+        (("mjcf", "nao-v66", "--out", "x.xml"), ("'nao-v66' needs an option before it", "--robot", "--wear")),
+        (("nao-v66", "--out", "x.xml"), ("unknown export 'nao-v66'", "mjcf, run, urdf", "--robot")),
+        (("mjfc", "--robot", "nao-v6", "--out", "x.xml"), ("unknown export 'mjfc' (did you mean 'mjcf'?)",)),
+    ],
+)
+def test_a_misspelt_export_names_what_is_wrong_and_what_would_be_right(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: tuple[str, ...]
+) -> None:
+    sentence = refused(capsys, "export", *arguments)
+    assert all(part in sentence for part in says), sentence
+
+
 def test_a_misspelt_command_or_option_is_told_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert "plot" in refused(capsys, "plt")
     assert "--steps" in refused(capsys, "up", "--stps", "3")
@@ -340,6 +369,7 @@ def test_a_number_that_is_none_is_named(
 
 
 STOOD = WalkResult(
+    body="nao-v3",
     state="stand",
     done=True,
     steps=4,

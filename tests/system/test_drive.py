@@ -106,6 +106,8 @@ def test_keys_in_a_terminal_walk_the_robot(walker: Walker, endpoint: str, tmp_pa
     assert all(command.hold == 3.0 for command in walker.told if command.op == "walk")
     result = json.loads((tmp_path / "out").read_text().splitlines()[-1])
     assert result["refused"] == 1
+    assert (result["config"]["name"], result["config"]["connect"]) == ("driven", endpoint)
+    assert (result["config"]["gait"], result["config"]["torso"]) == (REST.gait, REST.torso)
     assert termios.tcgetattr(inside) == before
     os.close(terminal)
     os.close(inside)

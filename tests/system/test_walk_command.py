@@ -8,10 +8,12 @@ from typing import Any
 
 import pytest
 
+from bridge.config import from_dict
 from bridge.errors import FrameError, LinkError, WalkRefused
 from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
 from bridge.messages.world import Push, StandUp
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.monitor import Monitor
 from tests.loops import TIMEOUT, until
 
@@ -98,4 +100,6 @@ def test_ctrl_c_in_a_walk_closes_the_feet(start: Callable[..., Any], endpoint: s
     assert robot.process.poll() is None
     assert walker.process.returncode == 130
     assert (walker.result["state"], walker.result["fell"]) == ("stand", False)
+    config = from_dict(walker.result["config"], "config", RunConfig)
+    assert (config.robot, config.gait, config.velocity, config.steps) == ("nao-v3", "omni", (0.2, 0.0, 0.3), 0)
     assert "closing the feet" in walker.stderr

@@ -12,6 +12,7 @@ from nao_hil.analysis.plots.figures import FIGURES
 from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
+from nao_hil.files import whole
 
 
 def missing(tables: Tables, name: str) -> list[str]:
@@ -46,9 +47,5 @@ def draw(tables: Tables, name: str, file: Path, title: str) -> None:
     make(tables, figure)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
-    try:
-        figure.savefig(file, dpi=110)
-    except OSError as error:
-        raise ConfigurationError(
-            f"{file}: cannot be written ({error.strerror}); give a place with --out."
-        ) from None
+    with whole(file) as half:
+        figure.savefig(half, dpi=110)

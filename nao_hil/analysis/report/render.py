@@ -14,6 +14,7 @@ import msgspec
 
 from bridge.errors import ConfigurationError
 from nao_hil.analysis.report.page import Picture, ReportPage
+from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.folder import versions
 
 TEMPLATE: Final = "report.html.j2"
@@ -71,7 +72,7 @@ def write_report(path: Path, report: Report) -> None:
         report: Its contents; the pictures' files must be there.
 
     Raises:
-        ConfigurationError: jinja2 is not installed.
+        ConfigurationError: jinja2 is not installed, or a file cannot be written.
     """
     try:
         import jinja2
@@ -93,10 +94,10 @@ def write_report(path: Path, report: Report) -> None:
         versions=found,
         made=made,
     )
-    path.write_text(html, encoding="utf-8")
+    write_text(path, html)
     stored = Stored(report=report, made=made, versions=found)
     named = msgspec.json.encode(stored, enc_hook=lambda file: os.path.relpath(file, path.parent))
-    path.with_suffix(".json").write_bytes(msgspec.json.format(named))
+    write_bytes(path.with_suffix(".json"), msgspec.json.format(named))
 
 
 def embedded(picture: Picture) -> str:

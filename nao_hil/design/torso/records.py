@@ -14,6 +14,7 @@ from nao_hil.design.torso.assembly import TorsoDesign
 from nao_hil.design.torso.robust import robust_design
 from nao_hil.design.torso.thesis import thesis_design
 from nao_hil.design.torso.transfer import transfer_function
+from nao_hil.files import write_text
 from walker.stabilization.parameters import controller_parameters
 from walker.stabilization.torso.designs import (
     RobustRecord,
@@ -115,9 +116,9 @@ def write_designs(file: Path, designs: TorsoDesigns, command: str) -> None:
         command: that made them, for the first line.
 
     Raises:
-        OSError: the file cannot be written.
+        ConfigurationError: the file cannot be written.
     """
     table = msgspec.toml.encode({"controller": {"torso_design": designs}}).decode()
     # Arrays on one line.
     table = re.sub(r"\[\n([^\[\]]*),\n\]", lambda found: f"[{' '.join(found[1].split())}]", table)
-    file.write_text(f"# Torso controllers, written by `{command}`.\n{table}")
+    write_text(file, f"# Torso controllers, written by `{command}`.\n{table}")

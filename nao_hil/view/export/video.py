@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import track
 
 from bridge.errors import ConfigurationError
+from nao_hil.files import write_bytes
 from nao_hil.view.export.page import exported_page
 from nao_hil.view.export.webm import EncodedPicture, webm
 
@@ -63,10 +64,7 @@ def write_video(recording: Path, file: Path, begin: float, end: float | None, sp
             for part in track(parts, "drawing", console=Console(stderr=True), transient=True)
             for when, key, data in page.evaluate("times => video.add(times)", part.tolist())
         ]
-    try:
-        file.write_bytes(webm(pictures, SIZE, RATE))
-    except OSError as error:
-        raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None
+    write_bytes(file, webm(pictures, SIZE, RATE))
 
 
 @contextmanager

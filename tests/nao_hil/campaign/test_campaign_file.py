@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from bridge.config import from_dict
 from bridge.errors import ConfigurationError
 from emulator.wear import load_wear
-from nao_hil.campaigns.file import load_campaign
+from nao_hil.campaigns.file import CampaignFile, load_campaign
 from nao_hil.campaigns.quantities import changed
 from nao_hil.cli.main import run
+from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, walk
 
@@ -98,6 +100,11 @@ def test_a_campaign_counts_its_cells_and_goes_on_where_it_was(
         found.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
     assert found[0] == found[1]
     assert found[0]["name"] == "slopes (only 2 of 20 seeds)"
+    config = found[0]["config"]
+    assert (config["first_seed"], config["seeds"], config["axes"]["slope"]) == (5, 2, [0, 2])
+    again = from_dict(config, "config", CampaignFile)
+    same = [(point, with_engine(walk.config)) for point, walk in load_campaign(file).cells()]
+    assert [(point, walk.config) for point, walk in again.cells()] == same
     assert [(cell["n"], cell["survived"]) for cell in found[0]["cells"]] == [(2, 2)] * 4
     assert run(["results", "SELECT count(*) AS n FROM walks", str(tmp_path / "out"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["rows"] == [{"n": 8}]

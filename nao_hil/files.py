@@ -1,0 +1,72 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import ConfigurationError
+
+FULL: Final = (errno.ENOSPC, errno.EDQUOT)
+"""Errors of a disk, or of one's share of it, that is full."""
+
+
+@contextmanager
+def whole(file: Path) -> Iterator[Path]:
+    """A path to write to; it takes a file's place where the block ends well, else nothing of it is left.
+
+    Example:
+        with whole(file) as half:
+            figure.savefig(half)
+
+    Args:
+        file: To write; one that is there stays as it is until then. A device or a pipe is written to at once.
+
+    Yields:
+        The path of another file in the same folder, with the same suffix.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+        OSError: the disk is full; the command line says so.
+    """
+    half: Path | None = None
+    try:
+        place = file.resolve()  # a link stays a link
+        if place.exists() and not place.is_file():
+            yield place
+            return
+        half = place.with_name(f".{place.stem}.{os.getpid()}{place.suffix}")
+        yield half
+        half.replace(place)
+    except OSError as error:
+        if error.errno in FULL:
+            raise
+        raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None
+    finally:
+        if half is not None:
+            with suppress(OSError):  # where it took the file's place, or could not even begin
+                half.unlink()
+
+
+def write_text(file: Path, text: str) -> None:
+    """Write a text in UTF-8, whole or not at all.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    with whole(file) as half:
+        half.write_text(text, encoding="utf-8")
+
+
+def write_bytes(file: Path, data: bytes) -> None:
+    """Write bytes, whole or not at all.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    with whole(file) as half:
+        half.write_bytes(data)
