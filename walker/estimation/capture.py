@@ -29,8 +29,6 @@ class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
     smoothing: Positive = 0.03
     """As in `MassOverSoles`, s."""
-    margin: NotNegative = 0.01
-    """A capture step begins when the capture point is nearer than this to the end of toes or heels, m."""
 
 
 class CaptureEstimator:
@@ -88,8 +86,7 @@ class CaptureEstimator:
         x, y = (com + rate / omega).tolist()
         edge = min(max(x, heel), toe)
         if rests:
-            margin = self._p.margin
-            self._lost = not heel + margin <= x <= toe - margin and load > 0.5 * self._weight
+            self._lost = x != edge and load > 0.5 * self._weight
         if not self._lost:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
