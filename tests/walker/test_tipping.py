@@ -151,7 +151,7 @@ def pushed(seed, switches):
 
 
 def test_a_robot_on_the_edge_of_its_foot_comes_back_with_all_three_and_falls_without():
-    """Two seeds of twelve, of which eleven stand with and none without; fresh ones: docs/omni.md."""
+    """Two seeds of twelve, of which eleven stand with and none without; fresh ones: docs/omni-measured.md."""
     for seed in (302010, 302012):
         assert pushed(seed, {})
         assert not pushed(seed, dict.fromkeys(("step_hold", "counterweight", "arm_counterweight"), False))
