@@ -321,6 +321,47 @@ def test_a_run_that_cannot_begin_leaves_its_folder_as_it_was(
     assert (tmp_path / "frames.mcap").read_text() == "old"
 
 
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ('[start]\npose = "lying"\n', "start.pose: unknown value 'lying'"),
+        ('[start]\nposture = "StandIni"\n', "unknown posture 'StandIni' (did you mean 'StandInit'?)"),
+    ],
+)
+def test_a_scenario_that_a_run_refuses_is_refused_by_its_check_and_costs_no_earlier_run(
+    text: str, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario, run = tmp_path / "mine.toml", tmp_path / "run"
+    scenario.write_text(text)
+    run.mkdir()
+    (run / "summary.json").write_text("old")
+    up = ("up", "--mode", "in-process", "--scenario", str(scenario), "--duration", "0.2", "--out", str(run))
+    for command in (up, ("config", "check", str(scenario))):
+        said = refused(capsys, *command)
+        assert f"{scenario}: " in said and named in said
+    assert [path.name for path in run.iterdir()] == ["summary.json"]
+
+
+@pytest.mark.parametrize("options", [("--gait", "huang", "--velocity", "2", "0", "0"), ("--start", "lyng")])
+def test_a_walk_that_cannot_begin_leaves_its_folder_as_it_was(
+    options: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "frames.mcap").write_text("old")
+    refused(capsys, "up", "--mode", "in-process", *options, "--out", str(tmp_path))
+    assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
+def test_a_robot_whose_endpoint_is_taken_leaves_its_folder_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "frames.mcap").write_text("old")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        listen = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        assert run(["emulate", "--engine", "mujoco", "--listen", listen, "--out", str(tmp_path)]) == 3
+    assert "is replaced" not in capsys.readouterr().err
+    assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
 @pytest.mark.parametrize("command", [["info"], ["plot"], ["replay"], ["compare"], ["view", "--replay"]])
 def test_the_folder_of_a_run_stands_for_its_recording(
     command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
