@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import socket
@@ -360,6 +361,15 @@ def test_a_robot_whose_endpoint_is_taken_leaves_its_folder_as_it_was(
         assert run(["emulate", "--engine", "mujoco", "--listen", listen, "--out", str(tmp_path)]) == 3
     assert "is replaced" not in capsys.readouterr().err
     assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
+def test_up_and_info_tell_one_tilt_of_a_robot_that_lies(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lies = ("--mode", "in-process", "--engine", "mujoco", "--start", "lie-back", "--no-recover")
+    up = json.loads(shown(capsys, "up", *lies, "--duration", "0.2", "--out", str(tmp_path), "--json"))
+    assert up["torso_max"] == json.loads(shown(capsys, "info", str(tmp_path), "--json"))["torso_max"]
+    assert up["torso_max"] == pytest.approx(math.pi / 2, abs=0.1)
 
 
 @pytest.mark.parametrize("command", [["info"], ["plot"], ["replay"], ["compare"], ["view", "--replay"]])
