@@ -372,6 +372,23 @@ def test_up_and_info_tell_one_tilt_of_a_robot_that_lies(
     assert up["torso_max"] == pytest.approx(math.pi / 2, abs=0.1)
 
 
+def test_an_empty_query_is_no_folder(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert "no walks are kept there" in refused(capsys, "results", "", str(tmp_path))
+
+
+def test_a_map_takes_two_different_quantities(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert "push is given twice" in refused(
+        capsys, "map", "push=0:8", "push=0:8", "--out", str(tmp_path / "map")
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_motion_tells_what_it_was_played_with(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--robot", "nao-v6", "--engine", "mujoco", "--seed", "4", "--json")
+    config = json.loads(shown(capsys, "motion", "crouch", *options))["config"]
+    assert [config[key] for key in ("robot", "engine", "start", "seed")] == ["nao-v6", "mujoco", "stand", 4]
+
+
 @pytest.mark.parametrize("command", [["info"], ["plot"], ["replay"], ["compare"], ["view", "--replay"]])
 def test_the_folder_of_a_run_stands_for_its_recording(
     command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
