@@ -85,6 +85,8 @@ def _convert(value: Any, kind: Any, path: str) -> Any:
         reason = str(error).split(" - at `$")[0]
         for pattern, words in _WORDS:
             reason = pattern.sub(words, reason)
+        if reason.startswith("Expected") and ", got " not in reason and isinstance(value, (int, float)):
+            reason = f"{reason}, got {value}"
         raise Invalid(path, reason[:1].lower() + reason[1:]) from error
 
 

@@ -35,8 +35,17 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
     if as_json:
         print(msgspec.json.encode(whole).decode(), flush=True)
     else:
-        print(msgspec.toml.encode(whole).decode(), end="")
+        print(msgspec.toml.encode(_told(whole)).decode(), end="")
     return 0
+
+
+def _told(table: dict[str, Any]) -> dict[str, Any]:
+    """A table without what has no value, which TOML cannot say."""
+    return {
+        key: _told(value) if isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }
 
 
 def _check_run(file: Path) -> None:

@@ -23,7 +23,7 @@ from nao_hil.cli.walk import in_words
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import TIMEOUT, repeat_while
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
+from walker.planning import GAITS, gait_parameters, make_gait
 from walker.process import WalkResult
 
 REPOSITORY = Path(__file__).parents[2]
@@ -56,6 +56,15 @@ def test_what_config_shows_config_takes_back(capsys: pytest.CaptureFixture[str],
     assert config.parameters["e_s1"] == 0.03  # figure 3.6
     assert shown(capsys, "config", "show", "--config", str(file)) == file.read_text()
     assert json.loads(shown(capsys, "config", "check", str(file), "--json"))["kind"] == "run"
+
+
+def test_the_whole_configuration_of_every_gait_is_a_file_that_is_good(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for gait in GAITS:
+        file = tmp_path / f"{gait}.toml"
+        file.write_text(shown(capsys, "config", "show", "--gait", gait))
+        assert "a good run file" in shown(capsys, "config", "check", str(file))
 
 
 @pytest.mark.parametrize(
