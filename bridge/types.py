@@ -19,8 +19,8 @@ Finite = Annotated[float, msgspec.Meta(ge=-sys.float_info.max, le=sys.float_info
 """Neither NaN nor infinite; an integer on the wire is taken for a float."""
 Bounded = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
 """Farther out than any emulated world reaches, and small enough to square."""
-Positive = Annotated[float, msgspec.Meta(gt=0.0)]
-NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e9)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]
 Fraction = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 """From 0 to 1: a probability, a stiffness, a charge, a part of a whole."""
 Count = Annotated[int, msgspec.Meta(ge=0, le=MAX_INT)]

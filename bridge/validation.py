@@ -58,7 +58,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
 
 def _suggestion(name: str, known: Iterable[str]) -> str:
     folded = {k.casefold(): k for k in known}
-    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
     return f" (did you mean {folded[near[0]]!r}?)" if near else ""
 
 
@@ -85,6 +85,8 @@ def _convert(value: Any, kind: Any, path: str) -> Any:
         reason = str(error).split(" - at `$")[0]
         for pattern, words in _WORDS:
             reason = pattern.sub(words, reason)
+        if reason.startswith("Expected") and ", got " not in reason and isinstance(value, (int, float)):
+            reason = f"{reason}, got {value}"
         raise Invalid(path, reason[:1].lower() + reason[1:]) from error
 
 

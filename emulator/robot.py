@@ -18,7 +18,7 @@ from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
 from bridge.types import Quaternion
 from emulator.engine.catalogue import AUTO, open_engine
-from emulator.engine.values import PhysicsSettings
+from emulator.engine.values import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
 from emulator.hands import Hands
 from emulator.sampling import FrameSampler
@@ -31,7 +31,6 @@ from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
 from emulator.world.timeline import build_world, timeline
 
-SETTINGS: Final = PhysicsSettings()
 IDEAL: Final = WearProfile(name="ideal")
 
 
@@ -52,7 +51,7 @@ class EmulatedRobot:
         orientation: Of the torso at the start; None: soles level.
         lift: Height of the soles over the floor at the start, m.
         held: The torso is nailed to the world (test benches).
-        start: Pose to begin in, a name of `emulator.start.START_NAMES`; None: the scenario's.
+        start: Pose to begin in, a name of `emulator.scenarios.START_NAMES`; None: the scenario's.
 
     Raises:
         ConfigurationError: unknown posture, a cycle that is no whole number of physics steps, no such engine,
@@ -84,12 +83,7 @@ class EmulatedRobot:
         self._wear = wear
         self._settle = round(settle / body.cycle)
         self._orientation, self._lift, self._held = orientation, lift, held
-        self._steps = round(body.cycle / settings.step)
-        if self._steps < 1 or abs(self._steps * settings.step - body.cycle) > 1e-9:
-            raise ConfigurationError(
-                f"A physics step of {settings.step:g} s does not divide the {body.cycle:g} s cycle "
-                f"of {body.name}."
-            )
+        self._steps = settings.steps(body)
         self.engine = open_engine(engine, settings)
         """The physics; its robot and its scene are new ones after a reset."""
         self._build()
@@ -321,7 +315,7 @@ class EmulatedRobot:
         """Put the robot where it is into a start pose, limp; it settles from now on.
 
         Args:
-            pose: A name of `emulator.start.START_NAMES`, or a pose.
+            pose: A name of `emulator.scenarios.START_NAMES`, or a pose.
 
         Raises:
             ConfigurationError: no such pose.

@@ -16,6 +16,7 @@ from bridge.types import Quaternion
 from bridge.validation import unknown_name
 from emulator.engine.shapes import FOOT_LINKS, link_shapes, lowest_point, sole_points
 from emulator.poses import ORIGIN, Pose, compose, inverse, point_of, quaternion, yaw_of
+from emulator.scenarios import START_NAMES
 from emulator.world.world import World
 
 _ARMS_DOWN: Final = {
@@ -70,7 +71,6 @@ START_POSES: Final[dict[str, StartPose]] = {
 
 Legs straight and arms down are rUNSWift's pose for a robot that lies.
 """
-START_NAMES: Final = (STAND, *START_POSES)
 
 
 def start_pose(name: str) -> StartPose | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 import numpy as np
@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import ConfigurationError
-from bridge.recording.canonical import TOPICS
+from bridge.recording.canonical import LEFT_OUT, TOPICS
 from bridge.recording.playback import read_recording, recorded_config
+from bridge.validation import unknown_name
 from nao_hil.runs.folder import recording_of
 
 Array = NDArray[Any]
-_NO_DATA: Final = ("version", "wall", "lease")
+T = TypeVar("T")
+_NO_DATA: Final = LEFT_OUT | {"version"}
 """Fields that a recording leaves out or that mean nothing in it."""
 
 
@@ -35,7 +37,12 @@ class Table(Mapping[str, Array]):
         self._columns = dict(columns)
 
     def __getitem__(self, field: str) -> Array:
-        return self._columns[field]
+        return _of(self._columns, "column", field)
+
+    def __repr__(self) -> str:
+        """Number of rows, and each column with the shape of a row's value."""
+        shapes = [(name, "x".join(map(str, values.shape[1:]))) for name, values in self._columns.items()]
+        return f"{self.rows} rows of {', '.join(f'{name} ({n})' if n else name for name, n in shapes)}"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -88,7 +95,11 @@ class Recording(Mapping[str, Table]):
         """Configuration that the recording was made with, as plain values; None: it holds none."""
 
     def __getitem__(self, topic: str) -> Table:
-        return self._tables[topic]
+        return _of(self._tables, "table", topic)
+
+    def __repr__(self) -> str:
+        """A line for each table."""
+        return "\n".join(f"{topic}: {table}" for topic, table in self._tables.items()) or "no messages"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._tables)
@@ -97,10 +108,30 @@ class Recording(Mapping[str, Table]):
         return len(self._tables)
 
 
+class _Unknown(KeyError):
+    """A name that is not there, with those that are."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # KeyError itself would quote the sentence
+
+
+def _of(items: dict[str, T], kind: str, name: str) -> T:
+    """An item by its name.
+
+    Raises:
+        KeyError: there is none; names those that are there.
+    """
+    try:
+        return items[name]
+    except KeyError:
+        raise _Unknown(unknown_name(kind, name, items)) from None
+
+
 def load(file: str | Path) -> Recording:
     """Read a recording (.mcap).
 
     Example:
+        print(nao_hil.load("runs/walk/frames.mcap"))
         sensors = nao_hil.load("runs/walk/frames.mcap")["sensors"]
         knee = sensors["position"][:, nao_hil.JOINTS.index("LKneePitch")]
         sensors.to_pandas().plot(y="position.LKneePitch")

@@ -19,6 +19,7 @@ class WorldClient(Client):
     """Commands the world of one emulated robot; close it, or use it as a context manager.
 
     Example:
+        from bridge.messages.world import Push
         with nao_hil.WorldClient() as world:
             print(world.send(Push(impulse=(0.0, 1.5, 0.0), duration=0.1)).text)
 

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Final, NamedTuple
 import msgspec
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, McapRecord, Message, Metadata
+from mcap.records import Channel, McapRecord, Message, Metadata, Statistics
 from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
@@ -25,6 +25,15 @@ _RECORD: Final = struct.Struct("<BQ")
 """Head of every MCAP record: kind, and the length of what follows."""
 
 _decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in TOPICS.items()}
+
+
+class Ending(NamedTuple):
+    """How the file of a recording ends."""
+
+    complete: bool
+    """It was closed, and not cut off by a killed process or a full disk."""
+    after: int
+    """Bytes behind its end, which are not read: of a second file joined to it, for example."""
 
 
 class Recorded(NamedTuple):
@@ -69,15 +78,23 @@ def recorded_config(path: str | Path) -> Any:
     return None
 
 
-def is_complete(path: str | Path) -> bool:
-    """Whether the recording was closed, and not cut off by a killed process or a full disk.
+def recording_end(path: str | Path) -> Ending:
+    """How the file of a recording ends.
 
     Raises:
         ConfigurationError: no such file, or not an MCAP file.
     """
     with _open(path) as file:
-        file.seek(-len(_MAGIC), os.SEEK_END)
-        return file.tell() > 0 and file.read() == _MAGIC
+        size = os.fstat(file.fileno()).st_size
+        while len(head := file.read(_RECORD.size)) == _RECORD.size:
+            kind, length = _RECORD.unpack(head)
+            end = file.tell() + length
+            if end > size:
+                break
+            file.seek(end)
+            if kind == Opcode.FOOTER and file.read(len(_MAGIC)) == _MAGIC:
+                return Ending(complete=True, after=size - file.tell())
+    return Ending(complete=False, after=0)
 
 
 def _typed(path: str | Path, topic: str, data: bytes) -> Recordable:
@@ -89,20 +106,30 @@ def _typed(path: str | Path, topic: str, data: bytes) -> Recordable:
 
 def _messages(path: str | Path) -> Iterator[tuple[str, Message]]:
     topics: dict[int, str] = {}
+    count = 0
     for record in _records(path):
         if isinstance(record, Channel) and record.message_encoding == "json" and record.topic in _decoders:
             topics[record.id] = record.topic
-        elif isinstance(record, Message) and record.channel_id in topics:
-            yield topics[record.channel_id], record
+        elif isinstance(record, Message):
+            count += 1
+            if record.channel_id in topics:
+                yield topics[record.channel_id], record
+        elif isinstance(record, Statistics) and record.message_count != count:
+            raise _damaged(path, f"{count} of {record.message_count} messages can be read")
 
 
 def _records(path: str | Path) -> Iterator[McapRecord]:
-    """All records up to the footer, or to the last whole one."""
+    """All records up to the footer, or to the last whole one of a file that was never closed."""
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
         while len(head := file.read(_RECORD.size)) == _RECORD.size:
             kind, length = _RECORD.unpack(head)
-            if kind == Opcode.FOOTER or file.tell() + length > size:
+            if kind == Opcode.FOOTER:
+                return
+            if file.tell() + length > size:
+                file.seek(-len(_MAGIC), os.SEEK_END)
+                if file.read() == _MAGIC:
+                    raise _damaged(path, "a record is longer than the file")
                 return
             yield from _parse(path, head + file.read(length))
 
@@ -116,8 +143,12 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
     except EndOfFile:
         return records
     except (McapError, ZstdError, CRCValidationError, struct.error, ValueError, OverflowError) as error:
-        raise ConfigurationError(f"{path}: is damaged ({error}); make the recording anew.") from None
+        raise _damaged(path, error) from None
     return records
+
+
+def _damaged(path: str | Path, how: object) -> ConfigurationError:
+    return ConfigurationError(f"{path}: is damaged ({how}); make the recording anew.")
 
 
 def _open(path: str | Path) -> BinaryIO:

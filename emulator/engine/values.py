@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
+from bridge.body import Body
+from bridge.errors import ConfigurationError
 from bridge.types import Quaternion, Side, Vec2, Vec3
 from emulator.vectors import Rotation
 
@@ -19,6 +21,22 @@ class PhysicsSettings:
     """Time of one physics and servo step, s (assumed)."""
     gravity: float = 9.81
     """m/s^2"""
+
+    def steps(self, body: Body) -> int:
+        """Number of steps in a cycle of a body.
+
+        Raises:
+            ConfigurationError: they do not fill the cycle.
+        """
+        steps = round(body.cycle / self.step)
+        if steps < 1 or abs(steps * self.step - body.cycle) > 1e-9:
+            raise ConfigurationError(
+                f"A physics step of {self.step:g} s does not divide the {body.cycle:g} s cycle of {body.name}."
+            )
+        return steps
+
+
+SETTINGS: Final = PhysicsSettings()
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ import msgspec
 from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from emulator.scenarios.ground import Heightfield, PlacedBox
+from emulator.scenarios.ground import START_NAMES, Heightfield, PlacedBox
 from emulator.scenarios.model import Scenario
 
 _FOLDER: Final = Path(__file__).parent
 SCENARIOS: Final = tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
 """Names of the scenarios that come with the package."""
-__all__ = ["FLAT", "SCENARIOS", "PlacedBox", "Scenario", "load_scenario"]
+__all__ = ["FLAT", "SCENARIOS", "START_NAMES", "PlacedBox", "Scenario", "load_scenario"]
 FLAT: Final = Scenario(title="A flat floor")
 
 

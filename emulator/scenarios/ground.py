@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, get_args
 
 import msgspec
 
+from bridge.body.postures import POSTURES
 from bridge.messages.world import ThingKind
 from bridge.types import Vec2
+from bridge.validation import unknown_name
 from emulator.scenarios.table import (
     Degrees,
     Friction,
@@ -20,6 +22,9 @@ from emulator.scenarios.table import (
     Slope,
 )
 
+StartName = Literal["stand", "sit", "crouch", "lie-back", "lie-front", "lie-side", "hang"]
+START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
+"""How a robot can begin; what each is: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
 """Of a random heightfield."""
@@ -41,13 +46,18 @@ class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
 class Start(ScenarioTable, frozen=True, kw_only=True):
     """How the robot begins."""
 
-    pose: str = "stand"
+    pose: StartName = "stand"
     """`stand`: in `posture`, its soles parallel to the floor; or sitting, lying, hanging, see
     `emulator.start.START_POSES`."""
     posture: str = "StandInit"
     x: float = 0.0
     y: float = 0.0
     yaw: Degrees = 0.0
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for an unknown posture."""
+        if self.posture not in POSTURES:
+            raise ValueError(unknown_name("posture", self.posture, POSTURES))
 
 
 class PlacedBox(ScenarioTable, frozen=True, kw_only=True):

@@ -12,7 +12,7 @@ import msgspec
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import TOPICS, FrameHash
-from bridge.recording.playback import is_complete, read_recording, recorded_config
+from bridge.recording.playback import read_recording, recorded_config, recording_end
 from bridge.rotations import tilt
 from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.analysis.diagnosis.symptom import FALLEN
@@ -25,6 +25,8 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     file: str
     complete: bool
     """False: the process that wrote it was killed; it reads up to its last whole chunk."""
+    after: int
+    """Bytes behind its end, which are not read: of a second file joined to it, for example."""
     config: Any
     """Of the run; None when the recording has none."""
     begin: float
@@ -101,10 +103,12 @@ def inspect(path: Path) -> Contents:
     for topic, _, message in read_recording(path):
         found.take(topic, message)
     first, last = found.frames or (None, None)
+    ending = recording_end(path)
     cycles = found.messages["sensors"]
     return Contents(
         file=str(path),
-        complete=is_complete(path),
+        complete=ending.complete,
+        after=ending.after,
         config=recorded_config(path),
         begin=first.time if first else 0.0,
         end=last.time if last else 0.0,

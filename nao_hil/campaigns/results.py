@@ -13,6 +13,10 @@ COLUMNS: Final = {name: _SQL.get(kind, "VARCHAR") for name, kind in Row.__annota
 """Of the view `walks`, beside `folder`, the data set that has the row."""
 
 
+_READS: Final = ("SELECT", "CREATE")
+"""Kinds of statements that change no file; a PIVOT creates a type in memory."""
+
+
 class QueryResult(NamedTuple):
     """An answer."""
 
@@ -28,7 +32,8 @@ def ask(query: str, folder: Path) -> QueryResult:
         folder: Searched with all below it; rows of campaigns that still run are seen too.
 
     Raises:
-        ConfigurationError: DuckDB is not installed, there are no walks, or the query is wrong.
+        ConfigurationError: DuckDB is not installed, there are no walks, or the query is wrong or
+            no question.
     """
     try:
         import duckdb
@@ -55,9 +60,13 @@ def ask(query: str, folder: Path) -> QueryResult:
     with duckdb.connect() as connection:
         connection.execute(view)
         try:
-            answer = connection.execute(query)
-            if answer is None:
+            statements = connection.extract_statements(query)
+            if not statements:
                 raise ConfigurationError("the query is empty; ask such as `SELECT count(*) FROM walks`.")
+            for kind in (statement.type.name for statement in statements):
+                if kind not in _READS:
+                    raise ConfigurationError(f"the query is a {kind}; results only answers, ask with SELECT.")
+            answer = connection.execute(query)
             columns = [column[0] for column in answer.description or []]
             return QueryResult(columns, answer.fetchall())
         except duckdb.Error as error:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 import msgspec
 import typer
 
-from bridge.body import Body, load_body
+from bridge.body import Body
 from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
@@ -35,41 +35,48 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
     if as_json:
         print(msgspec.json.encode(whole).decode(), flush=True)
     else:
-        print(msgspec.toml.encode(whole).decode(), end="")
+        print(msgspec.toml.encode(_told(whole)).decode(), end="")
     return 0
 
 
-def _check_run(settings: RunConfig) -> None:
-    """Everything that a run would find wrong before the first cycle."""
-    # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import check_robot, controller_maker
+def _told(table: dict[str, Any]) -> dict[str, Any]:
+    """A table without what has no value, which TOML cannot say."""
+    return {
+        key: _told(value) if isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }
 
-    body = check_robot(settings)
-    controller_maker(settings)(body, body.cycle)
+
+def _check_run(file: Path) -> None:
+    from nao_hil.runs.build import check_run  # imported late: the walk stands on SciPy
+
+    check_run(run_config(file))
 
 
-def _check_scenario(file: Path) -> None:
-    """A scenario, and whether the default robot has room in it."""
+def _check_robot(settings: RunConfig) -> None:
     from nao_hil.runs.build import check_robot  # imported late: as above
 
-    check_robot(RunConfig(scenario=str(file)))
+    check_robot(settings)
 
 
 KINDS: Final[dict[str, tuple[type[msgspec.Struct], Callable[[Path], Any]]]] = {
-    "run": (RunConfig, lambda file: _check_run(run_config(file))),
-    "scenario": (Scenario, _check_scenario),
+    "run": (RunConfig, _check_run),
+    "scenario": (Scenario, lambda file: _check_robot(RunConfig(scenario=str(file)))),
     "wear": (WearProfile, lambda file: load_wear(str(file))),
-    "body": (Body, load_body),
+    "body": (Body, lambda file: _check_robot(RunConfig(robot=str(file)))),
 }
 """Kind of a file -> what it is read as, and how it is checked."""
 
 
 def _whole(settings: RunConfig) -> dict[str, Any]:
     """The configuration with the shipped parameters of gait and controllers filled in; checked."""
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from nao_hil.runs.build import check_run
     from walker.planning import gait_parameters
     from walker.stabilization.parameters import controller_parameters
 
-    _check_run(settings)
+    check_run(settings)
     whole: dict[str, Any] = msgspec.to_builtins(settings) | {
         "parameters": msgspec.to_builtins(gait_parameters(settings.gait, settings.parameters)),
         "controller": msgspec.to_builtins(controller_parameters(settings.gait, settings.controller)),
@@ -115,12 +122,12 @@ def kind_of(file: Path) -> str:
     Raises:
         ConfigurationError: unreadable, not TOML, or no key that any kind has.
     """
-    keys = set(read_toml(file))
-    known = {kind: len(keys & set(struct.__struct_fields__)) for kind, (struct, _) in KINDS.items()}
+    data = read_toml(file)
+    known = {kind: sum(_knows(struct, *entry) for entry in data.items()) for kind, (struct, _) in KINDS.items()}
     most = max(known.values())
     if not most:
         for kind, (struct, _) in KINDS.items():  # a misspelt one: its own check will say so
-            if any(get_close_matches(key, struct.__struct_fields__) for key in keys):
+            if any(get_close_matches(key, struct.__struct_fields__) for key in data):
                 return kind
         raise ConfigurationError(
             f"{file}: has no key of any file that nao-hil reads; say what it is with --kind."
@@ -131,3 +138,17 @@ def kind_of(file: Path) -> str:
             KINDS[kind][1](file)
             return kind
     return best[0]
+
+
+def _knows(struct: type[msgspec.Struct], key: str, value: Any) -> bool:
+    """Whether a struct has a key, as the table or the value that it is in the file."""
+    info = msgspec.inspect.type_info(struct)
+    assert isinstance(info, msgspec.inspect.StructType)
+    tables = {field.name: _table(field.type) for field in info.fields}
+    return tables.get(key) is isinstance(value, dict)
+
+
+def _table(kind: msgspec.inspect.Type) -> bool:
+    if isinstance(kind, msgspec.inspect.UnionType):
+        return any(map(_table, kind.types))
+    return isinstance(kind, (msgspec.inspect.StructType, msgspec.inspect.DictType))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import threading
+from contextlib import ExitStack
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
@@ -59,10 +61,7 @@ def emulate(
     on_signals(stop.set)
     body = check_robot(settings)
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
-    directory = RunDirectory(out)
-    if directory.clear():
-        console.print(f"the run that was in {directory.path} is replaced", highlight=False)
-    summary = _run(settings, body, guard, name, listen, realtime_priority, directory, stop, console)
+    summary = _run(settings, body, guard, name, listen, realtime_priority, out, stop, console)
     if as_json:
         print(json.dumps(summary | {"config": msgspec.to_builtins(settings)}), flush=True)
     return 0
@@ -75,7 +74,7 @@ def _run(
     name: str,
     listen: str,
     priority: bool,
-    directory: RunDirectory,
+    out: Path | None,
     stop: threading.Event,
     console: Console,
 ) -> dict[str, Any]:
@@ -90,7 +89,12 @@ def _run(
     statistics = RunStatistics(settings.seed, settings.engine)
     scenario = load_scenario(settings.scenario)
     robot = build_robot(settings, scenario)
-    with RobotLink(info, listen, announced=False) as link, Recorder(directory.recording, settings) as recorder:
+    with ExitStack() as opened:
+        link = opened.enter_context(RobotLink(info, listen, announced=False))
+        directory = RunDirectory(out)  # the run can begin: what was in the folder stayed until here
+        if directory.clear():
+            console.print(f"the run that was in {directory.path} is replaced", highlight=False)
+        recorder = opened.enter_context(Recorder(directory.recording, settings))
         directory.write_config(settings)
         directory.write_scenario(scenario)
         observers: list[Observer] = [statistics, recorder]

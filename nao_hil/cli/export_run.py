@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from bridge.errors import ConfigurationError
+from bridge.recording.playback import recorded_config
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.files import write_text
@@ -45,6 +46,13 @@ def export_run(
         raise ConfigurationError(
             f"{video}: the video is a .webm; `ffmpeg -i run.webm run.mp4` makes another format of it."
         )
+    if page is not None and page.suffix not in (".html", ".htm"):
+        raise ConfigurationError(f"{page}: the page is an .html file; give it such a name.")
+    if video is None and (begin, end, speed) != (0.0, None, 1.0):
+        raise ConfigurationError(
+            "--from, --to and --speed are the video's, the page has the whole run; give --video FILE, or leave "
+            "them out."
+        )
     options.check_stretch(begin, end)
     for file in (page, video):
         if file is not None and not file.parent.is_dir():
@@ -65,5 +73,5 @@ def export_run(
         open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
     if as_json:
         files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
-        print(json.dumps(files), flush=True)
+        print(json.dumps({**files, "config": recorded_config(recording)}), flush=True)
     return 0

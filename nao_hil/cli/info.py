@@ -41,6 +41,8 @@ def _rows(c: Any) -> list[tuple[str, str]]:
         config.pop("gait", None)  # the run's setting, but somebody else's controller moved the robot
     rows = [(key, str(config[key])) for key in _NAMED if config.get(key) not in (None, "", {})]
     ending = "whole" if c.complete else "cut off: reads up to its last whole chunk"
+    if c.after:
+        ending = f"whole, but followed by {c.after} bytes that are not read, as of a second file joined to it"
     rows += [
         ("file", ending),
         ("robot time", f"{c.begin:.2f} to {c.end:.2f} s"),

@@ -6,8 +6,10 @@ import json
 import threading
 from typing import Annotated
 
+import msgspec
 import typer
 
+from bridge.errors import ConfigurationError
 from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
@@ -49,6 +51,8 @@ def map_(
     from nao_hil.runs.walk import Walk
 
     axes = parse_axis(x), parse_axis(y)
+    if axes[0].name == axes[1].name:
+        raise ConfigurationError(f"{axes[0].name} is given twice; a map takes two different quantities.")
     console = open_console()
     settings = run_config(config, gait=gait, robot=robot, wear=wear, engine=engine, scenario=scenario)
     settings = chosen_engine(settings, console)
@@ -65,7 +69,14 @@ def map_(
         progress.begin("map")
         found = survey(campaign, task, *axes, first_seed, seeds)
     title = f"{settings.robot}, {settings.wear}, {settings.gait} gait, {duration:g} s{few_words(seeds)}"
-    data = {"name": title, "interrupted": stop.is_set(), **summary(found, *axes)}
+    data = {
+        "name": title,
+        "config": msgspec.to_builtins(settings),
+        "duration": duration,
+        "first_seed": first_seed,
+        "interrupted": stop.is_set(),
+        **summary(found, *axes),
+    }
     directory.write_summary(data)
     if found.tried:
         picture = draw(found, *axes, title, directory.path / "map.png")

@@ -93,7 +93,7 @@ def motion(
         word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
         console.print(f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}")
     else:
-        print(json.dumps(msgspec.to_builtins(result)))
+        print(json.dumps(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}))
     return 0 if result.stands else 1
 
 

@@ -40,7 +40,7 @@ def _scenarios() -> Iterable[str]:
 
 
 def _starts() -> Iterable[str]:
-    from emulator.start import START_NAMES
+    from emulator.scenarios import START_NAMES
 
     return START_NAMES
 

@@ -10,6 +10,7 @@ import typer
 
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.recording.playback import recorded_config
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import on_signals
@@ -57,5 +58,6 @@ def replay(
             if not loop:
                 break
     if as_json:
-        print(json.dumps({"frames": frames, "position": player.position}), flush=True)
+        played_back = {"frames": frames, "position": player.position, "config": recorded_config(file)}
+        print(json.dumps(played_back), flush=True)
     return 130 if stop.is_set() and not loop else 0

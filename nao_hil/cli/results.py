@@ -25,7 +25,7 @@ def results(
     """
     from nao_hil.campaigns.results import ask
 
-    if Path(query).is_dir():
+    if query and Path(query).is_dir():
         raise ConfigurationError(f"{query}: is a folder; the query comes first, then the folder.")
     answer = ask(query, folder)
     if as_json:

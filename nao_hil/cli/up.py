@@ -52,7 +52,7 @@ def up(
     Then, or where it begins lying, the robot gets up by itself, unless --no-recover is given.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import clipped_velocity, controller_maker
+    from nao_hil.runs.build import clipped_velocity
 
     settings = chosen_engine(settings, open_console())
     lies = settings.start.startswith("lie-")
@@ -61,7 +61,6 @@ def up(
     if recover and lies and "back" not in get_up_motions(load_body(settings.robot)):
         raise ConfigurationError(f"{settings.robot} has no motion to get up; --no-recover lets it lie.")
     settings = msgspec.structs.replace(settings, recover=recover)
-    controller_maker(settings)  # refuses what the walker would, before anything has begun
     if clipped := clipped_velocity(settings):
         open_console().print(clipped, highlight=False)
     if settings.mode == "in-process" and (serve or view):
@@ -81,9 +80,9 @@ def new_folder(settings: RunConfig, out: Path | None) -> RunDirectory:
     Raises:
         ConfigurationError: it cannot be made, or the run could not begin; what was in the folder stays then.
     """
-    from nao_hil.runs.build import check_robot  # imported late: as in `up`
+    from nao_hil.runs.build import check_run  # imported late: as in `up`
 
-    check_robot(settings)
+    check_run(settings)
     directory = RunDirectory(out)
     if directory.clear():
         open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)

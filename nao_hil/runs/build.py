@@ -63,17 +63,30 @@ def build_robot(
     )
 
 
-def check_robot(settings: RunConfig) -> Body:
-    """The body of a run whose wear profile and scenario are there.
+def check_run(settings: RunConfig) -> None:
+    """Refuse what robot or walker of a run would refuse before the first cycle.
 
     Raises:
-        ConfigurationError: no such body, wear profile or scenario, a wrong one, or a box inside the robot.
+        ConfigurationError: as `check_robot`, or a gait or controller that this body cannot walk with.
+    """
+    body = check_robot(settings)
+    controller_maker(settings)(body, body.cycle)
+
+
+def check_robot(settings: RunConfig) -> Body:
+    """The body of a run whose robot can begin: everything of it is there and fits.
+
+    Raises:
+        ConfigurationError: no such body, wear profile or scenario, a wrong one, a box inside the robot,
+            or a cycle that the physics cannot fill.
     """
     # imported here: as in `build_robot`
+    from emulator.engine.values import SETTINGS
     from emulator.scenarios import load_scenario
     from emulator.wear import load_wear
 
     body = load_body(settings.robot)
+    SETTINGS.steps(body)
     wear = load_wear(settings.wear, body)
     scenario = load_scenario(settings.scenario)
     if scenario.boxes:  # only an engine knows whether they leave the robot its place

@@ -11,6 +11,8 @@ from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.types import Finite
+from bridge.validation import unknown_name
+from emulator.scenarios import START_NAMES
 
 Engine = Literal["auto", "pybullet", "mujoco"]
 Mode = Literal["real-time", "lockstep", "in-process"]
@@ -28,7 +30,7 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     scenario: str = "flat"
     """World: a name of `nao-hil scenarios`, or the path of one."""
     start: str = ""
-    """Pose to begin in: a name of `emulator.start.START_NAMES`; empty: the scenario's."""
+    """Pose to begin in: a name of `emulator.scenarios.START_NAMES`; empty: the scenario's."""
     recover: bool = False
     """Get up after a fall and go on, on bodies that have motions for that."""
     gait: str = "omni"
@@ -50,7 +52,9 @@ class RunConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Bounds and times of the guard on the robot's side."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a velocity or a target that is no triple."""
+        """Raises ValueError for an unknown start, and for a velocity or a target that is no triple."""
+        if self.start and self.start not in START_NAMES:
+            raise ValueError(unknown_name("start pose", self.start, START_NAMES))
         if len(self.velocity) not in (0, 3):
             raise ValueError(f"velocity has {len(self.velocity)} numbers; it takes three: vx, vy, omega")
         if len(self.target) not in (0, 3):
@@ -80,6 +84,7 @@ def run_config(
         ConfigurationError: unreadable file, unknown key, or an impossible value.
     """
     # imported late: help and completion need not wait for the walk
+    from walker.planning import GAITS
     from walker.stabilization.parameters import merged
     from walker.stabilization.switches import switch_changes
 
@@ -89,6 +94,9 @@ def run_config(
         given.setdefault("steps", 0)
     given["controller"] = merged(base.controller, switch_changes(stabilizer, torso, admittance))
     config = from_dict(msgspec.to_builtins(base) | given, "options", RunConfig)
+    if config.gait not in GAITS:
+        where = "options" if "gait" in given else str(file)
+        raise ConfigurationError(f"{where}: {unknown_name('gait', config.gait, GAITS)}")
     files = {field: _absolute(getattr(config, field)) for field in ("robot", "wear", "scenario")}
     config = msgspec.structs.replace(config, **files)
     if config.steps == 1:

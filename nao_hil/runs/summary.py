@@ -53,7 +53,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     heading_change: float = 0.0
     """Turn of the torso from the first frame to the last, or to the fall, rad; a full turn counts."""
     torso_max: float
-    """Largest angle between the torso's z axis and the vertical from the first phase of the walk on, rad."""
+    """Largest angle between the torso's z axis and the vertical, rad; of a robot that lies, too."""
     real_time_factor: float
     """Robot time over wall-clock time."""
     cycles: int
@@ -116,7 +116,6 @@ class RunStatistics(Observer):
         self._steps_before = self._step = 0
         self._walked = 0.0
         self._walk: tuple[float, float] | None = None
-        self._has_walked = False
         self._motion = HeadingMotion()
         self._seen = SeenWalk()
 
@@ -138,14 +137,13 @@ class RunStatistics(Observer):
         if not self._has_telemetry:
             self._look(truth)
         self._tilt = float(tilt(truth.torso_orientation))
-        if self._has_walked:
-            self._torso_max = max(self._torso_max, self._tilt)
+        self._torso_max = max(self._torso_max, self._tilt)
 
     def _look(self, truth: TruthFrame) -> None:
         """Take in what the ground truth shows of a walk that nobody tells of."""
         event = self._seen.update(truth)
         if event == "lifted":
-            self._walk, self._has_walked = (truth.time, truth.time), True
+            self._walk = truth.time, truth.time
             self._motion.begin(truth.time)
         elif event == "step" and self._walk is not None:
             self._step += 1
@@ -199,7 +197,6 @@ class RunStatistics(Observer):
         if message.state in ("walk", "stopping"):
             if self._way_begin is None:
                 self._way_begin, self._turned_before = self._last, self._motion.turned
-            self._has_walked = True
             if self._walk is None:
                 self._motion.begin(now)
             if message.state == "stopping":

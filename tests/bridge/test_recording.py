@@ -19,6 +19,7 @@ from bridge.recording.canonical import FrameHash, Recordable
 from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.analysis.inspection import inspect
+from nao_hil.recording import load
 from tests.frames import standing_frame
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
@@ -287,3 +288,25 @@ def test_a_configuration_that_is_no_json_is_refused_in_a_sentence(tmp_path: Path
         writer.finish()
     with pytest.raises(ConfigurationError, match=r"odd\.mcap: its configuration is no JSON"):
         recorded_config(path)
+
+
+@pytest.mark.parametrize("begin", [9, 20, 100, -400, -100])
+def test_a_damaged_recording_is_not_called_whole(begin: int, tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(60))
+    data = bytearray(path.read_bytes())
+    for i in range(begin % len(data), begin % len(data) + 40):
+        data[i] ^= 0x5A
+    path.write_bytes(data)
+    for read in (inspect, load):
+        with pytest.raises(ConfigurationError, match=r"run\.mcap: is damaged"):
+            read(path)
+
+
+@pytest.mark.parametrize("rest", [None, b"x" * 500])
+def test_what_is_joined_to_a_recording_is_told_and_not_read(rest: bytes | None, tmp_path: Path) -> None:
+    path = record(tmp_path / "run.mcap", run(60))
+    alone, data = inspect(path), path.read_bytes()
+    assert (alone.complete, alone.after) == (True, 0)
+    path.write_bytes(data + (rest or data))
+    assert msgspec.structs.replace(inspect(path), after=0) == alone
+    assert inspect(path).after == len(rest or data)

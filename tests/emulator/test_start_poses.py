@@ -12,10 +12,10 @@ from bridge.body.joints import INDEX
 from bridge.body.quantities import standing_height
 from bridge.errors import ConfigurationError
 from emulator.robot import EmulatedRobot
-from emulator.scenarios import FLAT
+from emulator.scenarios import FLAT, START_NAMES
 from emulator.scenarios.ground import Start
 from emulator.scenarios.model import Scenario
-from emulator.start import HOOK, START_NAMES
+from emulator.start import HOOK
 from emulator.wear import load_wear
 
 NOMINAL = load_wear("nominal")

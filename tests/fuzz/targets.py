@@ -45,7 +45,7 @@ from bridge.messages import (
 from bridge.messages.dcm import DcmCall, DcmCommand, DcmRead, DcmTime
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import WorldCommand
-from bridge.recording.playback import is_complete, read_recording
+from bridge.recording.playback import read_recording, recording_end
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
 from nao_hil.runs.config import RunConfig
@@ -151,7 +151,7 @@ def recordings(data: bytes) -> None:
         path = Path(folder) / "frames.mcap"
         path.write_bytes(data)
         _only(ConfigurationError, lambda: list(read_recording(path)))
-        _only(ConfigurationError, is_complete, path)
+        _only(ConfigurationError, recording_end, path)
 
 
 def naoqi(data: bytes) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import socket
@@ -22,7 +23,7 @@ from nao_hil.cli.walk import in_words
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import TIMEOUT, repeat_while
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
+from walker.planning import GAITS, gait_parameters, make_gait
 from walker.process import WalkResult
 
 REPOSITORY = Path(__file__).parents[2]
@@ -55,6 +56,15 @@ def test_what_config_shows_config_takes_back(capsys: pytest.CaptureFixture[str],
     assert config.parameters["e_s1"] == 0.03  # figure 3.6
     assert shown(capsys, "config", "show", "--config", str(file)) == file.read_text()
     assert json.loads(shown(capsys, "config", "check", str(file), "--json"))["kind"] == "run"
+
+
+def test_the_whole_configuration_of_every_gait_is_a_file_that_is_good(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for gait in GAITS:
+        file = tmp_path / f"{gait}.toml"
+        file.write_text(shown(capsys, "config", "show", "--gait", gait))
+        assert "a good run file" in shown(capsys, "config", "check", str(file))
 
 
 @pytest.mark.parametrize(
@@ -319,6 +329,73 @@ def test_a_run_that_cannot_begin_leaves_its_folder_as_it_was(
     said = refused(capsys, command, wrong, "bogus", "--out", str(tmp_path))
     assert "'bogus'" in said and "is replaced" not in said
     assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ('[start]\npose = "lying"\n', "start.pose: unknown value 'lying'"),
+        ('[start]\nposture = "StandIni"\n', "unknown posture 'StandIni' (did you mean 'StandInit'?)"),
+    ],
+)
+def test_a_scenario_that_a_run_refuses_is_refused_by_its_check_and_costs_no_earlier_run(
+    text: str, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario, run = tmp_path / "mine.toml", tmp_path / "run"
+    scenario.write_text(text)
+    run.mkdir()
+    (run / "summary.json").write_text("old")
+    up = ("up", "--mode", "in-process", "--scenario", str(scenario), "--duration", "0.2", "--out", str(run))
+    for command in (up, ("config", "check", str(scenario))):
+        said = refused(capsys, *command)
+        assert f"{scenario}: " in said and named in said
+    assert [path.name for path in run.iterdir()] == ["summary.json"]
+
+
+@pytest.mark.parametrize("options", [("--gait", "huang", "--velocity", "2", "0", "0"), ("--start", "lyng")])
+def test_a_walk_that_cannot_begin_leaves_its_folder_as_it_was(
+    options: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "frames.mcap").write_text("old")
+    refused(capsys, "up", "--mode", "in-process", *options, "--out", str(tmp_path))
+    assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
+def test_a_robot_whose_endpoint_is_taken_leaves_its_folder_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "frames.mcap").write_text("old")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        listen = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        assert run(["emulate", "--engine", "mujoco", "--listen", listen, "--out", str(tmp_path)]) == 3
+    assert "is replaced" not in capsys.readouterr().err
+    assert (tmp_path / "frames.mcap").read_text() == "old"
+
+
+def test_up_and_info_tell_one_tilt_of_a_robot_that_lies(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lies = ("--mode", "in-process", "--engine", "mujoco", "--start", "lie-back", "--no-recover")
+    up = json.loads(shown(capsys, "up", *lies, "--duration", "0.2", "--out", str(tmp_path), "--json"))
+    assert up["torso_max"] == json.loads(shown(capsys, "info", str(tmp_path), "--json"))["torso_max"]
+    assert up["torso_max"] == pytest.approx(math.pi / 2, abs=0.1)
+
+
+def test_an_empty_query_is_no_folder(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert "no walks are kept there" in refused(capsys, "results", "", str(tmp_path))
+
+
+def test_a_map_takes_two_different_quantities(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert "push is given twice" in refused(
+        capsys, "map", "push=0:8", "push=0:8", "--out", str(tmp_path / "map")
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_motion_tells_what_it_was_played_with(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--robot", "nao-v6", "--engine", "mujoco", "--seed", "4", "--json")
+    config = json.loads(shown(capsys, "motion", "crouch", *options))["config"]
+    assert [config[key] for key in ("robot", "engine", "start", "seed")] == ["nao-v6", "mujoco", "stand", 4]
 
 
 @pytest.mark.parametrize("command", [["info"], ["plot"], ["replay"], ["compare"], ["view", "--replay"]])

@@ -44,6 +44,8 @@ def test_what_is_packed_is_what_was_given_to_the_step() -> None:
     [
         ([], "--html FILE"),
         (["--video", "walk.mp4"], ".webm"),
+        (["--html", "walk.pdf"], ".html"),
+        (["--html", "walk.html", "--from", "500"], "--from, --to and --speed are the video's"),
         (["--html", "no-such-folder/walk.html"], "no folder no-such-folder"),
         (["--html", "{there}/walk.html"], "nothing.mcap: cannot be read"),
     ],

@@ -25,12 +25,15 @@ WEAR = (Path(emulator.wear.__file__).parent / "nominal.toml").read_text()
         (WEAR, r"^KneePitch = [\d.]+", "KneePitch = 1.4", "servo.backlash.KneePitch"),
     ],
 )
-def test_a_wrong_unit_is_named(tmp_path: Path, text: str, pattern: str, replacement: str, named: str) -> None:
+def test_a_wrong_unit_is_named_with_the_number(
+    tmp_path: Path, text: str, pattern: str, replacement: str, named: str
+) -> None:
     file = tmp_path / "file.toml"
     changed, n = re.subn(pattern, replacement, text, count=1, flags=re.MULTILINE)
     assert n == 1
     file.write_text(changed)
-    with pytest.raises(ConfigurationError, match=re.escape(named) + ".*expected a number [<>]= "):
+    got = re.escape(replacement.split("= ")[-1])
+    with pytest.raises(ConfigurationError, match=re.escape(named) + ".*expected a number [<>]= .*, got " + got):
         KINDS[kind_of(file)][1](file)
 
 

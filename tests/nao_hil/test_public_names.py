@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import builtins
 import math
 import subprocess
 import sys
+import textwrap
 from collections.abc import Mapping, Sequence
+from inspect import getdoc
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +32,17 @@ def test_ten_names_at_most_each_with_a_docstring() -> None:
         assert "Example:" in (getattr(nao_hil, name).__doc__ or ""), name
     with pytest.raises(AttributeError, match="Robott"):
         nao_hil.Robott  # noqa: B018
+
+
+@pytest.mark.parametrize("name", sorted(set(nao_hil.__all__) - {"JOINTS", "NaoHilError"}))
+def test_an_example_imports_what_it_uses(name: str) -> None:
+    text = getdoc(getattr(nao_hil, name)) or ""
+    example = text.split("Example:\n")[1].split("\n\n")[0]
+    nodes = list(ast.walk(ast.parse(textwrap.dedent(example))))
+    used = [node for node in nodes if isinstance(node, ast.Name)]
+    made = {node.id for node in used if isinstance(node.ctx, ast.Store)}
+    imported = {alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert {node.id for node in used} <= made | imported | {"nao_hil", *dir(builtins)}
 
 
 def test_the_import_loads_no_library() -> None:
@@ -84,6 +98,12 @@ def test_a_recording_is_arrays(recorded: tuple[Any, Path]) -> None:
     assert isinstance(recording, Mapping) and recording.config["gait"] == "dynamic"
     sensors, truth = recording["sensors"], recording["world/truth"]
     assert sensors["position"].shape == (summary.cycles + 1, 25) and sensors.rows == summary.cycles + 1
+    assert f"sensors: {sensors.rows} rows of seq, time, position (25)" in repr(recording)
+    assert repr(sensors) in repr(recording).splitlines()[0]
+    for wrong in (lambda: recording["sensor"], lambda: sensors["postion"]):
+        with pytest.raises(KeyError, match=r"unknown (table|column) '\w+' \(did you mean '(sensors|position)'"):
+            wrong()
+    assert "nothing" not in recording and recording.get("sensor") is None
     np.testing.assert_allclose(sensors["time"], 0.01 * sensors["seq"], atol=1e-9)
     assert truth["left.force"].shape == (truth.rows, 3)
     both = truth["left.force"][:, 2] + truth["right.force"][:, 2]

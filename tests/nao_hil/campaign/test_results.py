@@ -77,3 +77,14 @@ def test_mistakes_are_one_sentence(folder: Path, tmp_path: Path) -> None:
         ask("", folder)
     with pytest.raises(ConfigurationError, match="no walks are kept there"):
         ask("SELECT 1", tmp_path)
+
+
+@pytest.mark.parametrize(
+    "query", ["COPY (SELECT * FROM walks) TO '{file}'", "SELECT 1; EXPORT DATABASE '{file}'"]
+)
+def test_a_query_writes_no_file(query: str, folder: Path, tmp_path: Path) -> None:
+    file = tmp_path / "written"
+    with pytest.raises(ConfigurationError, match=r"the query is a (COPY|EXPORT); .* SELECT"):
+        ask(query.format(file=file), folder)
+    assert not file.exists()
+    assert len(ask("PIVOT walks ON wear USING count(*) GROUP BY seed", folder).columns) == 3
