@@ -38,6 +38,8 @@ GRACE = 5.0
 """s that each has to end."""
 FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""
+OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
+"""Of this command, which it takes before the program only."""
 
 
 Url = Annotated[
@@ -63,7 +65,12 @@ def run_naoqi(
     address in the program leads to this robot. Options of this command come before the program.
     """
     program_code(program)
-    code, started = run_program(program, arguments or [], robot, url, connect)
+    arguments = arguments or []
+    given = {argument.partition("=")[0] for argument in arguments}
+    for option in filter(given.__contains__, OWN_OPTIONS):
+        said = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
+        print(f"warning: {said}", file=sys.stderr, flush=True)
+    code, started = run_program(program, arguments, robot, url, connect)
     if as_json:
         print(json.dumps({"exit_code": code, "started": started}), flush=True)
     return code
