@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError, FrameError
+from bridge.guard.ranges import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
-from bridge.messages.codec import require_finite
-from nao_hil.robot import Robot, whole_seed
+from nao_hil.arguments import whole_seed
+from nao_hil.commands import UnreachableAngles
+from nao_hil.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -84,6 +86,7 @@ class Batch:
         wears, scenarios = _each("wear", wear, len(own)), _each("scenario", scenario, len(own))
         self._pool = _Pool(1 if engine != "mujoco" else threads, len(own))
         self._open = True
+        self._unreachable = UnreachableAngles()
         made: dict[int, Robot] = {}
 
         def make(i: int) -> None:
@@ -129,8 +132,9 @@ class Batch:
         """Run one cycle of every robot with a command.
 
         Args:
-            position: Joint angles, rad, (N, 25), or (25,) for all robots, in the order of `nao_hil.JOINTS`.
-            stiffness: 0..1, negative: the motor is off; a number for all joints, (25,) or (N, 25).
+            position: Joint angles, rad, (N, 25), or (25,) for all robots, in the order of `nao_hil.JOINTS`;
+                clipped to the joints' ranges.
+            stiffness: 0..1, negative, to -1: the motor is off; a number for all joints, (25,) or (N, 25).
             which: Indices of the robots that are stepped, or N truth values; None: all. The others stand still
                 in time.
 
@@ -140,16 +144,19 @@ class Batch:
         Raises:
             ConfigurationError: an array of another shape, an index that no robot or another index has, or the
                 batch is closed. No robot is stepped then.
-            FrameError: a number that is not finite; likewise.
+            FrameError: a number that is not finite, or a stiffness outside -1..1; likewise.
         """
         chosen = self._indices(which)
         positions, stiffnesses = self._rows("position", position), self._rows("stiffness", stiffness)
         robots = [robot.emulated for robot in self._robots]
+        commands = []
+        for robot, angles, stiff in zip(robots, positions, stiffnesses, strict=True):
+            commands.append(ActuatorFrame(reply_to=robot.frame.seq, position=angles, stiffness=stiff))
+        self._check(commands)
         # Only the physics runs in threads: elsewhere they would wait for Python's lock. And the processor has
         # each part's code at hand for all robots.
         for i in chosen:
-            seq = robots[i].frame.seq
-            robots[i].begin_cycle(ActuatorFrame(reply_to=seq, position=positions[i], stiffness=stiffnesses[i]))
+            robots[i].begin_cycle(commands[i])
         self._pool.map(lambda i: robots[i].run_physics() if i in chosen else None)
         for i in chosen:
             robots[i].end_cycle()
@@ -164,14 +171,16 @@ class Batch:
         if array.shape not in ((N_JOINTS,), shape) and (array.shape or name == "position"):
             right = f"{shape} or ({N_JOINTS},) would be right"
             raise ConfigurationError(f"{name} has the shape {array.shape}; {right}.")
-        rows = [tuple(row) for row in np.broadcast_to(array, shape).tolist()]
-        if not np.isfinite(array).all():  # before any robot is stepped
-            for i, row in enumerate(rows):
-                try:
-                    require_finite(name, row)
-                except FrameError as error:
-                    raise FrameError(f"Robot {i}: {error}") from None
-        return rows
+        return [tuple(row) for row in np.broadcast_to(array, shape).tolist()]
+
+    def _check(self, commands: list[ActuatorFrame]) -> None:
+        """Before any robot is stepped."""
+        for i, command in enumerate(commands):
+            try:
+                require_numbers(command)
+            except FrameError as error:
+                raise FrameError(f"Robot {i}: {error}") from None
+            self._unreachable.warn(command.position)
 
     def _indices(self, which: ArrayLike | None) -> list[int]:
         """Of the robots that are meant, each once, in their order."""

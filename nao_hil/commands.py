@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
-from bridge.body.joints import N_JOINTS
+import numpy as np
+
+from bridge.body.joints import JOINTS, N_JOINTS, unreachable
 from bridge.errors import ConfigurationError
+from bridge.guard.ranges import require_numbers
 from bridge.messages import ActuatorFrame
-from bridge.messages.codec import require_finite
+
+logger = logging.getLogger(__name__)
 
 JointValues: TypeAlias = "float | Iterable[float]"
 """25 numbers in the order of `nao_hil.JOINTS` (sequence or array), or one number for all joints."""
@@ -24,25 +29,46 @@ def actuator_frame(reply_to: int, position: JointValues, stiffness: JointValues)
 
     Raises:
         ConfigurationError: not 25 numbers.
-        FrameError: a number that is not finite.
+        FrameError: a number that is not finite, or a stiffness outside -1..1.
     """
     frame = ActuatorFrame(
         reply_to=reply_to,
         position=_by_joint("position", position),
         stiffness=_by_joint("stiffness", stiffness),
     )
-    require_finite("position", frame.position)
-    require_finite("stiffness", frame.stiffness)
+    require_numbers(frame)
     return frame
 
 
 def _by_joint(name: str, values: JointValues) -> tuple[float, ...]:
     try:
-        numbers = tuple(map(float, values)) if isinstance(values, Iterable) else (float(values),) * N_JOINTS
-    except (TypeError, ValueError):
+        plain = list(values) if isinstance(values, Iterable) and not hasattr(values, "__array__") else values
+        array = np.asarray(plain, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
         raise ConfigurationError(f"{name} is not made of numbers; give {N_JOINTS}, or one for all.") from None
-    if len(numbers) != N_JOINTS:
+    if array.shape not in ((), (N_JOINTS,)):
+        found = f"{array.size} values" if array.ndim == 1 else f"the shape {array.shape}"
         raise ConfigurationError(
-            f"{name} has {len(numbers)} values; give {N_JOINTS} in the order of nao_hil.JOINTS, or one for all."
+            f"{name} has {found}; give {N_JOINTS} in the order of nao_hil.JOINTS, or one for all."
         )
-    return numbers
+    return tuple(np.broadcast_to(array, N_JOINTS).tolist())
+
+
+class UnreachableAngles:
+    """Warns once of angles that no joint reaches: they are clipped, and may be meant in degrees."""
+
+    def __init__(self) -> None:
+        self._warned = False
+
+    def warn(self, position: Sequence[float]) -> None:
+        """Log the first one of all.
+
+        Args:
+            position: Joint angles, rad, 25 in the order of `nao_hil.JOINTS`.
+        """
+        if self._warned:
+            return
+        why = next(filter(None, map(unreachable, JOINTS, position)), "")
+        if why:
+            self._warned = True
+            logger.warning("position of %s", why)

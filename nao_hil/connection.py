@@ -6,10 +6,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bridge.errors import LinkError, RobotSilent
+from bridge.errors import ConfigurationError, LinkError, RobotSilent
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.messages import Info, SensorFrame
-from nao_hil.commands import JointValues, actuator_frame
+from nao_hil.commands import JointValues, UnreachableAngles, actuator_frame
 
 
 class Connection:
@@ -23,6 +23,7 @@ class Connection:
 
     def __init__(self, link: ControllerLink, info: Info, timeout: float) -> None:
         self._link, self._timeout = link, timeout
+        self._unreachable = UnreachableAngles()
         self.info = info
         """Description of the robot: its body, its cycle time (s), the joints that it does not have."""
         self.frame = self._receive()
@@ -42,9 +43,10 @@ class Connection:
             RobotSilent: the robot went away.
             LinkError: the robot gave the lease to nobody or another controller.
             ConfigurationError: not 25 numbers.
-            FrameError: a number that is not finite.
+            FrameError: a number that is not finite, or a stiffness outside -1..1.
         """
         command, frame = actuator_frame(self.frame.seq, position, stiffness), self.frame
+        self._unreachable.warn(command.position)
         while frame.seq == command.reply_to:  # in lockstep the robot repeats a frame until its answer is there
             self._link.send(command)
             frame = self._receive()
@@ -84,10 +86,12 @@ def connect(
         timeout: Time to wait for the robot, s.
 
     Raises:
-        ConfigurationError: bad id, name or endpoint.
+        ConfigurationError: bad id, name, endpoint or timeout.
         LinkError: no robot there.
         LeaseRefused: another controller holds it.
     """
+    if not isinstance(timeout, int | float) or not timeout >= 0.0:
+        raise ConfigurationError(f"timeout is {timeout!r}; seconds from 0 on are expected.")
     with ControllerLink(robot, endpoint, name) as link:
         info = link.wait_robot(timeout=timeout)
         if info is None:

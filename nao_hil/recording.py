@@ -16,6 +16,7 @@ from bridge.errors import ConfigurationError
 from bridge.recording.canonical import LEFT_OUT, TOPICS
 from bridge.recording.playback import read_recording, recorded_config
 from bridge.validation import unknown_name
+from nao_hil.arguments import file_path
 from nao_hil.runs.folder import recording_of
 
 Array = NDArray[Any]
@@ -142,7 +143,7 @@ def load(file: str | Path) -> Recording:
     Raises:
         ConfigurationError: no such file, not a recording, or a damaged one.
     """
-    file = recording_of(Path(file))
+    file = recording_of(file_path("file", file))
     messages: dict[str, list[msgspec.Struct]] = {topic: [] for topic in TOPICS.values()}
     times: dict[str, list[float]] = {topic: [] for topic in TOPICS.values()}
     for topic, when, message in read_recording(file):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import operator
 from types import TracebackType
-from typing import Final, SupportsIndex
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -14,27 +13,13 @@ from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 from emulator.engine.values import PinholeCamera
 from emulator.robot import EmulatedRobot
-from nao_hil.commands import JointValues, actuator_frame
+from nao_hil.arguments import require_names, whole_seed
+from nao_hil.commands import JointValues, UnreachableAngles, actuator_frame
 from nao_hil.runs.build import build_robot, with_engine
 from nao_hil.runs.config import run_config
 
 MAX_PIXELS: Final = 4096
 """Of a picture's width and height."""
-
-
-def whole_seed(seed: SupportsIndex) -> int:
-    """A seed as a number of Python's own.
-
-    Raises:
-        ConfigurationError: no whole number from 0 on.
-    """
-    try:
-        number = operator.index(seed)
-    except TypeError:
-        number = -1
-    if number < 0:
-        raise ConfigurationError(f"A seed is {seed!r}; a whole number from 0 on is expected.")
-    return number
 
 
 class Robot:
@@ -73,12 +58,14 @@ class Robot:
         engine: str = "auto",
         start: str | None = None,
     ) -> None:
+        require_names(body=body, wear=wear, scenario=scenario, engine=engine)
         settings = run_config(
             None, robot=body, seed=whole_seed(seed), wear=wear, scenario=scenario, engine=engine, start=start
         )
         self._config = with_engine(settings)
         self._robot = build_robot(self._config)
         self._open = True
+        self._unreachable = UnreachableAngles()
 
     @property
     def emulated(self) -> EmulatedRobot:
@@ -154,18 +141,21 @@ class Robot:
         """Run one cycle with a command.
 
         Args:
-            position: Joint angles, rad, 25 in the order of `nao_hil.JOINTS`; None: the last command holds.
-            stiffness: 0..1, 25 or one for all joints; negative: the motor is off.
+            position: Joint angles, rad, 25 in the order of `nao_hil.JOINTS`, clipped to the joints' ranges;
+                None: the last command holds.
+            stiffness: 0..1, 25 or one for all joints; negative, to -1: the motor is off.
 
         Returns:
             The sensor frame at the end of the cycle.
 
         Raises:
             ConfigurationError: not 25 numbers; the robot is closed.
-            FrameError: a number that is not finite.
+            FrameError: a number that is not finite, or a stiffness outside -1..1.
         """
         self._require_open()
         command = None if position is None else actuator_frame(self.frame.seq, position, stiffness)
+        if command is not None:
+            self._unreachable.warn(command.position)
         return self._robot.advance(command)
 
     def _require_open(self) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import Recorder
+from nao_hil.arguments import file_path, require_names, whole_seed
 from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import run_config
 from nao_hil.runs.in_process import walk_in_process
@@ -51,10 +52,12 @@ def walk(
     """
     options: dict[str, Any] = {"steps": steps, "duration": duration, "torso": torso, "parameters": parameters}
     options |= {"wear": wear, "scenario": scenario, "engine": engine}
-    settings = with_engine(run_config(None, robot=body, gait=gait, seed=seed, **options))
+    require_names(gait=gait, body=body, wear=wear, scenario=scenario, engine=engine)
+    file = None if record is None else file_path("record", record)
+    settings = with_engine(run_config(None, robot=body, gait=gait, seed=whole_seed(seed), **options))
     if not settings.steps and not settings.duration:
         raise ConfigurationError("A walk in this process needs an end; give steps or duration.")
-    if record is None:
+    if file is None:
         return walk_in_process(settings)
-    with Recorder(Path(record), settings) as recorder:
+    with Recorder(file, settings) as recorder:
         return walk_in_process(settings, [recorder])

@@ -6,6 +6,7 @@ Source: LoLA joint order of the NAO V6; `RHipYawPitch` is absent because one mot
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 JOINTS: Final = (
@@ -56,3 +57,15 @@ UPPER_JOINTS: Final = tuple(name for name in JOINTS if name not in {*LEG_JOINTS[
 
 LEG_SLOTS: Final = {side: tuple(INDEX_WITH_MIRROR[j] for j in names) for side, names in LEG_JOINTS.items()}
 """Frame slots of each leg's six joints; both legs share the HipYawPitch slot."""
+
+
+def unreachable(joint: str, angle: float) -> str:
+    """Why an angle is probably one in degrees; empty for one that some joint reaches.
+
+    Args:
+        joint: name.
+        angle: rad.
+    """
+    if abs(angle) <= math.pi:
+        return ""
+    return f"{joint} is {angle:g} rad, which no joint reaches; angles are in radians."

@@ -47,7 +47,7 @@ class Ranges:
             FrameError: an element that is not finite, a stiffness outside -1..1, or an answer to a frame that
                 was not sent yet; names the field, the joint and the value.
         """
-        self._require_numbers(frame)
+        require_numbers(frame)
         if frame.reply_to > seq:
             raise FrameError(
                 f"ActuatorFrame refused: reply_to is {frame.reply_to}, but the newest sensor frame is {seq}."
@@ -77,11 +77,17 @@ class Ranges:
                 )
         return tuple(position), sentence
 
-    def _require_numbers(self, frame: ActuatorFrame) -> None:
-        require_finite("position", frame.position)
-        require_finite("stiffness", frame.stiffness)
-        for joint, value in zip(JOINTS, frame.stiffness, strict=True):
-            if not -1.0 <= value <= 1.0:
-                raise FrameError(
-                    f"ActuatorFrame refused: stiffness of {joint} is {value}; it must be between -1 and 1."
-                )
+
+def require_numbers(frame: ActuatorFrame) -> None:
+    """See that a command's numbers are what they must be on any body.
+
+    Raises:
+        FrameError: an element that is not finite, or a stiffness outside -1..1; names the joint and the value.
+    """
+    require_finite("position", frame.position)
+    require_finite("stiffness", frame.stiffness)
+    for joint, value in zip(JOINTS, frame.stiffness, strict=True):
+        if not -1.0 <= value <= 1.0:
+            raise FrameError(
+                f"ActuatorFrame refused: stiffness of {joint} is {value}; it must be between -1 and 1."
+            )

@@ -35,7 +35,7 @@ def check_name(what: str, name: str) -> str:
     Raises:
         ConfigurationError: empty, too long, or with other characters.
     """
-    if not _NAME.match(name):
+    if not isinstance(name, str) or not _NAME.match(name):
         raise ConfigurationError(f"{what} {name!r} must be 1 to 64 letters, digits, `_` or `-`.")
     return name
 

@@ -54,6 +54,8 @@ def check_endpoint(endpoint: str) -> str:
         ConfigurationError: not `protocol/address`, or certificates and TLS without one another. Zenoh's `ws` is
             none of ours: its WebSocket takes connections of any site's page in a browser of this machine.
     """
+    if not isinstance(endpoint, str):
+        raise ConfigurationError(f"Endpoint {endpoint!r} must be text such as tcp/127.0.0.1:7447.")
     locator, folder = split_endpoint(endpoint)
     protocol, _, address = locator.partition("/")
     if protocol not in ("tcp", "tls", "udp", "unixsock-stream") or not address:

@@ -22,12 +22,15 @@ MAX_TILT = 0.6
 """Steepest floor, rad."""
 MAX_TILT_RATE = 0.35
 """Fastest turn of the floor, rad/s: a floor that moves faster under the feet is no longer a tilt but a blow."""
+MAX_IMPULSE: Final = 100.0
+"""Hardest push along an axis, N s: a NAO of 5.4 kg would fly off at 18 m/s."""
 
 Length = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Size = tuple[Length, Length, Length]
 Angle = Annotated[float, msgspec.Meta(ge=-100.0, le=100.0)]
 Tilt = Annotated[float, msgspec.Meta(ge=-MAX_TILT, le=MAX_TILT)]
 Friction = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
+Impulse = Annotated[float, msgspec.Meta(ge=-MAX_IMPULSE, le=MAX_IMPULSE)]
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 Foot = Literal["left", "right", "swing"]
@@ -85,7 +88,7 @@ class StandUp(_Command, frozen=True, kw_only=True, tag="stand-up"):
 class Push(_Command, frozen=True, kw_only=True, tag="push"):
     """Push a link of the robot, or a movable box, at its centre of mass with a constant force."""
 
-    impulse: tuple[Bounded, Bounded, Bounded]
+    impulse: tuple[Impulse, Impulse, Impulse]
     """Heading frame, N s; the force is this over the duration."""
     duration: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.1
     """s, rounded to physics steps, at least one."""

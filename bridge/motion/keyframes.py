@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import difflib
 from pathlib import Path
-from typing import Annotated, Final, Literal, NamedTuple
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
 
@@ -19,7 +19,7 @@ from bridge.body.quantities import absent_joints, limits
 from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from bridge.types import Fraction, NotNegative, Positive
-from bridge.validation import unknown_name
+from bridge.validation import Invalid, convert, unknown_name
 
 Lying = Literal["back", "front", "left", "right", "upright"]
 """What of the robot is below: its back, its front, its left or right side, its feet or seat."""
@@ -182,7 +182,7 @@ def read_csv(path: Path) -> Motion:
     Columns of other names are left out, unless they resemble a joint's.
 
     Raises:
-        ConfigurationError: unreadable, or without such columns.
+        ConfigurationError: unreadable, without such columns, or a cell is no such number.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
@@ -203,20 +203,37 @@ def read_csv(path: Path) -> Motion:
     for number, row in enumerate(rows, 1):
         if "" in row:
             raise ConfigurationError(f"{path}: row {number} has more cells than there are columns")
-    try:
-        frames = tuple(
-            Frame(
-                duration=float(row["duration_s"]),
-                joints={joint: float(row[joint]) for joint in JOINTS if row.get(joint)},
-                stiffness=float(row["stiffness"]) if row.get("stiffness") else None,
-            )
-            for row in rows
-        )
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"{path}: not a table of key frames ({error})") from None
+    frames = tuple(_frame(row, f"{path}: row {number}") for number, row in enumerate(rows, 1))
     if not frames:
         raise ConfigurationError(f"{path}: no key frames; a row for each is expected")
     return Motion(title=path.stem, source=str(path.name), phases=(Phase(frames=frames),))
+
+
+def _frame(row: dict[str, str], place: str) -> Frame:
+    """A row of a table.
+
+    Args:
+        row: cells by their columns.
+        place: file and row, for errors.
+
+    Raises:
+        ConfigurationError: a cell is no such number.
+    """
+
+    def number(column: str, kind: Any) -> float:
+        try:
+            value: float = convert(float(row[column]), kind)
+        except Invalid as error:
+            raise ConfigurationError(f"{place}, column {column}: {error.reason}") from None
+        except (TypeError, ValueError):
+            raise ConfigurationError(f"{place}, column {column}: {row[column] or ''!r} is no number") from None
+        return value
+
+    return Frame(
+        duration=number("duration_s", NotNegative),
+        joints={joint: number(joint, float) for joint in JOINTS if row.get(joint)},
+        stiffness=number("stiffness", Fraction) if row.get("stiffness") else None,
+    )
 
 
 def mirrored(motion: Motion) -> Motion:

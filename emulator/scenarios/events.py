@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 
 from bridge.messages.faults import DcmPause, Fault
-from bridge.messages.world import Foot
+from bridge.messages.world import MAX_IMPULSE, Foot, Impulse
 from bridge.types import Vec2, Vec3
 from emulator.scenarios.table import Degrees, Friction, NotNegative, Positive, ScenarioTable, Size, Slope
 
@@ -23,11 +23,11 @@ class PushEvent(_Event, frozen=True, kw_only=True):
 
     target: str = "Torso"
     """`Torso`, the joint that moves the link, or a movable box."""
-    impulse: NotNegative = 0.0
+    impulse: Annotated[float, msgspec.Meta(ge=0.0, le=MAX_IMPULSE)] = 0.0
     """N s"""
     direction: Degrees = 0.0
     """In which it pushes: 0 forward, 90 to the left."""
-    vector: Vec3 | None = None
+    vector: tuple[Impulse, Impulse, Impulse] | None = None
     """In place of both: x forward, y left, z up, N s."""
     duration: NotNegative = 0.1
 

@@ -50,9 +50,9 @@ def motion(
 ) -> int:
     """Play a key-frame motion on an emulated robot in this process, and tell whether it stands.
 
-    Without --start the robot lies as the motion begins. `get-up` plays the motion for how the robot lies, again
-    until it stands. With --connect the walker that serves a robot plays it, after closing the feet; the robot
-    then stands, or rests where the motion ended.
+    Without --start the robot lies as the motion begins; another way is refused. `get-up` plays the motion for
+    how the robot lies, again until it stands. With --connect the walker that serves a robot plays it, after
+    closing the feet; the robot then stands, or rests where the motion ended.
 
     Example: nao-hil motion get-up --robot nao-v6 --start lie-side --seed 1
 
@@ -67,7 +67,7 @@ def motion(
                 )
         return _on_link(name, name_on_link, connect, as_json=as_json)
     # imported late: help and completion need neither physics nor SciPy
-    from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion
+    from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion, lying
     from bridge.motion.get_up import TRIES
     from nao_hil.runs.build import build_robot
     from nao_hil.runs.motion import BEGINS, play
@@ -83,8 +83,17 @@ def motion(
     )
     with build_robot(settings) as body:
         if wanted is None:
-            player: GetUp | MotionPlayer = GetUp(get_up_motions(body.body), body.body, tries or TRIES)
+            motions = get_up_motions(body.body)
+            if "back" not in motions:  # where the other ones lead to, or begin
+                raise ConfigurationError(f"{body.body.name} has no motion to get up from its back.")
+            player: GetUp | MotionPlayer = GetUp(motions, body.body, tries or TRIES)
         else:
+            below = lying(body.frame.angle)
+            if below not in wanted.begins:
+                begins = " or ".join(wanted.begins)
+                raise ConfigurationError(
+                    f"the motion {name} begins with the torso: {begins}; with --start {lies} it is: {below}."
+                )
             player = MotionPlayer(wanted, body.body)
             if wanted.bodies and body.body.name not in wanted.bodies:
                 console.print(f"{name} works on {', '.join(wanted.bodies)}; it failed on {body.body.name}")

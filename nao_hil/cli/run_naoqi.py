@@ -7,6 +7,7 @@ import json
 import math
 import os
 import platform
+import re
 import socket
 import subprocess
 import sys
@@ -38,6 +39,10 @@ GRACE = 5.0
 """s that each has to end."""
 FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""
+_SAID = re.compile(rf"{SPOKEN}.*|WARNING .*")
+"""What a person is told of the server's log."""
+OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
+"""Of this command, which it takes before the program only."""
 
 
 Url = Annotated[
@@ -63,7 +68,12 @@ def run_naoqi(
     address in the program leads to this robot. Options of this command come before the program.
     """
     program_code(program)
-    code, started = run_program(program, arguments or [], robot, url, connect)
+    arguments = arguments or []
+    given = {argument.partition("=")[0] for argument in arguments}
+    for option in filter(given.__contains__, OWN_OPTIONS):
+        said = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
+        print(f"warning: {said}", file=sys.stderr, flush=True)
+    code, started = run_program(program, arguments, robot, url, connect)
     if as_json:
         print(json.dumps({"exit_code": code, "started": started}), flush=True)
     return code
@@ -115,7 +125,7 @@ def run_program(
                 process.terminate()
                 deadline = time.monotonic() + FAREWELL
             if started:
-                told = _tell_spoken(started[-1].stderr, told)
+                told = _tell_said(started[-1].stderr, told)
         if process.poll() is None:
             process.kill()
         code = process.wait()
@@ -153,17 +163,17 @@ def _answers(host: str, port: int) -> bool:
     return True
 
 
-def _tell_spoken(log: str, told: int) -> int:
-    """Print the texts that the robot spoke, but for those told before; the number of all.
+def _tell_said(log: str, told: int) -> int:
+    """Print the texts that the robot spoke and the warnings, but for those told before; the number of all.
 
     Args:
         log: of the server, perhaps with a line half written.
-        told: number of texts.
+        told: number of texts and warnings.
     """
-    spoken = [line[line.index(SPOKEN) :] for line in log.split("\n")[:-1] if SPOKEN in line]
-    for line in spoken[told:]:
+    said = [found[0] for line in log.split("\n")[:-1] if (found := _SAID.search(line))]
+    for line in said[told:]:
         print(line, file=sys.stderr, flush=True)
-    return len(spoken)
+    return len(said)
 
 
 def _await(ready: Callable[[], bool], children: list[Child]) -> None:

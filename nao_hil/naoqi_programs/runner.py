@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import traceback
 from importlib.machinery import FileFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -17,6 +16,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.device import connected
 from bridge.errors import LinkError
+from nao_hil.naoqi_programs.errors import print_error
 from nao_hil.naoqi_programs.source import compiled, program_code
 
 ADDRESS: Final = "NAO_HIL_NAOQI"
@@ -107,18 +107,9 @@ def main(program: str, arguments: list[str]) -> int:
     except KeyboardInterrupt:
         return 130
     except BaseException as error:
-        frames = traceback.extract_tb(error.__traceback__)
-        inside = [i for i, frame in enumerate(frames) if frame.filename == program]
-        _print(error, frames[inside[0] :] if inside else frames)
+        print_error(error, program)
         return 1
     return 0
-
-
-def _print(error: BaseException, frames: list[traceback.FrameSummary]) -> None:
-    """As Python prints an error, from the program's first line on."""
-    print("Traceback (most recent call last):", file=sys.stderr)
-    sys.stderr.write("".join(traceback.format_list(frames)))
-    sys.stderr.write("".join(traceback.format_exception_only(type(error), error)))
 
 
 if __name__ == "__main__":

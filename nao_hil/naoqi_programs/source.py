@@ -24,6 +24,8 @@ _OLD: Final = (
     re.compile(r"^\s*global\s", re.MULTILINE),
 )
 """What Python 3 no longer reads."""
+_UNCLOSED: Final = "unterminated"
+"""Begins Python 3's error of a text without an end, which Python 2 does not read either."""
 _OLD_NAMES: Final = {"raw_input", "xrange", "unicode", "unichr", "basestring", "long", "execfile"}
 _OLD_ATTRIBUTES: Final = {"has_key", "iteritems", "itervalues", "iterkeys"}
 _OLD_MODULES: Final = {"urllib2", "ConfigParser", "Queue", "Tkinter", "StringIO", "cPickle", "Image"}
@@ -69,15 +71,22 @@ def compiled(source: bytes, name: str) -> CodeType:
         try:
             code = compile(text, name, "exec", dont_inherit=True)
         except (SyntaxError, ValueError) as error:
-            if isinstance(error, TabError) or any(pattern.search(text) for pattern in _OLD):
+            old = isinstance(error, TabError) or any(pattern.search(text) for pattern in _OLD)
+            if old and not str(error).startswith(_UNCLOSED):
                 return _from_python2(text, name)
             raise _no_program(name, error) from None
         return _from_python2(text, name) if _is_old(ast.parse(text)) else code
 
 
-def _no_program(name: str, error: Exception) -> ConfigurationError:
-    line, reason = getattr(error, "lineno", None) or 0, getattr(error, "msg", str(error))
-    return ConfigurationError(f"{name}, line {line}: {reason}; this is no Python program.")
+def _no_program(name: str, error: Any) -> ConfigurationError:
+    """The error of a file, with what Python's parser said, or one of lib2to3's two."""
+    reason, line = getattr(error, "msg", str(error)), getattr(error, "lineno", None)
+    if hasattr(error, "context"):  # its parser
+        line = error.context[1][0]
+    elif line is None and len(error.args) == 2:  # its tokenizer
+        reason, (line, _) = error.args
+    place = f", line {line}" if line else ""
+    return ConfigurationError(f"{name}{place}: {reason}; this is no Python program.")
 
 
 def _is_old(tree: ast.Module) -> bool:

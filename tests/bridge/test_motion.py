@@ -187,7 +187,14 @@ def test_a_table_of_a_team_is_read(tmp_path: Path) -> None:
         ("duration_s,HeadYaw\n1,0\n", "no column stiffness"),
         ("duration_s;stiffness\n1;1\n", "separated by commas"),
         ("duration_s,stiffness\n1,1,5\n", "row 1 has more cells"),
-        ("duration_s,stiffness\nsoon,1\n", "soon"),
+        ("duration_s,stiffness\nsoon,1\n", "wrong.csv: row 1, column duration_s: 'soon' is no number"),
+        ("duration_s,stiffness\n,1\n", "row 1, column duration_s: '' is no number"),
+        ("duration_s,stiffness\n1,1\n-1,1\n", "row 2, column duration_s: expected a number >= 0"),
+        ("duration_s,stiffness\n1,1.5\n", "row 1, column stiffness: expected a number <= 1"),
+        (
+            "duration_s,stiffness,HeadYaw\n1.0,0.5,nan\n",
+            "row 1, column HeadYaw: is nan, but must be a finite number",
+        ),
         ("duration_s,stiffness\n", "no key frames"),
     ],
 )

@@ -227,10 +227,33 @@ def test_a_program_in_python_2_means_what_it_meant(source: str, value: Any) -> N
     assert meaning(source)["x"] == value
 
 
-@pytest.mark.parametrize("source", ["def (:\n", "print 'a' 'b\n", "x = \0"])
-def test_what_is_no_python_is_told_with_its_line(source: str) -> None:
-    with pytest.raises(ConfigurationError, match=r"program.py, line \d+: .*this is no Python program"):
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("def (:\n", ", line 1: "),
+        ("print 'a' 'b\n", ", line 1: unterminated string literal"),
+        ("print 'a'\nx = (1,\ny = 2\n", ", line 3: bad input"),
+        ("print 'a'\nx = (1,\n", ", line 3: "),
+        ("x = \0", ": source code (string )?cannot contain null bytes"),
+    ],
+)
+def test_what_is_no_python_is_told_with_its_line(source: str, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=rf"program.py{said}.*this is no Python program"):
         compiled(source.encode(), "program.py")
+
+
+def test_an_error_in_a_callback_is_told_with_the_program_s_lines(url: str) -> None:
+    """The error itself goes to ALMemory, which nobody sees."""
+    done = run(url, PROGRAMS / "module_faults.py")
+    assert done.returncode == 0
+    assert done.stdout.splitlines() == [
+        "ALMemory.subscribeToEvent: module Faulty has no method noSuchMethod.",
+        "ALMemory.subscribeToMicroEvent: module nobody is no service of this session; register it first.",
+        "the robot's own True",
+    ]
+    traced = done.stderr[done.stderr.index("Traceback") :].splitlines()
+    assert [line.split(", ")[-1] for line in traced if "File" in line] == ["in onEvent", "in helper"]
+    assert traced[-1] == "ValueError: no 3"
 
 
 def test_a_choregraphe_project_is_played_and_what_it_could_not_do_is_listed(url: str) -> None:

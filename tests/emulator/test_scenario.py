@@ -134,6 +134,8 @@ def test_angles_typed_in_degrees_are_radians_inside() -> None:
             "did you mean 'LKneePitch'",
         ),
         ("[[pushes]]\ntime = 1.0", "impulse"),
+        ("[[pushes]]\ntime = 1.0\nimpulse = 1e9", r"pushes\[0\].impulse: expected a number <= 100"),
+        ("[[pushes]]\ntime = 1.0\nvector = [0.0, -1e9, 0.0]", "vector.*expected a number >= -100"),
         ('[[pushes]]\ntime = 1.0\nimpulse = 1.0\ntarget = "LKnee"', "did you mean 'LKneePitch'"),
         ('[[faults]]\ntime = 1.0\nfault = { kind = "dcm-pause" }', "duration"),
         ("[[tilts]]\ntime = 1.0\npitch = 20.0", "1.57 s or more"),

@@ -54,13 +54,15 @@ def test_wrong_arrays_are_refused_in_words() -> None:
             batch.reset([1])
 
 
-def test_a_number_that_is_not_finite_moves_no_robot() -> None:
+def test_a_number_that_is_out_of_range_moves_no_robot() -> None:
     pytest.importorskip("mujoco")
     with nao_hil.Batch([1, 2]) as robots:
         wrong = robots.frames.position.copy()
         wrong[1, 3] = np.nan
         with pytest.raises(FrameError, match="is nan, but must be a finite number"):
             robots.step(wrong)
+        with pytest.raises(FrameError, match=r"Robot 1: .*stiffness of HeadYaw is -5\.0"):
+            robots.step(robots.frames.position, [[1.0] * 25, [-5.0] * 25])
         assert robots.frames.time.tolist() == [0.0, 0.0]
         assert [robot.emulated.dcm.clock.now for robot in robots.robots] == [0, 0]
 

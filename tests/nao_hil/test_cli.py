@@ -435,6 +435,22 @@ def test_a_motion_over_the_link_takes_no_robot_of_its_own(capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("arguments", "right"),
     [
+        (("get-up", "--robot", "nao-v3.2"), "nao-v3.2 has no motion to get up from its back"),
+        (
+            ("get-up-front", "--start", "stand"),
+            "get-up-front begins with the torso: front; with --start stand it is: upright",
+        ),
+    ],
+)
+def test_a_motion_begins_only_as_the_robot_lies(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], right: str
+) -> None:
+    assert right in refused(capsys, "motion", *arguments, "--engine", "mujoco")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "right"),
+    [
         (("up", "--steps", "nan"), "'--steps': it must be a whole number"),
         (("replay", "walk.mcap", "--speed", "1e9"), "'--speed': it must be less than or equal to 1000"),
     ],

@@ -8,7 +8,7 @@ import math
 import subprocess
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from inspect import getdoc
 from pathlib import Path
 from typing import Any
@@ -74,10 +74,49 @@ def robot_frames(robot: nao_hil.Robot, position: Any, stiffness: Any) -> list[An
     return [robot.step(position, stiffness) for _ in range(30)] + [robot.step()]
 
 
-@pytest.mark.parametrize("wrong", [[0.0] * 24, np.zeros((5, 5)), ["a"] * 25, [math.nan] * 25])
-def test_a_wrong_command_is_one_sentence(wrong: Any) -> None:
-    with nao_hil.Robot(wear="ideal") as robot, pytest.raises(nao_hil.NaoHilError, match="position"):
-        robot.step(wrong)
+@pytest.mark.parametrize(
+    ("position", "stiffness", "said"),
+    [
+        ([0.0] * 24, 1.0, "position has 24 values"),
+        (np.zeros((5, 5)), 1.0, r"position has the shape \(5, 5\)"),
+        (["a"] * 25, 1.0, "position is not made of numbers"),
+        ([0.0, [0.0]] * 12, 1.0, "position is not made of numbers"),
+        ([math.nan] * 25, 1.0, r"HeadYaw\): is nan"),
+        (0.0, [*[1.0] * 24, 2.0], "stiffness of RHand is 2.0; it must be between -1 and 1"),
+        (np.zeros(()), -5.0, "stiffness of HeadYaw is -5.0; it must be between -1 and 1"),
+    ],
+)
+def test_a_wrong_command_is_one_sentence(position: Any, stiffness: Any, said: str) -> None:
+    with nao_hil.Robot(wear="ideal") as robot, pytest.raises(nao_hil.NaoHilError, match=said):
+        robot.step(position, stiffness)
+
+
+def test_an_angle_that_no_joint_reaches_is_warned_of_once(caplog: pytest.LogCaptureFixture) -> None:
+    with nao_hil.Robot(wear="ideal") as robot:
+        for _ in range(2):
+            robot.step((angle + 1e300 for angle in robot.frame.position), 1.0)
+    warned = [record.getMessage() for record in caplog.records]
+    assert warned == ["position of HeadYaw is 1e+300 rad, which no joint reaches; angles are in radians."]
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: nao_hil.load(None), "file is None; the path of a file"),  # type: ignore[arg-type]
+        (lambda: nao_hil.walk(steps=2, record=5), "record is 5; the path of a file"),  # type: ignore[arg-type]
+        (lambda: nao_hil.walk(None, steps=2), "gait is None; a name"),  # type: ignore[arg-type]
+        (lambda: nao_hil.walk(steps=2, seed=-1), "a whole number from 0 on"),
+        (lambda: nao_hil.Robot(None), "body is None; a name"),  # type: ignore[arg-type]
+        (lambda: nao_hil.Robot(seed=True), "A seed is True; a whole number"),
+        (lambda: nao_hil.connect(5).__enter__(), "Endpoint 5 must be text"),  # type: ignore[arg-type]
+        (lambda: nao_hil.connect(robot=5).__enter__(), "Robot id 5 must be"),  # type: ignore[arg-type]
+        (lambda: nao_hil.connect(timeout=-1).__enter__(), "timeout is -1; seconds from 0 on"),
+        (lambda: nao_hil.WorldClient(connect=None), "Endpoint None must be text"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_wrong_argument_is_one_sentence(call: Callable[[], object], said: str) -> None:
+    with pytest.raises(nao_hil.NaoHilError, match=said):
+        call()
 
 
 def test_a_walk_has_an_end() -> None:
@@ -123,7 +162,7 @@ def test_tables_become_data_frames_where_pandas_is(
         pass
 
     Pandas.DataFrame = DataFrame  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "pandas", Pandas)  # type: ignore[arg-type]
+    monkeypatch.setitem(sys.modules, "pandas", Pandas)
     table = nao_hil.load(recorded[1])["sensors"]
     frame = table.to_pandas()
     assert (frame["position.LKneePitch"] == table["position"][:, nao_hil.JOINTS.index("LKneePitch")]).all()

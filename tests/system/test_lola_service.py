@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import random
+import re
 import select
 import socket
 import threading
@@ -221,6 +222,38 @@ def test_wrong_values_move_no_other_joint(served: Any, caplog: pytest.LogCapture
         "the client's `Position` of HeadYaw is nan and was ignored; a finite number is expected.",
         "the client's `Stiffness` of HeadYaw is 7 and was clipped; -1 to 1 is allowed.",
     ]
+
+
+def test_what_a_server_cannot_use_is_told_once_for_each_connection(
+    served: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Both sides waited for ever, in silence."""
+    caplog.set_level("WARNING", "bridge.adapters.lola.client")
+    robot, connect, _ = served()
+    robot.publish()
+    no_map = pack(**{"P" * 32: [0.0] * 25})  # one letter too many for `fixstr`
+    silent = connect()
+    silent.read()
+    silent.send(no_map)
+    until(lambda: caplog.records, "a warning")
+    silent.send(pack(LEar=[1.0, 1.0, 1.0]))
+    until(lambda: len(caplog.records) == 2, "a second warning")
+    silent.send(no_map)
+    misspelt = connect()
+    silent.socket.close()
+    misspelt.read()
+    misspelt.send(pack(position=[0.5] * 25, stiffness=[1.0] * 25))
+    misspelt.send(pack(Position=[0.5] * 25))
+    assert robot.command().position == (0.5,) * 25
+    said = [record.getMessage() for record in caplog.records]
+    assert [text.split(";")[0] for text in said] == [
+        f"{len(no_map)} bytes are no map of LoLA and were dropped",
+        "the robot is in lockstep and waits for a map with `Position` or `Stiffness`.",
+        said[2].split(";")[0],
+    ]
+    assert re.match(
+        r"the client's map has an unknown key '(p|s)\w+' \(did you mean '(P|S)\w+'\?\); known: ", said[2]
+    )
 
 
 def test_what_a_web_browser_sends_to_a_tcp_port_moves_nothing() -> None:

@@ -7,10 +7,11 @@ import socket
 from typing import Final
 
 from bridge.adapters.lola.address import send_at_once
-from bridge.adapters.lola.codec import Map, MapStream, is_map_head
+from bridge.adapters.lola.codec import MAX_TEXT, Map, MapStream, is_map_head
 from bridge.adapters.lola.schema import ACTUATORS
 from bridge.adapters.lola.setpoints import JOINT_KEYS, Setpoints
 from bridge.messages import SensorFrame
+from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +37,7 @@ class LolaClient:
         """It speaks LoLA. A web browser reaches TCP ports, and what it sends begins with an HTTP method."""
         self._stream = MapStream(ACTUATORS)
         self._warned: set[str] = set()
-        """Kinds of errors in the maps that were logged."""
+        """Kinds of errors that were logged."""
         self.setpoints: Setpoints | None = None
         """None before the first map with positions or stiffnesses."""
         self.stalled = False
@@ -91,7 +92,12 @@ class LolaClient:
         self._proven = True
         if self.stalled:
             return []
+        before = self.dropped
         maps = self._stream.feed(data)
+        if self.dropped > before:
+            found = f"{self.dropped - before} bytes are no map of LoLA and were dropped"
+            spoken = f"it speaks msgpack without `bin`, `str 8` and texts of over {MAX_TEXT} letters"
+            self.warn("bytes", f"{found}; {spoken}.")
         self.maps += len(maps)
         return maps
 
@@ -103,14 +109,25 @@ class LolaClient:
             frame: the newest one: joints without a setpoint stay as measured.
         """
         for values in maps:
+            for key in values.keys() - ACTUATORS.keys():
+                self.warn("key", f"the client's map has an {unknown_name('key', str(key), ACTUATORS)}.")
             if self.setpoints is None:
                 if not any(key in values for key in JOINT_KEYS):
                     continue
                 self.setpoints = Setpoints(frame.position, frame.stiffness)
             for error in self.setpoints.update(values):
-                if error.kind not in self._warned:
-                    self._warned.add(error.kind)
-                    logger.warning("the client's %s", error.text)
+                self.warn(error.kind, f"the client's {error.text}")
+
+    def warn(self, kind: str, text: str) -> None:
+        """Log a warning, the first one of its kind on this connection.
+
+        Args:
+            kind: the same for the same mistake.
+            text: one sentence.
+        """
+        if kind not in self._warned:
+            self._warned.add(kind)
+            logger.warning("%s", text)
 
     def close(self) -> None:
         """End the connection."""

@@ -39,6 +39,8 @@ _LIMP: Final = 0.2
 """A robot in which no joint is stiffer than this is down already."""
 _CHECK_STOP: Final = 0.2
 """s between two looks at whether to end."""
+_PATIENCE: Final = 1.0
+"""s that a robot in lockstep waits for an answer before the log says so."""
 _ROUNDING: Final = 1e-6
 """Of a cycle; robot time is a multiple of the cycle but for the last bits."""
 
@@ -139,6 +141,7 @@ class LolaServer:
         seen: Arrival | None = None
         sent: tuple[LolaClient | None, int] = (None, -1)
         """Client and number of the frame that went out last."""
+        sent_at = 0.0
         cycle, answered, commanded = -1, True, True
         while not self._stop.is_set() and not robot.gone:
             maps = self._wait(robot, _CHECK_STOP)
@@ -155,12 +158,16 @@ class LolaServer:
             answered = answered and client is not None and client.setpoints is not None
             if not answered and client is not None and sent != (client, frame.seq):
                 self._send(frame, robot)
-                sent = (client, frame.seq)
+                sent, sent_at = (client, frame.seq), time.monotonic()
             if maps:
                 self._update(maps, frame, robot)
                 answered = answered or any(key in values for values in maps for key in JOINT_KEYS)
             if answered and not commanded:
                 commanded = self._command(frame.seq)
+            if not answered and client is not None and time.monotonic() - sent_at > _PATIENCE:
+                client.warn(
+                    "waiting", "the robot is in lockstep and waits for a map with `Position` or `Stiffness`."
+                )
 
     def _wait(self, robot: RobotListener, timeout: float) -> list[Map]:
         """Wait for the robot, the client or a new client, up to `timeout` s; the maps that the client sent."""

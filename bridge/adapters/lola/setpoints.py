@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bridge.adapters.lola.codec import Map
-from bridge.body.joints import JOINTS, N_JOINTS
+from bridge.body.joints import JOINTS, N_JOINTS, unreachable
 
 JOINT_KEYS = ("Position", "Stiffness")
 
@@ -64,9 +64,8 @@ class Setpoints:
             text = f"`{key}` of {JOINTS[slot]} is {value:g} and was clipped; -1 to 1 is allowed."
             return MapError(f"{key}, range", text)
         self._values[key][slot] = float(value)
-        if key == "Position" and abs(value) > math.pi:
-            text = f"`{key}` of {JOINTS[slot]} is {value:g} rad, which no joint reaches; angles are in radians."
-            return MapError(f"{key}, range", text)
+        if key == "Position" and (why := unreachable(JOINTS[slot], value)):
+            return MapError(f"{key}, range", f"`{key}` of {why}")
         return None
 
     @property

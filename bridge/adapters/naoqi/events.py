@@ -86,7 +86,8 @@ class Events:
 
         Args:
             name: of the event.
-            module: a service of this session; a program's own one, as a rule.
+            module: a service of this session; a program's own one, as a rule. That it is there and has the
+                method is seen to in `qi_process`.
             rest: the method, or a message and the method.
 
         Raises:

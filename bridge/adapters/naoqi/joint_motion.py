@@ -6,6 +6,7 @@ on the robot: whoever wrote last wins. Semantics: vendor's pages on joint contro
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
@@ -17,8 +18,11 @@ from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks, RunningTask
 from bridge.adapters.naoqi.names import CHAINS
 from bridge.adapters.naoqi.sensors import TOUCH_KEYS
+from bridge.body.joints import unreachable
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
+
+logger = logging.getLogger(__name__)
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -38,6 +42,7 @@ class JointMotion:
 
     def __init__(self, joints: Joints, tasks: MotionTasks, config: RobotConfig) -> None:
         self._joints, self._tasks, self._config = joints, tasks, config
+        self._warned = False
 
     def get_angles(self, names: Any, use_sensors: Any) -> list[float]:
         """Angles by the sensors, or as commanded."""
@@ -66,6 +71,9 @@ class JointMotion:
             self._joints.guarded.add(joint)
 
     def _clipped(self, joint: str, angle: float) -> float:
+        if not self._warned and (why := unreachable(joint, angle)):
+            self._warned = True
+            logger.warning("ALMotion: the angle of %s", why)
         lower, upper, *_ = self._joints.limits(joint)
         return min(max(angle, lower), upper)
 

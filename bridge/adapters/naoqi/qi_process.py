@@ -16,10 +16,13 @@ import socket
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from bridge.adapters.naoqi.pipe import Pipe, Unsendable
 from bridge.realtime import request_real_time
+
+SUBSCRIBING: Final = ("subscribeToEvent", "subscribeToMicroEvent")
+"""Methods of ALMemory that name a module and its method."""
 
 
 class CallForwarder:
@@ -62,6 +65,11 @@ class CallForwarder:
 
     def _call(self, service: str, method: str, arguments: Sequence[Any]) -> Any:
         promise = self._qi.Promise()
+        if service == "ALMemory" and method in SUBSCRIBING:
+            fault = self._callback_fault(arguments)
+            if fault:
+                promise.setError(f"{service}.{method}: {fault}.")
+                return promise.future()
         with self._lock:
             self._number += 1
             number = self._number
@@ -72,6 +80,18 @@ class CallForwarder:
             self._waiting.pop(number)
             promise.setError(f"{service}.{method}: an argument cannot be passed on ({error}).")
         return promise.future()
+
+    def _callback_fault(self, arguments: Sequence[Any]) -> str:
+        """What keeps ALMemory from calling the method of `(event, module, [message,] method)`, or nothing."""
+        names = list(arguments[1:2]) + list(arguments[-1:])
+        if len(arguments) not in (3, 4) or not all(isinstance(name, str) for name in names):
+            return ""  # the served robot refuses them
+        module, method = names
+        try:
+            found = self._session.service(module)
+        except RuntimeError:
+            return f"module {module} is no service of this session; register it first"
+        return "" if hasattr(found, method) else f"module {module} has no method {method}"
 
     def _subscriber(self, event: str) -> Any:
         """The object whose `signal` tells of an event; the same for all who ask."""

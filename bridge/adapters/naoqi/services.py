@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from threading import RLock
@@ -213,7 +214,7 @@ class Services:
             entry.signature.bind(*arguments)
         except TypeError as error:
             raise NaoqiRefused(
-                f"{service}.{method}: {len(arguments)} arguments do not fit ({error})."
+                f"{service}.{method}: {len(arguments)} arguments do not fit ({_as_vendor(str(error))})."
             ) from None
         if entry.kind == "walk" and method in BEGINNING:
             with self._lock:
@@ -350,11 +351,11 @@ class Services:
         )
 
     def _parameters(self, service: str, method: Any) -> list[str]:
-        """Names of a method's arguments, as ours has them."""
+        """Names of a method's arguments."""
         name = text(method, f"{service}.getMethodHelp: method")
         if name not in self.offered(service):
             raise NaoqiRefused(f"{service}: {unknown_name('method', name, self.offered(service))}.")
-        return list(self._table[service][name].signature.parameters)
+        return list(map(_as_vendor, self._table[service][name].signature.parameters))
 
     def _common(self, service: str, methods: Mapping[str, Method]) -> Table:
         """Methods of every service."""
@@ -370,3 +371,8 @@ class Services:
             "wait": self._posts.wait,
             "stop": self._posts.stop,
         }
+
+
+def _as_vendor(words: str) -> str:
+    """Names of arguments as the vendor writes them: `useSensors` for `use_sensors`."""
+    return re.sub(r"(?<=[a-z])_([a-z])", lambda letter: letter[1].upper(), words)

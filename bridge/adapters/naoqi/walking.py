@@ -66,9 +66,9 @@ class WalkingMethods:
         if arguments and isinstance(arguments[0], list):
             given, *config = arguments
             several = bool(given) and all(isinstance(one, list) for one in given)
-            places = given if several else [(*given, 0.0, 0.0, 0.0)[:3]]
+            places = given if several else [given]
         else:
-            places, config = [(*arguments[:3], 0.0, 0.0, 0.0)[:3]], list(arguments[3:])
+            places, config = [arguments[:3]], list(arguments[3:])
         if any(len(place) != 3 for place in places):
             raise NaoqiRefused(f"{method}: {places!r:.60} was given; [x, y, theta] of each place is expected.")
         targets = [self._possible(method, _three(method, place, 1e4)) for place in places]

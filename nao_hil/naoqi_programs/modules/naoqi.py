@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import sys
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import qi
 
 from bridge.validation import unknown_name
+from nao_hil.naoqi_programs.errors import print_error
 from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
 
 __all__ = ["ALBroker", "ALModule", "ALProxy"]
@@ -142,7 +144,15 @@ def _forward(method: Callable[..., Any]) -> Callable[..., Any]:
     named = [p for p in parameters if p.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
     most = 2 if len(named) == len(parameters) == 2 else None
     sound = method.__name__ == "processRemote"
-    return lambda _, *arguments: method(*map(_as_bytes, arguments[:most]) if sound else arguments[:most])
+
+    def call(_: Any, *arguments: Any) -> Any:
+        try:
+            return method(*map(_as_bytes, arguments[:most]) if sound else arguments[:most])
+        except Exception as error:  # of the program; ALMemory, which called, has nobody to tell of it
+            print_error(error, str(getattr(sys.modules["__main__"], "__file__", "")))
+            raise
+
+    return call
 
 
 def _as_bytes(argument: Any) -> Any:

@@ -58,6 +58,16 @@ def test_a_dcm_command_is_carried_out_in_the_cycle_of_its_time(robot: Robot, ahe
     assert all(a < b for a, b in pairwise(sent[: due + 1]))
 
 
+def test_an_angle_in_degrees_is_warned_of_once(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
+    for _ in range(2):
+        robot.motion("angleInterpolation", "HeadYaw", 90.0, 0.3, True)
+        robot.run(0.5)
+    said = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert said == [
+        "ALMotion: the angle of HeadYaw is 90 rad, which no joint reaches; angles are in radians.",
+    ]
+
+
 def test_set_angles_goes_at_its_fraction_of_the_joints_largest_speed(robot: Robot) -> None:
 
     top = robot.motion("getLimits", "HeadYaw")[0][2]

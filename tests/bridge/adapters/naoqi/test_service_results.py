@@ -169,6 +169,7 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALSystem.freeMemory", [], lambda v: type(v) is int and 0 < v <= 1_000_000),  # kB
         ("ALSystem.diskFree", [True], lambda v: [type(part) for part in v[0]] == [str, str, int, int]),
         ("ALRobotModel.getConfigMap", [], lambda v: v["RobotConfig/Body/BaseVersion"] == "V50"),
+        ("ALMotion.getUsage", ["getAngles"], lambda v: v == "ALMotion.getAngles(names, useSensors)"),
         ("ALMotion.getUsage", ["openHand"], lambda v: v == "ALMotion.openHand(name)"),
         ("ALResourceManager.getResources", [], lambda v: v == []),
         ("ALDialog.getAllLoadedTopics", [], lambda v: v == []),
@@ -225,6 +226,7 @@ def test_a_method_returns_what_its_page_says(
         ),
         ("ALAudioDevice.startMicrophonesRecording", ["heard.wav"], "an absolute path in a folder"),
         ("ALMemory.getData", ["nothing"], "there is no data under 'nothing'"),
+        ("ALMotion.getAngles", ["Head"], "missing a required argument: 'useSensors'"),
         ("ALMemory.subscribeToEvent", ["event", "module"], r"takes \(event, module, method\)"),
         ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of words"),
         ("ALNavigation.explore", [1.0], "moveTo and moveToward walk"),

@@ -380,6 +380,8 @@ def test_facts_of_a_walk_are_a_bool_and_three_floats(all_ways: WalkingMethods, s
     assert call(all_ways, "moveIsActive") is True and call(all_ways, "getRobotVelocity") == [0.15, 0.0, 0.0]
     with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] of each place is expected"):
         call(all_ways, "moveTo", [[0.1, 0.2]])
+    with pytest.raises(NaoqiRefused, match=r"\[x, y, theta\] of each place is expected"):
+        call(all_ways, "moveTo", 0.1, 0.0)  # no form of the vendor's
 
 
 def test_a_walk_without_an_end_goes_on_at_its_velocity(all_ways: WalkingMethods) -> None:

@@ -1,0 +1,19 @@
+"""Errors of a program that runs, told as Python tells them, without the lines of what runs it."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+
+
+def print_error(error: BaseException, program: str) -> None:
+    """Print an error's traceback from the program's first line on; all of it where none is the program's.
+
+    Args:
+        error: with its traceback.
+        program: file name of its code.
+    """
+    frames = traceback.extract_tb(error.__traceback__)
+    first = next((i for i, frame in enumerate(frames) if frame.filename == program), 0)
+    lines = [*traceback.format_list(frames[first:]), *traceback.format_exception_only(type(error), error)]
+    sys.stderr.write("Traceback (most recent call last):\n" + "".join(lines))
