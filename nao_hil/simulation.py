@@ -8,7 +8,7 @@ from typing import Any
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import Recorder
 from nao_hil.arguments import file_path, require_names, whole_seed
-from nao_hil.runs.build import with_engine
+from nao_hil.runs.build import check_run, with_engine
 from nao_hil.runs.config import run_config
 from nao_hil.runs.in_process import walk_in_process
 from nao_hil.runs.summary import Summary
@@ -59,5 +59,6 @@ def walk(
         raise ConfigurationError("A walk in this process needs an end; give steps or duration.")
     if file is None:
         return walk_in_process(settings)
+    check_run(settings)  # before a file that is there is written anew
     with Recorder(file, settings) as recorder:
         return walk_in_process(settings, [recorder])
