@@ -65,11 +65,7 @@ def open_page(page: Page, port: int, query: str = COARSE) -> None:
     """Open it, wait until the charts are drawn, and until the 3-D picture has a robot in it."""
     page.goto(f"http://127.0.0.1:{port}/{query}")
     page.wait_for_selector(CHART)
-    for _ in range(60):
-        if drawn(page) > 300:
-            return
-        page.wait_for_timeout(1000)
-    pytest.fail("no robot is drawn")
+    wait_for(page, "no robot was drawn", lambda: drawn(page) > 300)
 
 
 def picture(page: Page) -> np.ndarray[Any, Any]:
@@ -83,13 +79,18 @@ def drawn(page: Page) -> int:
     return int(((image.min(axis=2) > 120) & (np.ptp(image, axis=2) < 40)).sum())
 
 
-def wait_for_motion(page: Page, before: np.ndarray[Any, Any]) -> None:
-    """Wait until the 3-D picture is another one; a browser beside other work may draw it every few seconds."""
+def wait_for(page: Page, what: str, true: Callable[[], bool]) -> None:
+    """Wait until something is true: a browser beside other work may draw the page every few seconds."""
     for _ in range(60):
-        page.wait_for_timeout(1000)
-        if (np.abs(picture(page) - before).max(axis=2) > 40).sum() > 100:
+        if true():
             return
-    pytest.fail("nothing moves in the picture")
+        page.wait_for_timeout(1000)
+    pytest.fail(f"in a minute {what}")
+
+
+def moved(now: np.ndarray[Any, Any], before: np.ndarray[Any, Any]) -> bool:
+    """Whether a picture is another one."""
+    return bool((np.abs(now - before).max(axis=2) > 40).sum() > 100)
 
 
 def charts(page: Page) -> str:
@@ -128,8 +129,8 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     browser_page.wait_for_function("document.body.innerText.includes('SSL')")
     browser_page.wait_for_selector(CHART)
     before, curves, time = picture(browser_page), charts(browser_page), shown_time(browser_page)
-    wait_for_motion(browser_page, before)
-    assert charts(browser_page) != curves
+    wait_for(browser_page, "the robot did not move", lambda: moved(picture(browser_page), before))
+    wait_for(browser_page, "the chart stood still", lambda: charts(browser_page) != curves)
     assert shown_time(browser_page) > time
 
     browser_page.get_by_role("tab", name="Walk").click()
@@ -153,8 +154,8 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     (pushed,) = [r.time for r in recorded if r.topic == "notices" and "is pushed" in r.message.text]
     angles = [(r.time, r.message.angle[0]) for r in recorded if r.topic == "sensors"]
     calm = max(abs(a) for t, a in angles if pushed - 1.0 < t < pushed)
-    moved = max(abs(a) for t, a in angles if pushed < t < pushed + 1.0)
-    assert moved > calm + math.radians(0.5)
+    tilted = max(abs(a) for t, a in angles if pushed < t < pushed + 1.0)
+    assert tilted > calm + math.radians(0.5)
 
 
 def test_keys_and_a_gamepad_drive_once_they_may(
