@@ -28,9 +28,9 @@ INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
 """Of the mass from the middle of either sole, m."""
 
 
-def foreseen(ways, support="both", phase="stand", capture=None):
+def foreseen(ways, support="both", phase="stand", capture=None, plan=STAND):
     """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
-    foresight, plan = Foresight(P, BODY), replace(STAND, support=support, phase=phase, capture=capture)
+    foresight, plan = Foresight(P, BODY), replace(plan, support=support, phase=phase, capture=capture)
     for k in range(200):
         lean, rate, (x, y) = ways(k)
         frame = standing_frame(
@@ -64,6 +64,13 @@ def test_a_push_is_seen_by_the_accelerometer_before_the_body_turns(acceleration,
     assert foreseen(pushed(*acceleration), support) == pytest.approx(time / DT, abs=1.6)
     weak = 0.9 * OMEGA * way / P.acceleration_time / a
     assert foreseen(pushed(weak * acceleration[0], weak * acceleration[1]), support) is None
+
+
+@pytest.mark.parametrize(("acceleration", "way"), [(9.0, P.ahead - AHEAD), (-9.0, P.behind + AHEAD)])
+def test_a_stand_of_a_gait_without_capture_steps_has_the_bounds_of_a_walk(acceleration, way):
+    time = -P.acceleration_time * math.log(1.0 - OMEGA * way / (abs(acceleration) * P.acceleration_time))
+    plan = replace(STAND, pendulum=None)
+    assert foreseen(pushed(acceleration, 0.0), plan=plan) == pytest.approx(time / DT, abs=1.6)
 
 
 def test_a_walk_that_is_pushed_too_hard_is_seen_before_the_capture_point_shows_it():

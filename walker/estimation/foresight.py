@@ -35,7 +35,7 @@ class ForesightParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     behind: Positive = 0.08
     """m; 0.05 in undisturbed walks."""
     capture_ahead: Positive = 0.10
-    """m, in a stand and in a capture step."""
+    """m, in a stand and in a capture step of a gait that makes such steps."""
     capture_behind: Positive = 0.14
     """m, likewise."""
     outside_stance: Positive = 0.065
@@ -85,7 +85,8 @@ class Foresight:
         self._push = self._push + dt * (rotation(*lean, 0.0) @ frame.accelerometer)[:2]
         self._push -= min(dt / p.push_time, 1.0) * self._push
         walks = plan.phase not in ("stand", "stop") and plan.capture is None
-        toes, heels = (p.ahead, p.behind) if walks else (p.capture_ahead, p.capture_behind)
+        captures = not walks and plan.pendulum is not None
+        toes, heels = (p.capture_ahead, p.capture_behind) if captures else (p.ahead, p.behind)
         pushed = walks and math.hypot(*self._push) > p.push
         pose = self._base.place(self._base.in_torso(frame.position), np.eye(4))
         share = min(dt / p.acceleration_time, 1.0)
