@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from bridge.body.joints import JOINTS, N_JOINTS, unreachable
+from bridge.body.joints import JOINTS, N_JOINTS, degrees_warning
 from bridge.errors import ConfigurationError
 from bridge.guard.ranges import require_numbers
 from bridge.messages import ActuatorFrame
@@ -68,7 +68,7 @@ class UnreachableAngles:
         """
         if self._warned:
             return
-        why = next(filter(None, map(unreachable, JOINTS, position)), "")
+        why = next(filter(None, map(degrees_warning, JOINTS, position)), "")
         if why:
             self._warned = True
             logger.warning("position of %s", why)

@@ -16,12 +16,12 @@ FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 
 
 @contextmanager
-def whole(file: Path) -> Iterator[Path]:
+def atomic_path(file: Path) -> Iterator[Path]:
     """A path to write to; it takes a file's place where the block ends well, else nothing of it is left.
 
     Example:
-        with whole(file) as half:
-            figure.savefig(half)
+        with atomic_path(file) as temporary:
+            figure.savefig(temporary)
 
     Args:
         file: To write; one that is there stays as it is until then. A device or a pipe is written to at once.
@@ -33,23 +33,23 @@ def whole(file: Path) -> Iterator[Path]:
         ConfigurationError: the file cannot be written.
         OSError: the disk is full; the command line says so.
     """
-    half: Path | None = None
+    temporary: Path | None = None
     try:
         place = file.resolve()  # a link stays a link
         if place.exists() and not place.is_file():
             yield place
             return
-        half = place.with_name(f".{place.stem}.{os.getpid()}{place.suffix}")
-        yield half
-        half.replace(place)
+        temporary = place.with_name(f".{place.stem}.{os.getpid()}{place.suffix}")
+        yield temporary
+        temporary.replace(place)
     except OSError as error:
         if error.errno in FULL:
             raise
         raise ConfigurationError(f"{file}: cannot be written ({error.strerror}); give another place.") from None
     finally:
-        if half is not None:
+        if temporary is not None:
             with suppress(OSError):  # where it took the file's place, or could not even begin
-                half.unlink()
+                temporary.unlink()
 
 
 def write_text(file: Path, text: str) -> None:
@@ -58,8 +58,8 @@ def write_text(file: Path, text: str) -> None:
     Raises:
         ConfigurationError: the file cannot be written.
     """
-    with whole(file) as half:
-        half.write_text(text, encoding="utf-8")
+    with atomic_path(file) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def write_bytes(file: Path, data: bytes) -> None:
@@ -68,5 +68,5 @@ def write_bytes(file: Path, data: bytes) -> None:
     Raises:
         ConfigurationError: the file cannot be written.
     """
-    with whole(file) as half:
-        half.write_bytes(data)
+    with atomic_path(file) as temporary:
+        temporary.write_bytes(data)

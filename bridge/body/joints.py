@@ -59,7 +59,7 @@ LEG_SLOTS: Final = {side: tuple(INDEX_WITH_MIRROR[j] for j in names) for side, n
 """Frame slots of each leg's six joints; both legs share the HipYawPitch slot."""
 
 
-def unreachable(joint: str, angle: float) -> str:
+def degrees_warning(joint: str, angle: float) -> str:
     """Why an angle is probably one in degrees; empty for one that some joint reaches.
 
     Args:

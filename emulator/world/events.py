@@ -146,8 +146,15 @@ class EventExecutor:
         if name in world.things:
             raise FrameError(f"`{name}` is a {world.things[name].kind}; give the box another name.")
         at, yaw = self._on_floor(command.at, command.yaw, command.frame)
-        world.place_box(
-            name, command.size, at, yaw, height=command.height, mass=command.mass, friction=command.friction
+        world.add_box(
+            name,
+            command.size,
+            at,
+            yaw,
+            height=command.height,
+            mass=command.mass,
+            friction=command.friction,
+            beside_robot=True,
         )
         kind = f"of {command.mass:g} kg" if command.mass > 0.0 else "fixed to the floor"
         return f"Box `{name}`, {kind}, stands at ({at[0]:.3f}, {at[1]:.3f})."

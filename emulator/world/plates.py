@@ -69,7 +69,7 @@ class WaitingPlates:
         yaw = math.atan2(ahead[1] - here[1], ahead[0] - here[0])
         at = planar_point((x, y, yaw), plate.shift)
         try:
-            world.place_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0)
+            world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0, beside_robot=True)
         except FrameError as error:  # it reaches into the other foot
             self._say("world-refused", str(error))
             return

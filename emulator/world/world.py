@@ -157,6 +157,7 @@ class World:
         height: float | None = None,
         mass: float = 0.0,
         friction: float | None = None,
+        beside_robot: bool = False,
     ) -> None:
         """Put a box, or replace the one of its name.
 
@@ -168,33 +169,19 @@ class World:
             height: Of its bottom over the floor, m; None: on the ground under its middle and corners.
             mass: kg; 0: fixed on the floor.
             friction: Against the soles; None: as the floor.
+            beside_robot: Refuse a place in which the robot is.
+
+        Raises:
+            FrameError: the box would stand inside the robot; the world stays as it was.
         """
+        before = self._box_state(name)
         self.remove_box(name)
         if height is None:
             height = max(self.ground(_footprint(size, at, yaw)))
         pose = Pose((at[0], at[1], height + size[2] / 2.0), quaternion(yaw=yaw))
         self.engine.scene.add_box(name, size, pose, mass=mass, friction=friction)
         self.boxes[name] = WorldBox(size, mass, friction)
-
-    def place_box(
-        self,
-        name: str,
-        size: Vec3,
-        at: Vec2,
-        yaw: float = 0.0,
-        *,
-        height: float | None = None,
-        mass: float = 0.0,
-        friction: float | None = None,
-    ) -> None:
-        """Put a box, or replace the one of its name, where the robot is not; arguments as those of `add_box`.
-
-        Raises:
-            FrameError: it would stand inside the robot; the world stays as it was.
-        """
-        before = self._box_state(name)
-        self.add_box(name, size, at, yaw, height=height, mass=mass, friction=friction)
-        if self.in_robot(name):
+        if beside_robot and self.in_robot(name):
             self.remove_box(name)
             if before is not None:
                 self._put_back(name, before)

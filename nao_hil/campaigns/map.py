@@ -15,7 +15,7 @@ from nao_hil.analysis.statistics import wilson
 from nao_hil.campaigns.file import with_seed
 from nao_hil.campaigns.quantities import UNITS, changed
 from nao_hil.campaigns.refinement import Cell, Survey
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.walk import Walk
 
@@ -145,6 +145,6 @@ def draw(found: Survey, x: Axis, y: Axis, title: str, path: Path) -> Path:
     walked = np.array([(x.values[i], y.values[j]) for i, j in found.tried])
     share.plot(*walked.T, "k.", markersize=2)
     figure.suptitle(title, fontsize=10)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
     return path

@@ -13,7 +13,7 @@ import optuna
 from nao_hil.analysis.statistics import few_words, paired, score_bounds, wilson
 from nao_hil.campaigns.objective import Ensemble, score
 from nao_hil.campaigns.study import table
-from nao_hil.files import whole, write_bytes
+from nao_hil.files import atomic_path, write_bytes
 from nao_hil.runs.walk import Walk, WalkEnd
 
 UNSEEN: Final = 1_000_000
@@ -90,6 +90,6 @@ def draw(study: optuna.Study, shares: dict[str, float], path: Path) -> Path:
     history.legend()
     bars.barh(list(shares), list(shares.values()))
     bars.set(xlabel="importance")
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
     return path

@@ -35,14 +35,14 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
     if as_json:
         print(msgspec.json.encode(whole).decode(), flush=True)
     else:
-        print(msgspec.toml.encode(_told(whole)).decode(), end="")
+        print(msgspec.toml.encode(_without_none(whole)).decode(), end="")
     return 0
 
 
-def _told(table: dict[str, Any]) -> dict[str, Any]:
-    """A table without what has no value, which TOML cannot say."""
+def _without_none(table: dict[str, Any]) -> dict[str, Any]:
+    """A table without entries that are None, which TOML cannot express."""
     return {
-        key: _told(value) if isinstance(value, dict) else value
+        key: _without_none(value) if isinstance(value, dict) else value
         for key, value in table.items()
         if value is not None
     }

@@ -39,8 +39,8 @@ GRACE = 5.0
 """s that each has to end."""
 FAREWELL = 60.0
 """s that a program has after a Ctrl-C, in which it may sit the robot down."""
-_SAID = re.compile(rf"{SPOKEN}.*|WARNING .*")
-"""What a person is told of the server's log."""
+_REPORTED = re.compile(rf"{SPOKEN}.*|WARNING .*")
+"""Lines of the server's log that are printed."""
 OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
 """Of this command, which it takes before the program only."""
 
@@ -118,14 +118,14 @@ def run_program(
             env=os.environ | {ADDRESS: url, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)},
         )
         on_signals(stop.set)
-        told, deadline = 0, math.inf
+        printed, deadline = 0, math.inf
         while process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.05)
             if stop.is_set() and deadline == math.inf:
                 process.terminate()
                 deadline = time.monotonic() + FAREWELL
             if started:
-                told = _tell_said(started[-1].stderr, told)
+                printed = _print_reports(started[-1].stderr, printed)
         if process.poll() is None:
             process.kill()
         code = process.wait()
@@ -163,17 +163,17 @@ def _answers(host: str, port: int) -> bool:
     return True
 
 
-def _tell_said(log: str, told: int) -> int:
-    """Print the texts that the robot spoke and the warnings, but for those told before; the number of all.
+def _print_reports(log: str, printed: int) -> int:
+    """Print the texts that the robot spoke and the warnings, but for those printed before; the number of all.
 
     Args:
         log: of the server, perhaps with a line half written.
-        told: number of texts and warnings.
+        printed: number of texts and warnings.
     """
-    said = [found[0] for line in log.split("\n")[:-1] if (found := _SAID.search(line))]
-    for line in said[told:]:
+    reports = [found[0] for line in log.split("\n")[:-1] if (found := _REPORTED.search(line))]
+    for line in reports[printed:]:
         print(line, file=sys.stderr, flush=True)
-    return len(said)
+    return len(reports)
 
 
 def _await(ready: Callable[[], bool], children: list[Child]) -> None:

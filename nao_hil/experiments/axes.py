@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from nao_hil.runs.track import PHASES, Array, Track
 
 RED: Final = "tab:red"
@@ -26,8 +26,8 @@ def new_figure(width: float = 9.0, height: float = 4.5) -> Figure:
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG; gives its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
     return path
 
 

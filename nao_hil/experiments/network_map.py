@@ -11,7 +11,7 @@ import msgspec
 from nao_hil.analysis.report.page import Claim, Picture, ReportPage, ReportTable
 from nao_hil.analysis.statistics import wilson
 from nao_hil.experiments.context import Context
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from nao_hil.network_emulation import NetworkConditions
 from nao_hil.network_emulation.walks import NetworkWalk
 
@@ -163,6 +163,6 @@ def draw(cells: list[NetworkCell], file: Path) -> None:
         axis.set_title(f"{gait} gait, {100 * loss:g} % loss", size=9)
         axis.set_xlabel("delay one way, ms")
         axis.set_ylabel("jitter, ms")
-    with whole(file) as half:
-        figure.savefig(half, dpi=130)
+    with atomic_path(file) as temporary:
+        figure.savefig(temporary, dpi=130)
     plt.close(figure)

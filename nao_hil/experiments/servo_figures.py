@@ -14,7 +14,7 @@ from bridge.body import Body
 from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
 from emulator.wear import WearProfile
 from nao_hil.experiments.servo_bench import LEGS, Vector, part
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 
 SHOWN: Final = tuple(joint for joint in LEGS if joint.startswith("L"))
 """The right leg's are alike."""
@@ -54,8 +54,8 @@ def plot_steps(path: Path, body: Body, tracks: Mapping[str, Vector], steps: Mapp
         panel.axvspan(36.0, 40.0, alpha=0.2, color="tab:green", label="published delay")
         panel.set(xlabel="time after the request / ms", xlim=(0.0, 400.0))
     axes[0].legend()
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Vector]) -> None:
@@ -67,8 +67,8 @@ def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Vector]) -> None:
         panel.plot(track[1:, 0] - track[0, 0], speed)
         panel.axhline(math.degrees(joint_no_load_speed(body, joint)), color="k", linestyle="--", linewidth=1.0)
         panel.set(xlabel="time / s", ylabel="deg/s")
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def plot_loops(path: Path, track: Vector) -> None:
@@ -82,8 +82,8 @@ def plot_loops(path: Path, track: Vector) -> None:
         width = math.degrees(float(np.ptp(part(track, 2)[:, i] - part(track, 1)[:, i])))
         panel.set(xlabel="motor / deg", ylabel="encoder / deg")
         panel.text(0.05, 0.9, f"width {width:.2f} deg", transform=panel.transAxes)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def plot_heat(path: Path, wear: WearProfile, track: Vector) -> None:
@@ -99,8 +99,8 @@ def plot_heat(path: Path, wear: WearProfile, track: Vector) -> None:
         twin = panel.twinx()
         twin.plot(time, part(track, 5)[:, i], "--")
         twin.set_ylim(0.0, 1.05)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def plot_stiffness(
@@ -126,5 +126,5 @@ def plot_stiffness(
     fall.set_xticks(places, LEGS, rotation=30)
     for panel in (held, drawn, fall):
         panel.grid(alpha=0.3, axis="y")
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)

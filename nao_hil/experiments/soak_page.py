@@ -8,7 +8,7 @@ from typing import Final
 from nao_hil.analysis.report.page import Claim, Picture, ReportPage
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.soak_result import LARGEST_DRIFT, LARGEST_GROWTH, Soak, as_punctual, lateness
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 
 GAIT: Final = "static"
 
@@ -84,6 +84,6 @@ def draw(
     below.plot([cycle * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
     below.set_ylabel("lateness, ms")
     below.set_xlabel("time, s")
-    with whole(file) as half:
-        figure.savefig(half, dpi=120)
+    with atomic_path(file) as temporary:
+        figure.savefig(temporary, dpi=120)
     plt.close(figure)

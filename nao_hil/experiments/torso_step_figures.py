@@ -8,7 +8,7 @@ import numpy as np
 
 from nao_hil.experiments.plant_fit import THESIS, Plant
 from nao_hil.experiments.torso_responses import Responses, Vector
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 
 
 def plot(path: Path, time: Vector, fused: Vector, true: Vector, plant: Plant) -> None:
@@ -35,8 +35,8 @@ def plot(path: Path, time: Vector, fused: Vector, true: Vector, plant: Plant) ->
     axes.set(xlabel="time after the step / s", ylabel="torso pitch / final value", title="Torso step")
     axes.grid(alpha=0.3)
     axes.legend()
-    with whole(path) as half:
-        figure.savefig(half, dpi=120)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=120)
 
 
 def plot_wave(path: Path, run: Responses, cycle: float) -> None:
@@ -66,5 +66,5 @@ def plot_wave(path: Path, run: Responses, cycle: float) -> None:
     panel.set(xlabel="t / s", ylabel="angle / amplitude of the input")
     panel.grid(alpha=0.3)
     panel.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.body.joints import JOINTS
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from nao_hil.identification.comparison import JointComparison, SensorComparison
 from nao_hil.identification.signals import Signals
 
@@ -31,8 +31,8 @@ def plot_ranking(path: Path, joints: Sequence[JointComparison]) -> None:
     axes.set_xlabel("RMS difference of the angle, deg")
     axes.legend()
     axes.grid(axis="x", alpha=0.3)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def plot_joints(path: Path, joints: Sequence[JointComparison], recorded: Signals, replayed: Signals) -> None:
@@ -52,8 +52,8 @@ def plot_joints(path: Path, joints: Sequence[JointComparison], recorded: Signals
         for axes in row:
             axes.grid(alpha=0.3)
         row[0].legend(fontsize=7)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def plot_spectra(path: Path, sensors: Sequence[SensorComparison]) -> None:
@@ -72,8 +72,8 @@ def plot_spectra(path: Path, sensors: Sequence[SensorComparison]) -> None:
         axes.set_visible(False)
     panels[0].legend(fontsize=7)
     figure.supxlabel("frequency, Hz", fontsize=9)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def _worst(difference: Any, cycle: float) -> slice:

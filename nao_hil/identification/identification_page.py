@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from bridge.body.joints import INDEX
 from nao_hil.analysis.report.page import Picture, ReportPage, ReportTable
 from nao_hil.analysis.report.render import Report, write_report
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from nao_hil.identification.fit import Fit
 from nao_hil.identification.identification import Identification, Identified
 from nao_hil.identification.signals import Signals
@@ -82,8 +82,8 @@ def _plot(path: Path, found: Fit, signals: Signals) -> None:
     panels[0].legend(fontsize=7, markerscale=6)
     figure.supxlabel("command, deg", fontsize=9)
     figure.supylabel("angle - command, deg", fontsize=9)
-    with whole(path) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=110)
 
 
 def _values(result: Identification) -> ReportTable:

@@ -9,15 +9,15 @@ import pytest
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli.main import run
-from nao_hil.files import whole, write_text
+from nao_hil.files import atomic_path, write_text
 
 
 def test_a_file_is_there_whole_once_the_block_has_ended(tmp_path: Path) -> None:
     file = tmp_path / "plan.toml"
     file.write_text("old")
-    with whole(file) as half:
-        assert (half.parent, half.suffix) == (file.parent, file.suffix)
-        half.write_text("new")
+    with atomic_path(file) as temporary:
+        assert (temporary.parent, temporary.suffix) == (file.parent, file.suffix)
+        temporary.write_text("new")
         assert file.read_text() == "old"
     assert file.read_text() == "new"
     assert list(tmp_path.iterdir()) == [file]
@@ -27,8 +27,8 @@ def test_a_fault_midway_leaves_the_folder_as_it_was(tmp_path: Path) -> None:
     file = tmp_path / "robot.xml"
 
     def write() -> None:
-        with whole(file) as half:
-            half.write_text("<muj")
+        with atomic_path(file) as temporary:
+            temporary.write_text("<muj")
             raise ValueError("the exporter broke")
 
     with pytest.raises(ValueError, match="broke"):

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from bridge import rotations
+from bridge.messages.world import Push
+from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.track import PHASES
 from nao_hil.runs.walk import Walk, walk
+from walker.planning.plan import Foothold
 
 WALKED = 6.0
 """s; the first two do not count, and what is left are whole strides of a slow sideways walk."""
@@ -64,3 +67,23 @@ def test_a_push_that_fells_a_standing_robot_is_answered_by_a_step(steps):
     if steps:
         assert outcome.end.steps == 2
         assert abs(outcome.end.roll) + abs(outcome.end.pitch) < math.radians(5.0)
+
+
+def test_a_capture_step_does_not_depend_on_where_the_frame_of_the_plan_heads():
+    """2.4 N s straight back; the frame of the plan is where the walks before left the robot."""
+    config = RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=302010, velocity=(0.15, 0.0, 0.0))
+    places = []
+    for yaw in (0.0, 2.5):
+        origin = Foothold(0.0, 0.0, yaw)
+        with build_robot(config) as robot:
+            controller = controller_maker(config, waits=True)(robot.body, robot.body.cycle)
+            planner = controller._planner
+            planner.plan, planner._origin = planner.plan.moved(origin), origin
+            for k in range(600):
+                command = controller.tick(robot.frame)
+                if k == 300:
+                    robot.world_events.execute(Push(impulse=(-2.4, 0.0, 0.0)))
+                robot.advance(command)
+            places.append(robot.truth().torso_position)
+    assert places[0][2] > 0.28  # it stands
+    assert places[1] == pytest.approx(places[0], abs=1e-6)

@@ -14,6 +14,7 @@ from walker.model.com import CentreOfMass
 from walker.model.gravity import GRAVITY
 from walker.planning import GaitCommand, gait_parameters, make_gait, standing_plan
 from walker.planning.feedback import CaptureStep, Feedback
+from walker.planning.plan import Foothold
 from walker.planning.pose import PoseMaker
 
 BODY = load_body("nao-v6")
@@ -80,6 +81,13 @@ def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_clos
     assert abs(landed.left.y - landed.right.y) == pytest.approx(P.l_FA - inset, abs=0.02)
     highest = max(max(plan.left.z, plan.right.z) for plan in plans if plan.step == 0)
     assert highest == pytest.approx(P.backward_capture_lift if edge == HEEL else P.l_lift, rel=0.05)
+    turned = Foothold(0.3, -0.2, 2.5)  # where the walk began does not matter
+    backward = [
+        plan.moved(turned).captures_backward
+        for plan in plans
+        if plan.capture and abs(plan.left.x - plan.right.x) > 1e-3
+    ]
+    assert backward and set(backward) == {edge == HEEL}
     for plan in plans:
         if plan.phase == "stand" or plan.step == 0:
             assert plan.capture == (None if plan.phase == "stand" else "R" if side > 0.0 else "L")

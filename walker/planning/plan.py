@@ -143,11 +143,11 @@ class Plan:
 
     @property
     def captures_backward(self) -> bool:
-        """Whether the capture step goes, or went, back."""
+        """Whether the capture step goes, or went, back: behind the other foot, along that one's heading."""
         if self.capture is None:
             return False
         foot, other = (self.left, self.right) if self.capture == "L" else (self.right, self.left)
-        return foot.x < other.x
+        return Foothold(other.x, other.y, other.yaw).local(foot.x, foot.y)[0] < 0.0
 
     @property
     def middle(self) -> Foothold:

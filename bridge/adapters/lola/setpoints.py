@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bridge.adapters.lola.codec import Map
-from bridge.body.joints import JOINTS, N_JOINTS, unreachable
+from bridge.body.joints import JOINTS, N_JOINTS, degrees_warning
 
 JOINT_KEYS = ("Position", "Stiffness")
 
@@ -64,7 +64,7 @@ class Setpoints:
             text = f"`{key}` of {JOINTS[slot]} is {value:g} and was clipped; -1 to 1 is allowed."
             return MapError(f"{key}, range", text)
         self._values[key][slot] = float(value)
-        if key == "Position" and (why := unreachable(JOINTS[slot], value)):
+        if key == "Position" and (why := degrees_warning(JOINTS[slot], value)):
             return MapError(f"{key}, range", f"`{key}` of {why}")
         return None
 

@@ -18,7 +18,7 @@ from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.motion_tasks import MotionTask, MotionTasks, RunningTask
 from bridge.adapters.naoqi.names import CHAINS
 from bridge.adapters.naoqi.sensors import TOUCH_KEYS
-from bridge.body.joints import unreachable
+from bridge.body.joints import degrees_warning
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
 
@@ -71,7 +71,7 @@ class JointMotion:
             self._joints.guarded.add(joint)
 
     def _clipped(self, joint: str, angle: float) -> float:
-        if not self._warned and (why := unreachable(joint, angle)):
+        if not self._warned and (why := degrees_warning(joint, angle)):
             self._warned = True
             logger.warning("ALMotion: the angle of %s", why)
         lower, upper, *_ = self._joints.limits(joint)

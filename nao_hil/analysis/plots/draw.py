@@ -12,7 +12,7 @@ from nao_hil.analysis.plots.figures import FIGURES
 from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 
 
 def missing(tables: Tables, name: str) -> list[str]:
@@ -47,5 +47,5 @@ def draw(tables: Tables, name: str, file: Path, title: str) -> None:
     make(tables, figure)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
-    with whole(file) as half:
-        figure.savefig(half, dpi=110)
+    with atomic_path(file) as temporary:
+        figure.savefig(temporary, dpi=110)

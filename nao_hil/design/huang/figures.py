@@ -12,7 +12,7 @@ import numpy as np
 from bridge.body import Body
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import along
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from walker.model.arms import ARMS
 from walker.model.tree import BodyTree
 from walker.planning.gait import dry_walk
@@ -63,8 +63,8 @@ def draw(p: HuangParameters, body: Body, choice: Choice, folder: Path) -> list[P
     files = []
     for name, figure in figures.items():
         files.append(folder / f"huang-{name}.png")
-        with whole(files[-1]) as half:
-            figure.savefig(half, dpi=110)
+        with atomic_path(files[-1]) as temporary:
+            figure.savefig(temporary, dpi=110)
         plt.close(figure)
     return files
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from bridge.errors import ConfigurationError
-from nao_hil.files import whole
+from nao_hil.files import atomic_path
 from nao_hil.runs.dataset.journal import Abandoned, Journal, rows_of
 from nao_hil.runs.dataset.parts import find_rows, known_keys, write_part
 from nao_hil.runs.dataset.row import Row, row
@@ -127,8 +127,8 @@ class Dataset:
     def _keep_track(self, key: str, track: Track) -> None:
         path = self._track_file(key)
         path.parent.mkdir(exist_ok=True)
-        with whole(path) as half:
-            np.savez_compressed(half, rows=track.rows)
+        with atomic_path(path) as temporary:
+            np.savez_compressed(temporary, rows=track.rows)
 
     def _track_file(self, key: str) -> Path:
         return self._folder / "tracks" / f"{key}.npz"
