@@ -11,6 +11,8 @@ from bridge.types import Finite, NotNegative, Positive, Vec3
 from walker.planning.parameters import GaitParameters, PeriodicStep
 
 Share = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+ShortLength = Annotated[float, msgspec.Meta(ge=0.0, le=0.1)]
+"""m; the bounds refuse millimetres."""
 
 
 class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -66,9 +68,9 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     """Largest turn rate by which a step does so, rad/s."""
     T_capture: Positive
     """Duration of a capture step, s."""
-    backward_capture_lift: Positive
+    backward_capture_lift: ShortLength
     """Lift of the foot in a capture step back, m: the leg that swings back lifts it too."""
-    backward_capture_inset: Finite
+    backward_capture_inset: ShortLength
     """Way by which a capture step back ends nearer to the other foot, m."""
     capture_settling_time: Positive
     """Time constant with which the planned centre of mass comes between the feet after a capture step, s."""
