@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_hil.cli.run_naoqi import _missing, _tell_said, run_naoqi
+from nao_hil.cli.run_naoqi import _missing, _print_reports, run_naoqi
 from nao_hil.naoqi_programs.runner import ADDRESS, main
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
@@ -29,8 +29,8 @@ def test_a_robot_that_runs_is_not_started_again(tmp_path: Path, endpoint: str) -
 def test_each_text_and_each_warning_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
     log = "09:59 WARNING ALMotion: an angle\n10:00 INFO the robot says: Commands are in force.\n"
     log += "10:01 INFO the robot speaks: 'Hello'\n"
-    told = _tell_said(log + "10:02 INFO the robot speaks: 'B", 0)
-    assert _tell_said(log + "10:02 INFO the robot speaks: 'Bye'\n", told) == 3
+    told = _print_reports(log + "10:02 INFO the robot speaks: 'B", 0)
+    assert _print_reports(log + "10:02 INFO the robot speaks: 'Bye'\n", told) == 3
     assert (
         capsys.readouterr().err
         == "WARNING ALMotion: an angle\nthe robot speaks: 'Hello'\nthe robot speaks: 'Bye'\n"
