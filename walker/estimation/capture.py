@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -20,6 +21,10 @@ from walker.model.floating_base import SIDES, FloatingBase
 from walker.model.gravity import GRAVITY
 from walker.planning.feedback import CaptureStep
 from walker.planning.plan import Foothold, Plan
+
+_STANDS: Final = 0.3
+"""Part of the weight under both feet with which the robot stands on the ground. A cell reads 25 N at most, which is
+less than half of it: all that is measured of a robot on the corner of one sole."""
 
 
 class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -86,7 +91,7 @@ class CaptureEstimator:
         x, y = (com + rate / omega).tolist()
         edge = min(max(x, heel), toe)
         if rests:
-            self._lost = x != edge and load > 0.5 * self._weight
+            self._lost = x != edge and load > _STANDS * self._weight
         if not self._lost:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)

@@ -39,8 +39,11 @@ class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, 
     return_rate: Positive = 0.2
     """Speed at which the turn returns to zero once the foot stands, rad/s: 7 degrees in 0.6 s."""
     capture_roll_return_rate: Positive = 0.1
-    """The same of the roll after a capture step back, rad/s: a leg that rights the torso sideways at once
-    throws it over the other foot, which hangs in the air meanwhile."""
+    """The same of the roll after a capture step, rad/s: a leg that rights the torso sideways at once throws it
+    over the other foot, which hangs in the air meanwhile."""
+    capture_pitch_return_rate: Positive = 0.4
+    """The same of the pitch after a capture step ahead, rad/s: a leg that rights the torso at once throws it over
+    the heels. A step back has `return_rate`: behind the ankle the sole is too short to wait."""
 
 
 class SwingFootCorrection(NamedTuple):
@@ -101,7 +104,9 @@ class SwingFootOrientation:
         """Of the foot that landed; the other one comes into the plane of that sole."""
         p = self._p
         goal = (0.0, 0.0) if side == landed else self._turn[landed]
-        rates = p.capture_roll_return_rate if side == landed and back else p.return_rate, p.return_rate
+        rates = p.return_rate, p.return_rate
+        if side == landed:
+            rates = p.capture_roll_return_rate, p.return_rate if back else p.capture_pitch_return_rate
         roll, pitch = (
             now + clip(to - now, -rate * dt, rate * dt)
             for now, to, rate in zip(self._turn[side], goal, rates, strict=True)
