@@ -56,12 +56,13 @@ def test_walks_to_a_place(target):
 
 
 @pytest.mark.parametrize("steps", [True, False])
-def test_a_push_that_fells_a_standing_robot_is_answered_by_a_step(steps):
-    """2.6 N s backward to the left: the capture point leaves the heels, then a step behind them takes it up."""
+@pytest.mark.parametrize(("direction", "impulse"), [(45.0, 2.8), (135.0, 2.6)])
+def test_a_push_that_fells_a_standing_robot_is_answered_by_a_step(direction, impulse, steps):
+    """To a side and ahead or back, degrees, N s: a step takes up the capture point beyond toes or heels."""
     config = RunConfig(
         robot="nao-v6", engine="mujoco", seed=2002, controller={"switches": {"capture_step": steps}}
     )
-    push = StridePush(time=0.3, phase=None, impulse=2.6, direction=math.radians(135.0))
+    push = StridePush(time=0.3, phase=None, impulse=impulse, direction=math.radians(direction))
     outcome = walk(Walk(name="push", config=config, duration=3.5, pushes=(push,), stand=True))
     assert outcome.end.survived == steps
     if steps:

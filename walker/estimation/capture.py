@@ -23,8 +23,10 @@ from walker.planning.feedback import CaptureStep
 from walker.planning.plan import Foothold, Plan
 
 _STANDS: Final = 0.3
-"""Part of the weight under both feet with which the robot stands on the ground. A cell reads 25 N at most, which is
-less than half of it: all that is measured of a robot on the corner of one sole."""
+"""Part of the weight under both feet with which the robot stands on the ground.
+
+A cell reads 25 N at most, less than half of it: all that is measured of a robot on the corner of one sole.
+"""
 
 
 class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -42,8 +42,8 @@ class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, 
     """The same of the roll after a capture step, rad/s: a leg that rights the torso sideways at once throws it
     over the other foot, which hangs in the air meanwhile."""
     capture_pitch_return_rate: Positive = 0.4
-    """The same of the pitch after a capture step ahead, rad/s: a leg that rights the torso at once throws it over
-    the heels. A step back has `return_rate`: behind the ankle the sole is too short to wait."""
+    """The same of the pitch after a capture step ahead, rad/s: a leg that rights the torso at once throws it
+    over the heels. A step back has `return_rate`: behind the ankle the sole is too short to wait."""
 
 
 class SwingFootCorrection(NamedTuple):

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from bridge.body import Body
@@ -27,6 +27,7 @@ from walker.planning.gait import GaitCommand
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
 from walker.planning.omni.footholds import allowed, approached, following, steps_to_rest, zmp_under
 from walker.planning.omni.parameters import OmniParameters
+from walker.planning.omni.state import REST, OmniState
 from walker.planning.pendulum import LinearPendulum
 from walker.planning.plan import OTHER_SIDE, SIGN, Foothold, Pendulum, Phase, Plan, SolePose
 from walker.planning.polynomial import quintic
@@ -41,59 +42,6 @@ _LANDING: Final = 0.03
 """s before touch-down in which feedback moves the foothold no more."""
 _APART: Final = 0.005
 """m; feet farther off their places side by side are closed."""
-_REST: Final[Vec3] = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class OmniState:
-    """Where the gait is, in the walk frame, m and s."""
-
-    stance: Foothold
-    """Of the foot that stands, or stands first."""
-    lifted: Foothold
-    """Of the other foot before its swing."""
-    swing: Side
-    """The other foot."""
-    target: Foothold
-    """Where the swing under way ends."""
-    com: Vec2
-    xi: Vec2
-    """Capture point."""
-    zmp: Vec2
-    """At rest in `start` and `stop`; in a step, that of the step before."""
-    velocity: Vec3 = _REST
-    """Of the step under way, m/s, m/s, rad/s."""
-    correction: Vec3 = _REST
-    """What feedback adds to it."""
-    turned: float = 0.0
-    """Angle by which feedback turned the walk since its beginning, rad."""
-    phase: Phase = "stand"
-    t: float = 0.0
-    """Since the beginning of the phase."""
-    step: int = 0
-    closing: bool = False
-    """The step under way brings the feet side by side."""
-    capture_step: bool = False
-    """The step under way, or the last one, is a capture step: it follows the measured capture point."""
-    backward: bool = False
-    """That capture step goes back."""
-    adjustment: Vec2 = (0.0, 0.0)
-    """By which feedback moved the target, m."""
-    behind: Vec2 = (0.0, 0.0)
-    """Planned centre of mass less the pendulum's, m."""
-    moved: Vec2 = (0.0, 0.0)
-    """Way by which the pendulum was put elsewhere since the beginning, m."""
-
-    @property
-    def single(self) -> bool:
-        """A step is under way."""
-        return self.phase in ("SSL", "SSR")
-
-    @property
-    def corrected_velocity(self) -> Vec3:
-        """Of the step under way with its correction, m/s, m/s, rad/s."""
-        x, y, turn = (v + c for v, c in zip(self.velocity, self.correction, strict=True))
-        return x, y, turn
 
 
 class OmniGait:
@@ -180,7 +128,7 @@ class OmniGait:
         state = replace(state, swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         backward = state.stance.local(*measured.xi)[0] < 0.0
-        state = replace(state, phase=phase, t=0.0, velocity=_REST, correction=_REST, closing=False)
+        state = replace(state, phase=phase, t=0.0, velocity=REST, correction=REST, closing=False)
         return replace(state, capture_step=True, backward=backward)
 
     def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
@@ -270,7 +218,7 @@ class OmniGait:
         The ZMP z meets z + (xi - z) e^(omega T_start) = a + rho (z - c), where a is what the walk needs if its
         first transfer began at the centre of mass c.
         """
-        zmps = [state.com, *self._walk_on(state.stance, OTHER_SIDE[state.swing], _REST)]
+        zmps = [state.com, *self._walk_on(state.stance, OTHER_SIDE[state.swing], REST)]
         needed = bounded_capture_point(self._omega, self._p.T, self._rho, zmps)
         grow, rho = math.exp(self._omega * self._p.T_start), self._rho
         x, y = (
@@ -286,7 +234,7 @@ class OmniGait:
             apart = state.stance.local(*state.lifted[:2])
             if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
                 return self._start(state)
-            state = replace(state, phase="stand", t=0.0, closing=False, velocity=_REST)
+            state = replace(state, phase="stand", t=0.0, closing=False, velocity=REST)
             return replace(state, capture_step=False, backward=False)
         landed = self._landed(state)
         if state.capture_step:
@@ -320,13 +268,13 @@ class OmniGait:
         """The next step; the last one is made at no velocity."""
         p, number = self._p, state.step + 1
         last = command.last_step or math.inf
-        velocity = approached(p, state.velocity, _REST)
+        velocity = approached(p, state.velocity, REST)
         if command.walk:
             wanted = approached(p, state.velocity, p.clipped(command.velocity or p.velocity))
-            if number + steps_to_rest(p, wanted) <= last - (wanted == _REST):
+            if number + steps_to_rest(p, wanted) <= last - (wanted == REST):
                 velocity = wanted
-        closing = velocity == _REST and (not command.walk or number >= last)
-        correction = _REST if closing else self._correction(velocity, command.feedback, state.turned)
+        closing = velocity == REST and (not command.walk or number >= last)
+        correction = REST if closing else self._correction(velocity, command.feedback, state.turned)
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         state = replace(state, phase=phase, t=0.0, velocity=velocity, correction=correction, closing=closing)
         planned = following(p, state.stance, state.swing, velocity)
@@ -429,9 +377,9 @@ class OmniGait:
         p_1 = zmp_under(self._p, state.swing, landed.stance)
         # The ZMP is on its way there for T_DSP: as if the capture point were off by rho times that way.
         x, y = (xi + self._rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, p_1, strict=True))
-        after = self._target(replace(landed, xi=(x, y), t=0.0, velocity=_REST, correction=_REST))
+        after = self._target(replace(landed, xi=(x, y), t=0.0, velocity=REST, correction=REST))
         later = self._side_by_side(Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)
-        closes = approached(self._p, state.velocity, _REST) == _REST
+        closes = approached(self._p, state.velocity, REST) == REST
         return now if closes else later, later
 
     def _side_by_side(self, foothold: Foothold, side: Side) -> Foothold:
