@@ -200,10 +200,15 @@ def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
         return f"Button {command.button} is {'pressed' if command.pressed else 'released'}."
     if isinstance(command, StandUp):
         robot.stand_up()
-        return "The robot was put back on its feet."
+        return "The robot was put back on its feet." + _cleared(robot.world)
     if isinstance(command, LayDown):
         robot.lay_down(command.pose)
-        return f"The robot was put into the pose `{command.pose}`."
+        return f"The robot was put into the pose `{command.pose}`." + _cleared(robot.world)
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
     return robot.world_events.execute(command)
+
+
+def _cleared(world: World) -> str:
+    """A sentence about the boxes that make room for the robot, or nothing."""
+    return "".join(f" Box `{name}` was there and was taken away." for name in world.clear_robot())

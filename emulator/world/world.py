@@ -191,6 +191,13 @@ class World:
         """Whether a box overlaps the robot."""
         return self.engine.robot.distance(name) < _INSIDE
 
+    def clear_robot(self) -> tuple[str, ...]:
+        """Take away the movable boxes that overlap the robot, which was put where they are; their names."""
+        within = tuple(name for name, box in self.boxes.items() if box.mass > 0.0 and self.in_robot(name))
+        for name in within:
+            self.remove_box(name)
+        return within
+
     def _box_state(self, name: str) -> BoxState | None:
         """State of a box that `_put_back` takes; None when there is no such box."""
         box, scene = self.boxes.get(name), self.engine.scene

@@ -9,7 +9,17 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError, FrameError
-from bridge.messages.world import PlaceBox, PlateUnderFoot, Push, Remove, SetFriction, SwingPendulum, TiltFloor
+from bridge.messages.world import (
+    LayDown,
+    PlaceBox,
+    PlateUnderFoot,
+    Push,
+    Remove,
+    SetFriction,
+    StandUp,
+    SwingPendulum,
+    TiltFloor,
+)
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.values import PhysicsSettings
@@ -19,6 +29,7 @@ from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Sta
 from emulator.scenarios.model import Scenario
 from emulator.world import World
 from emulator.world.actions import PendulumStrike
+from emulator.world.queries import carry_out
 from emulator.world.terrain import lay_terrain, terrain_of
 
 BODY = load_body("nao-v3")
@@ -349,6 +360,15 @@ def test_a_fallen_robot_is_put_back_on_its_feet_where_it_lies(physics: str) -> N
         assert again.torso_position[2] == pytest.approx(standing.torso_position[2], abs=1e-3)
         np.testing.assert_allclose(again.torso_position[:2], fallen.torso_position[:2], atol=0.01)
         np.testing.assert_allclose(robot.frame.angle, (0.0, 0.1), atol=0.15)
+
+
+def test_a_movable_box_makes_room_for_a_robot_that_is_put_on_its_feet(physics: str) -> None:
+    with EmulatedRobot(BODY, engine=physics, seed=0) as robot:
+        carry_out(robot, LayDown(pose="lie-back"))
+        for name, x in (("over it", 0.0), ("beside it", 0.8)):
+            carry_out(robot, PlaceBox(name=name, size=(0.1, 0.1, 0.1), at=(x, 0.0), mass=0.3, height=0.25))
+        assert carry_out(robot, StandUp()).endswith(" Box `over it` was there and was taken away.")
+        assert list(robot.world.boxes) == ["beside it"]
 
 
 def test_a_turning_floor_carries_what_lies_on_it_at_its_own_speed() -> None:
