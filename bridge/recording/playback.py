@@ -149,8 +149,8 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
 
 def _damaged(path: str | Path, how: object) -> ConfigurationError:
     return ConfigurationError(
-        f"{path}: is damaged ({how}); make the recording anew, or take what can be read from it with the command "
-        "`mcap recover` of the MCAP project."
+        f"{path}: is damaged ({how}); make the recording anew, or take what can be read from it with "
+        "the command `mcap recover` of the MCAP project."
     )
 
 
