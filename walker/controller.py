@@ -14,13 +14,13 @@ from typing import Any
 from bridge.body import Body
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
-from bridge.types import Pose, Vec3
+from bridge.types import Vec3
 from walker.estimation import Contacts, Corrections, Estimate, Estimator
 from walker.estimation.heading import GyroscopeHeading
 from walker.estimation.odometry import Odometry, middle_of_soles
 from walker.estimation.walk_end import WalkEnd
 from walker.model.floating_base import FloatingBase
-from walker.planning import Foothold, Gait, Plan, SolePose
+from walker.planning import Foothold, Gait, Plan
 from walker.planning.order import WalkOrder
 from walker.planning.planner import WalkPlanner
 from walker.planning.steering import Steering
@@ -385,8 +385,8 @@ class Controller:
             steps=self._planner.order.steps,
             zmp=p.zmp,
             com=p.com,
-            left=_pose(p.left),
-            right=_pose(p.right),
+            left=p.left,
+            right=p.right,
             angle=e.angle,
             zmp_measured=e.zmp,
             contact=e.contacts,
@@ -395,7 +395,3 @@ class Controller:
             ankle_pitch=c.ankle_pitch,
             torso_control=c.torso,
         )
-
-
-def _pose(sole: SolePose) -> Pose:
-    return sole.x, sole.y, sole.z, sole.roll, sole.pitch, sole.yaw

@@ -22,7 +22,7 @@ PSI_K = math.radians(45.0)
 
 
 def yawed(plan: Plan, left: float, right: float) -> Plan:
-    return replace(plan, left=replace(plan.left, yaw=left), right=replace(plan.right, yaw=right))
+    return replace(plan, left=plan.left._replace(yaw=left), right=plan.right._replace(yaw=right))
 
 
 def feet_as_placed(angles: tuple[float, ...]) -> tuple[float, float, np.ndarray]:
@@ -92,7 +92,7 @@ def test_feet_of_a_turning_step_stand_as_planned(
     With `by_pose` the mass of the pose is still on its way when the torso is turned, which leaves 0.3 degrees.
     """
     plan = replace(yawed(STAND, left, right), com=(0.02, 0.03))
-    plan = replace(plan, left=replace(plan.left, x=0.04))
+    plan = replace(plan, left=plan.left._replace(x=0.04))
     placed = feet_as_placed(PoseMaker(BODY, STAND, by_pose=by_pose).unlimited_angles(plan))
     planned = feet_as_planned(plan)
     assert placed[0] - placed[1] == pytest.approx(planned[0] - planned[1], abs=1e-9)

@@ -36,7 +36,7 @@ def watched(outward, *, support="L", yaw=0.0, along=0.0, hold=True, counterweigh
     """
     detector = TippingDetector(TIPPING, hold=hold, counterweight=counterweight)
     plan, found, t = standing_plan(make_gait("omni", P, BODY)), [], 0.0
-    feet = {"left" if support == "L" else "right": replace(plan.left, yaw=yaw)}
+    feet = {"left" if support == "L" else "right": plan.left._replace(yaw=yaw)}
     for off in outward:
         stepping = replace(plan, support=support, phase=f"SS{support}", progress=min(t / P.T, 1.0), **feet)
         across = SIGN[support] * off

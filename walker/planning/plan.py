@@ -57,8 +57,7 @@ class Foothold(NamedTuple):
         return c * x + s * y, c * y - s * x
 
 
-@dataclass(frozen=True, slots=True)
-class SolePose:
+class SolePose(NamedTuple):
     """Pose of a sole (frame 9 of the thesis, below the ankle) in the walk frame."""
 
     x: float
@@ -81,7 +80,7 @@ class SolePose:
             origin: where the frame of this pose is in the other one.
         """
         x, y = origin.point(self.x, self.y)
-        return replace(self, x=x, y=y, yaw=self.yaw + origin.yaw)
+        return self._replace(x=x, y=y, yaw=self.yaw + origin.yaw)
 
     def seen_from(self, origin: Foothold) -> SolePose:
         """The same sole in the frame of a pose on the ground, the inverse of `moved`.
@@ -90,7 +89,7 @@ class SolePose:
             origin: where that frame is in the frame of this pose.
         """
         x, y = origin.local(self.x, self.y)
-        return replace(self, x=x, y=y, yaw=self.yaw - origin.yaw)
+        return self._replace(x=x, y=y, yaw=self.yaw - origin.yaw)
 
 
 class Pendulum(NamedTuple):

@@ -265,7 +265,7 @@ def _lifted(plan: Plan, lift: Vec2) -> Plan:
 
 
 def _raised(foot: SolePose, by: float) -> SolePose:
-    return replace(foot, z=foot.z + by)
+    return foot._replace(z=foot.z + by)
 
 
 def _torso_control(parameters: ControllerParameters, cycle: float) -> TorsoControl | None:

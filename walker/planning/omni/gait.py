@@ -390,4 +390,4 @@ class OmniGait:
 def _ahead(sole: SolePose, yaw: float, by: float) -> SolePose:
     """A sole moved along a heading."""
     x, y = Foothold(sole.x, sole.y, yaw).point(by, 0.0)
-    return replace(sole, x=x, y=y)
+    return sole._replace(x=x, y=y)
