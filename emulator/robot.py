@@ -301,8 +301,12 @@ class EmulatedRobot:
         com = self.engine.robot.com()
         return truth_frame(self._seq, self.time, self._torso, self._contacts, joints, com, height)
 
-    def stand_up(self) -> None:
-        """Put the robot where it lies back on its feet, held in its start posture with full stiffness."""
+    def stand_up(self) -> tuple[str, ...]:
+        """Put the robot where it lies back on its feet, held in its start posture with full stiffness.
+
+        Returns:
+            Names of the movable boxes that were there; they are taken away.
+        """
         x, y, _ = self.world.to_floor(self._torso.position)
         self.engine.robot.hold_torso(False)
         self._place((x, y, self._torso.heading))
@@ -310,25 +314,29 @@ class EmulatedRobot:
         self.dcm.put_frame(self.posture, (1.0,) * N_JOINTS)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
+        return self.world.clear_robot()
 
-    def lay_down(self, pose: str | StartPose) -> None:
+    def lay_down(self, pose: str | StartPose) -> tuple[str, ...]:
         """Put the robot where it is into a start pose, limp; it settles from now on.
 
         Args:
             pose: A name of `emulator.scenarios.START_NAMES`, or a pose.
+
+        Returns:
+            As `stand_up`.
 
         Raises:
             ConfigurationError: no such pose.
         """
         found = start_pose(pose) if isinstance(pose, str) else pose
         if found is None:
-            self.stand_up()
-            return
+            return self.stand_up()
         x, y, _ = self.world.to_floor(self._torso.position)
         lay(self.world, self.body, found, (x, y, self._torso.heading))
         self._release(found)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
+        return self.world.clear_robot()
 
     def reset(self) -> None:
         """Begin anew: same posture, same seed, `seq` 0."""

@@ -61,11 +61,11 @@ class RobotInWorld(Protocol):
     def reset(self) -> None:
         """Begin anew."""
 
-    def stand_up(self) -> None:
-        """Back on its feet."""
+    def stand_up(self) -> tuple[str, ...]:
+        """Back on its feet; the boxes that were taken away for that."""
 
-    def lay_down(self, name: str) -> None:
-        """Into a start pose, where it is."""
+    def lay_down(self, name: str) -> tuple[str, ...]:
+        """Into a start pose, where it is; likewise."""
 
 
 class WorldQueries:
@@ -199,16 +199,14 @@ def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
         robot.sensors.touch.press(command.button, float(command.pressed))
         return f"Button {command.button} is {'pressed' if command.pressed else 'released'}."
     if isinstance(command, StandUp):
-        robot.stand_up()
-        return "The robot was put back on its feet." + _cleared(robot.world)
+        return "The robot was put back on its feet." + _taken_away(robot.stand_up())
     if isinstance(command, LayDown):
-        robot.lay_down(command.pose)
-        return f"The robot was put into the pose `{command.pose}`." + _cleared(robot.world)
+        boxes = robot.lay_down(command.pose)
+        return f"The robot was put into the pose `{command.pose}`." + _taken_away(boxes)
     if isinstance(command, (Status, Reset, Pause, Resume, Step)):
         raise TypeError(f"{type(command).__name__} is for whoever keeps the robot's clock")
     return robot.world_events.execute(command)
 
 
-def _cleared(world: World) -> str:
-    """A sentence about the boxes that make room for the robot, or nothing."""
-    return "".join(f" Box `{name}` was there and was taken away." for name in world.clear_robot())
+def _taken_away(boxes: tuple[str, ...]) -> str:
+    return "".join(f" Box `{name}` was there and was taken away." for name in boxes)

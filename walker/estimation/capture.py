@@ -22,10 +22,10 @@ from walker.model.gravity import GRAVITY
 from walker.planning.feedback import CaptureStep
 from walker.planning.plan import Foothold, Plan
 
-_STANDS: Final = 0.3
-"""Part of the weight under both feet with which the robot stands on the ground.
+_STANDING_LOAD: Final = 0.3
+"""Part of the weight under both feet from which on the robot stands on the ground (assumed).
 
-A cell reads 25 N at most, less than half of it: all that is measured of a robot on the corner of one sole.
+Less than one cell reads at most, 25 N (range of the data sheet): a robot may be on the corner of one sole.
 """
 
 
@@ -93,7 +93,7 @@ class CaptureEstimator:
         x, y = (com + rate / omega).tolist()
         edge = min(max(x, heel), toe)
         if rests:
-            self._lost = x != edge and load > _STANDS * self._weight
+            self._lost = x != edge and load > _STANDING_LOAD * self._weight
         if not self._lost:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
