@@ -267,7 +267,7 @@ class Controller:
     def _make_estimator(self) -> Estimator:
         """One that remembers nothing; a robot that can get up foresees its falls."""
         p = self._walk.parameters
-        return Estimator(self._body, p, self._cycle, p.switches, foresees=self._recovery.after_falls)
+        return Estimator(self._kinematics, p, self._cycle, p.switches, foresees=self._recovery.after_falls)
 
     def _is_under_way(self) -> bool:
         """Whether the robot walks, or approaches the stand before its walk."""

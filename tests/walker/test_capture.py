@@ -11,6 +11,7 @@ from bridge.body import load_body
 from bridge.body.sole import foot_centre
 from walker.estimation.capture import CaptureEstimator, CaptureParameters
 from walker.model.com import CentreOfMass
+from walker.model.floating_base import FloatingBase
 from walker.model.gravity import GRAVITY
 from walker.planning import GaitCommand, gait_parameters, make_gait, standing_plan
 from walker.planning.feedback import CaptureStep, Feedback
@@ -28,7 +29,7 @@ WEIGHT = 50.0
 
 def tips(pitch, rate, load=WEIGHT):
     """What a robot that is turned as a whole by `pitch` (rad) and turns at `rate` (rad/s) is taken for."""
-    estimator = CaptureEstimator(CaptureParameters(), BODY)
+    estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY))
     return estimator.update(ANGLES, (0.0, pitch), (0.0, rate, 0.0), load, STAND, 0.01)
 
 

@@ -13,6 +13,7 @@ from bridge.body import load_body
 from bridge.body.joints import LEG_SLOTS
 from walker.estimation.deviation import DeviationEstimator, DeviationParameters
 from walker.model.com import CentreOfMass
+from walker.model.floating_base import FloatingBase
 from walker.model.leg import foot_in_torso
 from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
@@ -33,7 +34,7 @@ def follow(velocity, ahead=None, cycles=960, parameters=SHIPPED):
     names = dict(zip(("v_x", "v_y", "v_yaw"), velocity, strict=True))
     gait = make_gait("omni", gait_parameters("omni", names), BODY)
     pose = PoseMaker(BODY, standing_plan(gait))
-    estimator = DeviationEstimator(parameters, BODY, DT, deviation=True, placement=True)
+    estimator = DeviationEstimator(parameters, FloatingBase(BODY), DT, deviation=True, placement=True)
     plans, found = [], []
     for k, (plan, _) in enumerate(itertools.islice(dry_walk(gait, DT), cycles)):
         plans.append(plan)

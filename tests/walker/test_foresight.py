@@ -11,6 +11,7 @@ from bridge.body import load_body
 from bridge.body.sole import foot_centre
 from tests.frames import standing_frame
 from walker.estimation.foresight import Foresight, ForesightParameters
+from walker.model.floating_base import FloatingBase
 from walker.model.gravity import GRAVITY
 from walker.planning import gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
@@ -30,7 +31,10 @@ INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
 
 def foreseen(ways, support="both", phase="stand", capture=None, plan=STAND):
     """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
-    foresight, plan = Foresight(P, BODY), replace(plan, support=support, phase=phase, capture=capture)
+    foresight, plan = (
+        Foresight(P, FloatingBase(BODY)),
+        replace(plan, support=support, phase=phase, capture=capture),
+    )
     for k in range(200):
         lean, rate, (x, y) = ways(k)
         frame = standing_frame(

@@ -13,7 +13,7 @@ from typing import Final
 import msgspec
 import numpy as np
 
-from bridge.body import Body
+from bridge.body.quantities import total_mass
 from bridge.body.sole import sole_hull
 from bridge.types import NotNegative, Positive, Side, Vec2, Vec3
 from walker.estimation.mass_over_soles import MassOverSoles
@@ -43,16 +43,16 @@ class CaptureEstimator:
 
     Args:
         parameters: of filter and prediction.
-        body: data sheet.
+        base: kinematics of the body.
     """
 
-    def __init__(self, parameters: CaptureParameters, body: Body) -> None:
+    def __init__(self, parameters: CaptureParameters, base: FloatingBase) -> None:
         self._p = parameters
-        self._base = FloatingBase(body)
-        self._mass = MassOverSoles(self._base, parameters.smoothing)
-        x, _ = sole_hull(body, "L").T
+        self._base = base
+        self._mass = MassOverSoles(base, parameters.smoothing)
+        x, _ = sole_hull(base.body, "L").T
         self._heel, self._toe = float(x.min()), float(x.max())
-        self._weight = GRAVITY * sum(link.mass for link in body.links.values())
+        self._weight = GRAVITY * total_mass(base.body)
         self._lost = False
 
     def update(

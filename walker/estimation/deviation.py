@@ -16,7 +16,6 @@ from typing import Final, NamedTuple
 import msgspec
 import numpy as np
 
-from bridge.body import Body
 from bridge.rotations import heading, rotation
 from bridge.types import Array, Fraction, NotNegative, Positive, Side, Vec2
 from walker.model.floating_base import FloatingBase
@@ -75,18 +74,24 @@ class DeviationEstimator:
 
     Args:
         parameters: of filter and prediction.
-        body: data sheet.
+        base: kinematics of the body.
         cycle: of the robot, s.
         deviation: estimate the capture point's deviation.
         placement: learn where the feet come down.
     """
 
     def __init__(
-        self, parameters: DeviationParameters, body: Body, cycle: float, *, deviation: bool, placement: bool
+        self,
+        parameters: DeviationParameters,
+        base: FloatingBase,
+        cycle: float,
+        *,
+        deviation: bool,
+        placement: bool,
     ) -> None:
         self._p = parameters
         self._on, self._learns = deviation, placement
-        self._base = FloatingBase(body)
+        self._base = base
         self._plans: deque[Plan] = deque(maxlen=1 + round(parameters.latency / cycle))
         self._before: Plan | None = None
         self._first = 0

@@ -6,7 +6,6 @@ from typing import NamedTuple, Protocol
 
 import msgspec
 
-from bridge.body import Body
 from bridge.messages import SensorFrame
 from bridge.rotations import R_yaw
 from bridge.types import Side, Vec2
@@ -23,6 +22,7 @@ from walker.estimation.heading_error import HeadingError
 from walker.estimation.lean import Lean, LeanParameters
 from walker.estimation.tipping import TippingDetector, TippingParameters
 from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
+from walker.model.floating_base import FloatingBase
 from walker.model.transforms import Transform, homogeneous
 from walker.model.zmp import FootForces
 from walker.planning.feedback import NONE, Feedback
@@ -119,7 +119,7 @@ class Estimator:
     """Turns sensor frames into estimates, once per received frame.
 
     Args:
-        body: places of the force sensors.
+        base: kinematics of the body.
         parameters: of the single estimates.
         cycle: of the robot, s.
         on: which estimates are made.
@@ -128,29 +128,30 @@ class Estimator:
 
     def __init__(
         self,
-        body: Body,
+        base: FloatingBase,
         parameters: EstimatorParameters,
         cycle: float,
         on: EstimatorSwitches,
         *,
         foresees: bool = False,
     ) -> None:
+        body = base.body
         self._attitude = Attitude(parameters.attitude if on.attitude_correction else None)
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
-        self._foresight = Foresight(parameters.foresight, body) if foresees else None
+        self._foresight = Foresight(parameters.foresight, base) if foresees else None
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body)
         self._height = body.lengths.FootHeight
         self._delay = DelayEstimator(cycle)
         self._deviation = DeviationEstimator(
             parameters.deviation,
-            body,
+            base,
             cycle,
             deviation=on.foothold_feedback,
             placement=on.foot_placement,
         )
-        self._capture = CaptureEstimator(parameters.capture, body) if on.capture_step else None
+        self._capture = CaptureEstimator(parameters.capture, base) if on.capture_step else None
         self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
         self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
         self._tipping = TippingDetector(parameters.tipping, hold=on.step_hold, counterweight=on.counterweight)

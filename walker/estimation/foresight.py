@@ -14,7 +14,6 @@ from typing import Final
 import msgspec
 import numpy as np
 
-from bridge.body import Body
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import Array, Positive, Side, Vec2
@@ -58,12 +57,12 @@ class Foresight:
 
     Args:
         parameters: the bounds. What the robot would have caught beyond them is a fall then.
-        body: data sheet.
+        base: kinematics of the body.
     """
 
-    def __init__(self, parameters: ForesightParameters, body: Body) -> None:
+    def __init__(self, parameters: ForesightParameters, base: FloatingBase) -> None:
         self._p = parameters
-        self._base = FloatingBase(body)
+        self._base = base
         self._mass = {side: MassOverSoles(self._base, parameters.smoothing) for side in SIDES}
         self._velocity: dict[Side, Array] = {}
         self._push: Array = np.zeros(2)

@@ -42,15 +42,18 @@ class MassOverSoles:
             rotation from the Torso frame.
         """
         centres = self._base.centres
-        offset = np.mean([pose.com - (pose.feet[side] @ centres[side])[:3] for side in sides], axis=0)
+        ways = (pose.com - (pose.feet[side] @ centres[side])[:3] for side in sides)
+        offset: Array = sum(ways, np.zeros(3)) / len(sides)
         if tuple(sides) == self._sides and dt > 0.0:
             share = min(dt / self._smoothing, 1.0)
             self._rate = self._rate + share * ((offset - self._offset) / dt - self._rate)
         self._offset, self._sides = offset, tuple(sides)
         level = rotation(*lean, 0.0)
-        yaw = np.mean([heading(level @ pose.feet[side][:3, :3]) for side in sides])
-        turn = R_yaw(-float(yaw)) @ level
-        return (turn @ offset)[:2], (turn @ (np.cross(gyroscope, offset) + self._rate))[:2], turn
+        yaw = sum(heading(level @ pose.feet[side][:3, :3]) for side in sides) / len(sides)
+        turn = R_yaw(-yaw) @ level
+        (w_x, w_y, w_z), (x, y, z) = gyroscope, offset.tolist()
+        turning = w_y * z - w_z * y, w_z * x - w_x * z, w_x * y - w_y * x
+        return (turn @ offset)[:2], (turn @ (turning + self._rate))[:2], turn
 
     def reset(self) -> None:
         """Let the next velocity begin with the joints' last."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -16,15 +18,21 @@ from walker.model.transforms import Transform
 SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
-class RobotPose(NamedTuple):
+@dataclass(frozen=True)
+class RobotPose:
     """A robot in the world, z up, m."""
 
     frames: Array
     """Of all links, shape (links, 4, 4), in the order of `FloatingBase.links`."""
-    com: Array
-    """Centre of mass, shape (3,)."""
     feet: dict[Side, Transform]
     """AnkleRoll frames."""
+    mass: CentreOfMass
+    """Of the body."""
+
+    @cached_property
+    def com(self) -> Array:
+        """Centre of mass, shape (3,)."""
+        return self.mass.of_frames(self.frames)
 
 
 class FloatingBase:
@@ -35,8 +43,12 @@ class FloatingBase:
     """
 
     def __init__(self, body: Body) -> None:
-        self._com = CentreOfMass(body)
-        self.links = self._com.tree.links
+        self.body = body
+        """The data sheet."""
+        self._mass = CentreOfMass(body)
+        self._newest: tuple[tuple[float, ...], Array] | None = None
+        """Joint angles of the last call of `in_torso`, and their link frames."""
+        self.links = self._mass.tree.links
         """The Torso, then the joints whose links follow."""
         self._feet = {side: self.links.index(f"{side}AnkleRoll") for side in SIDES}
         self.soles: dict[Side, Array] = {}
@@ -51,8 +63,18 @@ class FloatingBase:
         """Middle of each sole (FM), as `soles`, shape (4,)."""
 
     def in_torso(self, position: Sequence[float]) -> Array:
-        """Link frames in the Torso frame, shape (links, 4, 4), m; `position` are the 25 joint angles, rad."""
-        return self._com.tree.frames(position)
+        """Link frames in the Torso frame, computed once for all who ask for them in a cycle.
+
+        Args:
+            position: the 25 joint angles of a frame, rad.
+
+        Returns:
+            Shape (links, 4, 4), m; not to be written to.
+        """
+        angles = tuple(position)
+        if self._newest is None or self._newest[0] != angles:
+            self._newest = angles, self._mass.tree.frames(angles)
+        return self._newest[1]
 
     def place(self, in_torso: Array, torso: Transform) -> RobotPose:
         """The robot with its torso at a pose in the world.
@@ -63,7 +85,7 @@ class FloatingBase:
         """
         frames = torso @ in_torso
         feet = {side: frames[i] for side, i in self._feet.items()}
-        return RobotPose(frames, self._com.of_frames(frames), feet)
+        return RobotPose(frames, feet, self._mass)
 
     def sole_in_world(self, side: Side, foot: Transform) -> Array:
         """Corners of a sole, shape (n, 3), m.
