@@ -29,11 +29,12 @@ from walker.model.transforms import Transform, homogeneous
 from walker.planning.plan import Foothold, Plan, SolePose
 
 _REFINEMENTS: Final = 2
-"""Rounds of placing the torso by the centre of mass of the pose, each leaves a third of the 15 mm, and of
-turning it, each leaves a hundredth of the 3 degrees where the mass is not placed anew, else a quarter."""
+"""Rounds, at most, of placing the torso by the centre of mass of the pose, each leaves a third of 15 mm, and
+of turning it, each leaves a hundredth of the 3 degrees where the mass is not placed anew, else a quarter."""
+_TURN_TOLERANCE: Final = 1e-6
+"""Turn of both feet that is left as it is, rad: less than a thousandth of an encoder's step."""
 _ROLL_RESERVE: Final = math.radians(1.0)
 """Kept free of the HipRoll's range for what the stabilizers add, rad."""
-
 
 _LEAST_KNEE: Final = math.radians(12.0)
 """Angle of the knee at which a leg counts as stretched, rad: a straight one has no speed left along itself."""
@@ -100,7 +101,9 @@ class PoseMaker:
         left_over = self._place(plan, heading, com, turn, give=give)
         # Soles that point the same way need no turn of the torso. On tilted ground they keep what is left over.
         turned = plan.left.yaw != plan.right.yaw
-        for _ in range(_REFINEMENTS if self.by_pose or turned else 0):
+        for _ in range(_REFINEMENTS):
+            if not (self.by_pose or (turned and abs(left_over) > _TURN_TOLERANCE)):
+                break
             if self.by_pose:
                 place = self._com(self._angles)
                 com = float(place[0]), float(place[1])
