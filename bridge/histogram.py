@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
 import msgspec
@@ -31,7 +30,7 @@ class DurationHistogram:
     """Durations counted in fixed bins with the upper edges `MIN_DURATION * 10 ** (i / BINS_PER_DECADE)`."""
 
     def __init__(self) -> None:
-        self._counts = [0] * (_N_EDGES + 1)
+        self._counts = [0] * (_N_EDGES + 1)  # the last bin holds those over `MAX_DURATION`
         self._count = 0
         self._max = 0.0
 
@@ -45,11 +44,6 @@ class DurationHistogram:
             self._counts[min(math.ceil(decades * BINS_PER_DECADE - 1e-9), _N_EDGES)] += 1
         self._count += 1
         self._max = max(self._max, duration)
-
-    @property
-    def counts(self) -> Sequence[int]:
-        """Durations per bin; the last bin holds those over `MAX_DURATION`."""
-        return tuple(self._counts)
 
     def quantile(self, fraction: float) -> float:
         """Upper edge of the bin that holds the given fraction of the durations, at most the longest one, s.

@@ -29,7 +29,7 @@ def convex_hull(points: Iterable[Sequence[float]]) -> tuple[Point, ...]:
     return (*lower[:-1], *upper[:-1])
 
 
-def _turn(a: Point, b: Point, c: Point) -> float:
+def turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
     """Twice the area of the triangle: positive where a, b, c turn left."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
@@ -37,7 +37,7 @@ def _turn(a: Point, b: Point, c: Point) -> float:
 def _chain(ordered: Sequence[Point]) -> list[Point]:
     chain: list[Point] = []
     for point in ordered:
-        while len(chain) >= 2 and _turn(chain[-2], chain[-1], point) <= 0.0:
+        while len(chain) >= 2 and turn(chain[-2], chain[-1], point) <= 0.0:
             chain.pop()
         chain.append(point)
     return chain
@@ -74,5 +74,5 @@ class SupportPolygon:
             raise ValueError("the point whose stability margin is asked for is not finite")
         edges = list(zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True))
         distance = min(_distance_to_segment(a, b, p) for a, b in edges)
-        inside = len(edges) > 2 and all(_turn(a, b, p) >= 0.0 for a, b in edges)
+        inside = len(edges) > 2 and all(turn(a, b, p) >= 0.0 for a, b in edges)
         return distance if inside else -distance

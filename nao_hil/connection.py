@@ -6,8 +6,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bridge.errors import ConfigurationError, LinkError, RobotSilent
+from bridge.errors import LinkError, RobotSilent
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
+from bridge.link.session import require_seconds
 from bridge.messages import Info, SensorFrame
 from nao_hil.commands import JointValues, UnreachableAngles, actuator_frame
 
@@ -90,8 +91,7 @@ def connect(
         LinkError: no robot there.
         LeaseRefused: another controller holds it.
     """
-    if not isinstance(timeout, int | float) or not timeout >= 0.0:
-        raise ConfigurationError(f"timeout is {timeout!r}; seconds from 0 on are expected.")
+    require_seconds("timeout", timeout)
     with ControllerLink(robot, endpoint, name) as link:
         info = link.wait_robot(timeout=timeout)
         if info is None:

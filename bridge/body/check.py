@@ -11,6 +11,7 @@ import numpy as np
 from bridge.body.model import Body, CouplingRow, Link
 from bridge.body.topology import TORSO, joint_tree
 from bridge.errors import ConfigurationError
+from bridge.polygon import turn
 
 _ENCODER_STEPS: Final = 4096
 _GYROSCOPE_AXES: Final = (2, 3)
@@ -113,11 +114,7 @@ def _check_sole(body: Body) -> None:
 
 def _crossing(a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Sequence[float]) -> bool:
     """Whether segments ab and cd share a point."""
-
-    def side(p: Sequence[float], q: Sequence[float], r: Sequence[float]) -> float:
-        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
-
-    return side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
+    return turn(a, b, c) * turn(a, b, d) <= 0.0 and turn(c, d, a) * turn(c, d, b) <= 0.0
 
 
 def _refuse(body: Body, where: str, what: str) -> None:

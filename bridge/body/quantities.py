@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 
 from bridge.body.joints import JOINTS
-from bridge.body.model import Body, CouplingRow
+from bridge.body.model import Body, CouplingRow, Tensor
+from bridge.types import Array
 
 HANDS: Final = ("LHand", "RHand")
 """Slots of the hands: opening fractions, no angles; never part of the tree of joints."""
@@ -23,6 +24,12 @@ COUPLED_TO: Final = {"LAnkleRoll": "LAnklePitch", "RAnkleRoll": "RAnklePitch", "
 def total_mass(body: Body) -> float:
     """Mass of the whole robot, kg."""
     return math.fsum(link.mass for link in body.links.values())
+
+
+def tensor_matrix(tensor: Tensor) -> Array:
+    """Symmetric 3 x 3 matrix of the elements (ixx, iyy, izz, ixy, ixz, iyz), kg m^2."""
+    ixx, iyy, izz, ixy, ixz, iyz = tensor
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
 def standing_height(body: Body) -> float:

@@ -45,12 +45,8 @@ _TELL: Final = ("put", "delete")
 _ASK: Final = ("query",)
 
 
-def access_control(robot: str = "*") -> dict[str, Any]:
-    """Zenoh's `access_control` configuration of a robot's node.
-
-    Args:
-        robot: id of the robot; `*`: any.
-    """
+def access_control() -> dict[str, Any]:
+    """Zenoh's `access_control` configuration of a robot's node, whatever the robot's id."""
     rules: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
 
@@ -63,7 +59,7 @@ def access_control(robot: str = "*") -> dict[str, Any]:
                     "permission": "allow",
                     "flows": [flow],
                     "messages": list(messages),
-                    "key_exprs": [keys.key(robot, suffix) for suffix in suffixes],
+                    "key_exprs": [keys.key("*", suffix) for suffix in suffixes],
                 }
             )
 

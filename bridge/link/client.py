@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 from bridge.errors import NaoHilError
 from bridge.link import keys
 from bridge.link.query import ask
-from bridge.link.session import open_client
+from bridge.link.session import open_client, require_seconds
 
 C = TypeVar("C", bound="Client")
 
@@ -23,7 +23,7 @@ class Client:
         role: whose certificate an encrypted link is opened with.
 
     Raises:
-        ConfigurationError: bad id or endpoint.
+        ConfigurationError: bad id, endpoint or time.
         RobotSilent: nobody listens there.
     """
 
@@ -31,6 +31,7 @@ class Client:
         self, robot: str, connect: str, connect_timeout: float, role: Literal["controller", "world"]
     ) -> None:
         self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
+        require_seconds("connect_timeout", connect_timeout)
         self._session = open_client(connect, connect_timeout, role)
 
     def _ask(self, suffix: str, payload: bytes, timeout: float, refused: type[NaoHilError]) -> bytes | None:

@@ -147,14 +147,14 @@ class RobotLink:
                 self.notice("telemetry-refused", str(error))
         return messages
 
-    def notice(self, code: str, text: str, level: str = "warning") -> None:
-        """Tell everyone one sentence; one of each code per `NOTICE_INTERVAL`."""
+    def notice(self, code: str, text: str) -> None:
+        """Warn everyone in one sentence; one of each code per `NOTICE_INTERVAL`."""
         now = time.monotonic()
         with self._lock:
             if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
                 return
             self._noticed[code] = now
-        self.publish_notice(Notice(seq=self._seq, level=level, code=code, text=text))
+        self.publish_notice(Notice(seq=self._seq, level="warning", code=code, text=text))
 
     def publish_notice(self, notice: Notice) -> None:
         """Tell everyone what happened in the world; each time it does."""

@@ -180,6 +180,20 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
         return None
 
 
+def require_seconds(name: str, value: object) -> None:
+    """Refuse what is no time to wait.
+
+    Args:
+        name: of the argument, for the message.
+        value: it.
+
+    Raises:
+        ConfigurationError: not a number, or less than 0.
+    """
+    if not isinstance(value, int | float) or not value >= 0.0:
+        raise ConfigurationError(f"{name} is {value!r}; seconds from 0 on are expected.")
+
+
 def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> zenoh.Session:
     """As `try_client`, again and again.
 

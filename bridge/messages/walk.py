@@ -19,6 +19,7 @@ COMMAND = "walk/command"
 """Key suffix of the query."""
 
 TorsoName = Literal["none", "thesis", "robust"]
+"""Torso control: off, designed as in thesis 4.2.2, or designed for bounds that hold on uncertain plants."""
 
 
 class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body, joint_tree
+from bridge.body.quantities import tensor_matrix
 from emulator.compiled import compiled
-from emulator.engine.tensor import tensor_matrix
 
 Vector = NDArray[np.float64]
 

@@ -12,11 +12,10 @@ import numpy as np
 
 from bridge.body import Body, joint_tree
 from bridge.body.model import Link
-from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
+from bridge.body.quantities import joint_no_load_speed, joint_stall_torque, tensor_matrix
 from bridge.rotations import angles
 from bridge.types import Vec3
 from emulator.engine.shapes import BoxShape, CapsuleShape, PrismShape, Shape, SphereShape, link_shapes
-from emulator.engine.tensor import tensor_matrix
 from emulator.poses import matrix
 from emulator.wear import WearProfile
 

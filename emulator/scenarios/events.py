@@ -8,9 +8,9 @@ from typing import Annotated
 import msgspec
 
 from bridge.messages.faults import DcmPause, Fault
-from bridge.messages.world import MAX_IMPULSE, Foot, Impulse
+from bridge.messages.world import MAX_IMPULSE, Foot, Friction, Impulse
 from bridge.types import Vec2, Vec3
-from emulator.scenarios.table import Degrees, Friction, NotNegative, Positive, ScenarioTable, Size, Slope
+from emulator.scenarios.table import Degrees, NotNegative, Positive, ScenarioTable, Size, Slope
 
 
 class _Event(ScenarioTable, frozen=True, kw_only=True):

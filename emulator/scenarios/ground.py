@@ -7,12 +7,11 @@ from typing import Annotated, Final, Literal, get_args
 import msgspec
 
 from bridge.body.postures import POSTURES
-from bridge.messages.world import ThingKind
+from bridge.messages.world import Friction, StartName, ThingKind
 from bridge.types import Vec2
 from bridge.validation import unknown_name
 from emulator.scenarios.table import (
     Degrees,
-    Friction,
     NotNegative,
     Plane,
     Positive,
@@ -22,7 +21,6 @@ from emulator.scenarios.table import (
     Slope,
 )
 
-StartName = Literal["stand", "sit", "crouch", "lie-back", "lie-front", "lie-side", "hang"]
 START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
 """How a robot can begin; what each is: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000

@@ -51,7 +51,7 @@ STATE: Final = np.dtype(
         ("quiet", np.float64),
         ("doubted", np.float64),
         ("rested", np.float64),
-        ("at_rest", np.bool_),
+        ("at_rest", np.bool_),  # the unit believes that it rests
     ]
 )
 """What the unit knows."""
@@ -88,15 +88,6 @@ class FusedAngle:
         self.state["mean_acceleration"] = acceleration
 
     @property
-    def at_rest(self) -> bool:
-        """The unit believes that it rests."""
-        return bool(self.state["at_rest"][0])
-
-    def update(self, acceleration: Vec3, rate: Vec3, dt: float) -> None:
-        """Take in the means of both sensors over the last dt seconds."""
-        fuse(self.state, acceleration, rate, dt, *self.constants)
-
-    @property
     def angle(self) -> Vec2:
         """AngleX (roll) and AngleY (pitch), rad."""
         x, y, z = self.state["up"][0].tolist()
@@ -130,13 +121,13 @@ def fuse(
     rest_pull: float,
     bias_time: float,
 ) -> None:
-    """`FusedAngle.update` as machine code.
+    """Take in the means of both sensors since the last call.
 
     Args:
         state: Of `STATE`, (1,); changed.
-        acceleration: Mean since the last call, m/s^2.
+        acceleration: Mean, m/s^2.
         rate: Likewise, rad/s.
-        dt: Since then, s.
+        dt: Since the last call, s.
         gravity: m/s^2.
         motion_pull: Towards the accelerometer in motion, 1/s.
         rest_pull: At rest.

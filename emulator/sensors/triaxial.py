@@ -49,10 +49,10 @@ class TriaxialSensor:
         self.bias: Vector = p.bias * constants.standard_normal(3) * present
         """In the sensor's unit."""
         self._rows = NormalRows(noise, 3) if p.noise > 0.0 else None
-        self._step = step if p.quantisation else 0.0
         top = max_value if p.saturation else math.inf
-        self.constants: Constants = (np.array([self.gain, self.bias, p.noise * present]), top, self._step)
-        """For `measured`."""
+        step = step if p.quantisation else 0.0
+        self.constants: Constants = (np.array([self.gain, self.bias, p.noise * present]), top, step)
+        """For `measured`; the step, the last, for `reported`."""
 
     def noise(self) -> Vector:
         """Of the next sample, for `measured`."""
@@ -61,10 +61,6 @@ class TriaxialSensor:
     def measure(self, true: Vec3) -> Vec3:
         """One sample of a true vector, not yet rounded."""
         return measured(true, self.constants, self.noise())
-
-    def report(self, sample: Vec3) -> Vec3:
-        """The sample in whole steps."""
-        return reported(sample, self._step)
 
 
 @compilable

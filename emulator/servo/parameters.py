@@ -6,7 +6,8 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-Fraction = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+from bridge.types import Fraction
+
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 

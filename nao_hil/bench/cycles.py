@@ -16,9 +16,9 @@ from typing import Any, Final
 from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
-from emulator.wear import load_wear
+from emulator.wear import WEAR, load_wear
 
-PROFILES: Final = ("ideal", "nominal", "worn")
+BODY: Final = "nao-v6"
 
 
 def measure() -> dict[str, Any]:
@@ -26,17 +26,15 @@ def measure() -> dict[str, Any]:
     results: dict[str, Any] = {}
     for engine in ENGINES:
         if find_spec(engine) is not None:
-            results[engine] = {wear: measure_one(engine, wear=wear) for wear in PROFILES}
+            results[engine] = {wear: measure_one(engine, wear) for wear in WEAR}
             results[engine]["fractions of a nominal cycle"] = where_the_time_goes(engine)
     return results
 
 
-def where_the_time_goes(
-    engine: str, body_name: str = "nao-v6", wear: str = "nominal", cycles: int = 500
-) -> dict[str, float]:
-    """Fractions of a cycle's time, the robot standing; `rest` is commands, heat and hands."""
-    body = load_body(body_name)
-    with EmulatedRobot(body, seed=0, wear=load_wear(wear, body), engine=engine) as robot:
+def where_the_time_goes(engine: str) -> dict[str, float]:
+    """Fractions of a cycle's time, a nominal robot standing; `rest` is commands, heat and hands."""
+    body = load_body(BODY)
+    with EmulatedRobot(body, seed=0, wear=load_wear("nominal", body), engine=engine) as robot:
         watches = {
             "steps with drives, stops and contacts": _Watch(robot.engine, "run"),
             "sensors": _Watch(robot.sensors, "update"),
@@ -46,7 +44,7 @@ def where_the_time_goes(
             for watch in watches.values():
                 watch.spent = 0.0
             began = time.perf_counter()
-            for _ in range(cycles):
+            for _ in range(500):
                 robot.advance(None)
             whole = time.perf_counter() - began
         finally:
@@ -82,20 +80,18 @@ class _Watch:
         setattr(self._owner, self._name, self._original)
 
 
-def measure_one(
-    engine: str, body_name: str = "nao-v6", wear: str = "ideal", cycles: int = 1000
-) -> dict[str, Any]:
+def measure_one(engine: str, wear: str) -> dict[str, Any]:
     """Time cycles, the robot standing, in turn with the engine's own steps.
 
     Returns:
         Medians over the cycles: cycles per second, the ratio of the engine's own steps to the whole cycle, the
         real-time factor, and that of the engine's own steps alone.
     """
-    body = load_body(body_name)
+    body = load_body(BODY)
     full, bare = [], []
     with EmulatedRobot(body, seed=0, wear=load_wear(wear, body), engine=engine) as robot:
         steps = round(body.cycle / robot.engine.settings.step)
-        for _ in range(cycles):
+        for _ in range(1000):
             began = time.perf_counter()
             robot.advance(None)
             between = time.perf_counter()
@@ -105,7 +101,7 @@ def measure_one(
             bare.append(time.perf_counter() - between)
     cycle = statistics.median(full)
     return {
-        "body": body_name,
+        "body": BODY,
         "cycles_per_second": 1.0 / cycle,
         "ratio": statistics.median(b / f for b, f in zip(bare, full, strict=True)),
         "real_time_factor": body.cycle / cycle,

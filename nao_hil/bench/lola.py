@@ -37,7 +37,7 @@ from bridge.messages import ActuatorFrame, Info
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
 from emulator.timing import CycleTimer
-from nao_hil.bench.round_trip import standing_frame
+from nao_hil.bench.round_trip import standing_frame, trip_time
 from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.supervisor import Child, free_endpoint
 
@@ -269,7 +269,7 @@ def _echo(folder: Path) -> dict[str, Any]:
                 peer.sendall(bytes(SENSOR_BYTES))
                 _read(peer, len(_COMMAND))
 
-            times = [_time(both) for _ in range(_TRIPS)]
+            times = [trip_time(both) for _ in range(_TRIPS)]
         process.terminate()
     return {"both": _ms(times)}
 
@@ -305,17 +305,11 @@ def _frame(seq: int) -> Any:
 def _timed(there: Callable[[], None], back: Callable[[], None]) -> dict[str, Any]:
     sensors, commands = [], []
     for turn in range(_WARM_UP + _TRIPS):
-        a, b = _time(there), _time(back)
+        a, b = trip_time(there), trip_time(back)
         if turn >= _WARM_UP:
             sensors.append(a)
             commands.append(b)
     return {"sensors": _ms(sensors), "commands": _ms(commands)}
-
-
-def _time(trip: Callable[[], None]) -> float:
-    began = time.perf_counter()
-    trip()
-    return time.perf_counter() - began
 
 
 def _ms(times: list[float]) -> dict[str, float]:

@@ -100,8 +100,8 @@ def _alternate(walker_at: str, echo_at: str) -> dict[str, Any]:
             paced_ticks += ticks
             times["floor"] += _paced(bare)
             ticks.clear()
-            times["link_fast"] += [_time(by_link) for _ in range(_BACK_TO_BACK)]
-            times["floor_fast"] += [_time(bare) for _ in range(_BACK_TO_BACK)]
+            times["link_fast"] += [trip_time(by_link) for _ in range(_BACK_TO_BACK)]
+            times["floor_fast"] += [trip_time(bare) for _ in range(_BACK_TO_BACK)]
     return {
         "paced": _compare(times["link"], times["floor"], statistics.median(paced_ticks)),
         "back_to_back": _compare(times["link_fast"], times["floor_fast"], statistics.median(ticks)),
@@ -123,7 +123,8 @@ def _wait_for(link: RobotLink, bare: Callable[[], None], publisher: Any, payload
     bare()
 
 
-def _time(trip: Callable[[], None]) -> float:
+def trip_time(trip: Callable[[], None]) -> float:
+    """Of one round trip, s."""
     began = time.perf_counter()
     trip()
     return time.perf_counter() - began
@@ -135,7 +136,7 @@ def _paced(trip: Callable[[], None]) -> list[float]:
     for _ in range(_PACED):
         deadline += _PERIOD
         time.sleep(max(0.0, deadline - time.monotonic()))
-        times.append(_time(trip))
+        times.append(trip_time(trip))
     return times
 
 

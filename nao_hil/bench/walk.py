@@ -31,7 +31,7 @@ def measure() -> dict[str, Any]:
     }
 
 
-def measure_one(settings: RunConfig, cycles: int = 1500) -> dict[str, Any]:
+def measure_one(settings: RunConfig) -> dict[str, Any]:
     """Walk, and time each cycle's parts in turn.
 
     Returns:
@@ -56,7 +56,7 @@ def measure_one(settings: RunConfig, cycles: int = 1500) -> dict[str, Any]:
                 standing.engine.bare_step()
 
         feet = [foot_in_torso(body, side, STANDING) for side in ("L", "R")]
-        for _ in range(cycles):
+        for _ in range(1500):
             command = timed("tick", controller.tick, robot.frame)
             timed("robot", robot.advance, command)
             standing.advance(None)  # its drives hold it; not timed

@@ -58,7 +58,7 @@ def arm(results: Sequence[WalkOutcome], by: float = math.inf) -> Arm:
         results: Of one arm.
         by: Time until which a run must stand to count as survived, s of the walk.
     """
-    alive = [survives(result.end, by) for result in results]
+    alive = [result.end.survived or result.end.time > by for result in results]
     tilts = np.degrees([result.end.tilt_max for result in results])
     return Arm(
         n=len(results),
@@ -86,15 +86,10 @@ def survives_claim(text: str, of: Arm, least: float) -> Claim:
     return Claim(text, of.words(), of.interval[0] >= least)
 
 
-def survives(end: WalkEnd, by: float) -> bool:
-    """Whether a walk still stood at a time, s."""
-    return end.survived or end.time > by
-
-
-def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome], by: float = math.inf) -> Paired:
+def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome]) -> Paired:
     """The seeds that ran in both arms, compared."""
-    first = {result.seed: survives(result.end, by) for result in with_}
-    second = {result.seed: survives(result.end, by) for result in without}
+    first = {result.seed: result.end.survived for result in with_}
+    second = {result.seed: result.end.survived for result in without}
     seeds = [seed for seed in first if seed in second]
     return paired([first[seed] for seed in seeds], [second[seed] for seed in seeds])
 

@@ -27,7 +27,7 @@ ABOUT: Final = (
     "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: what it claims, "
     "beside what the emulated robot does. Shares have 95 % Wilson intervals. Arms that are compared walk with "
     "the same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
-    "anything but a foot on the ground. A claim that does not come out stands here as such, with what the "
+    "anything but a foot on the ground. A claim that is not confirmed stands here as such, with what the "
     "robot does instead."
 )
 """Above the report."""
@@ -116,7 +116,7 @@ class Runner:
         self._say(outcome.page)
 
     def _say(self, page: ReportPage) -> None:
-        verdict = ("comes out", "green") if page.passed else ("does not come out", "yellow")
+        verdict = ("confirmed", "green") if page.passed else ("not confirmed", "yellow")
         self._console.print(Text.assemble((page.name, "bold"), ": ", verdict))
         for claim in page.claims:
             mark = ("holds", "green") if claim.holds else ("does not hold", "yellow")

@@ -84,7 +84,7 @@ def text_of(stored: Stored) -> str:
 
 def verdict(page: ReportPage) -> str:
     """Whether all its claims hold, in words."""
-    return "comes out" if page.passed else "does not come out"
+    return "confirmed" if page.passed else "not confirmed"
 
 
 def section(page: ReportPage) -> str:

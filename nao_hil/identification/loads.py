@@ -13,7 +13,7 @@ import numpy as np
 
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR
-from bridge.body.model import Link
+from bridge.body.quantities import tensor_matrix
 from bridge.body.topology import TORSO
 from nao_hil.identification.signals import Array
 
@@ -55,7 +55,7 @@ def joint_loads(body: Body, position: Array, angle: Array) -> dict[str, JointLoa
             arm = place[link] + turn[link] @ np.asarray(sheet.com) - place[joint]
             moment += sheet.mass * arm
             own = np.einsum("nji,nj->ni", turn[link], axis)
-            inertia += np.einsum("ni,ij,nj->n", own, _tensor(sheet), own)
+            inertia += np.einsum("ni,ij,nj->n", own, tensor_matrix(sheet.inertia), own)
             inertia += sheet.mass * np.square(np.cross(axis, arm)).sum(axis=1)
         loads[joint] = JointLoad(
             cosine=GRAVITY * np.einsum("ni,ni->n", axis, np.cross(moment, down)),
@@ -87,8 +87,3 @@ def _carries(parent: Mapping[str, str], joint: str, link: str) -> bool:
             return True
         link = parent[link]
     return False
-
-
-def _tensor(link: Link) -> Array:
-    xx, yy, zz, xy, xz, yz = link.inertia
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

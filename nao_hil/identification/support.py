@@ -8,6 +8,7 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.quantities import total_mass
+from nao_hil.identification.loads import GRAVITY
 from nao_hil.identification.signals import Signals
 
 _UNLOADED: Final = 0.3
@@ -21,4 +22,4 @@ def hangs(body: Body, signals: Signals) -> bool | None:
     fsr = signals.fsr[: round(_WATCHED / signals.cycle)]
     if not np.isfinite(fsr).all():
         return None
-    return float(fsr.sum(axis=1).mean()) < _UNLOADED * 9.81 * total_mass(body)
+    return float(fsr.sum(axis=1).mean()) < _UNLOADED * GRAVITY * total_mass(body)

@@ -121,7 +121,7 @@ def method_table() -> str:
         lines.append(f"| `{service}` | {yes} | {no} |")
     lines += [
         "",
-        f"All methods are refused of {_names(refused)}.",
+        f"All methods are refused by {_names(refused)}.",
         "",
         "| left out or assumed | methods that are offered partly |",
         "|---|---|",

@@ -62,15 +62,10 @@ class EmulatedLink:
         self._thread = threading.Thread(target=self._run, name="emulated link", daemon=True)
         self._thread.start()
 
-    def set(self, conditions: NetworkConditions, back: NetworkConditions | None = None) -> None:
-        """Set the conditions of both directions.
-
-        Args:
-            conditions: From the first end to the second.
-            back: From the second end to the first; None: as `conditions`.
-        """
-        self._channels[0].conditions = conditions
-        self._channels[1].conditions = conditions if back is None else back
+    def set(self, conditions: NetworkConditions) -> None:
+        """Set the conditions of both directions."""
+        for channel in self._channels:
+            channel.conditions = conditions
 
     def _run(self) -> None:
         with contextlib.suppress(OSError):

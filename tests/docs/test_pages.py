@@ -131,7 +131,7 @@ EXPECTED = {
     "add-a-gait.md": [r"squat", r"The robot stands.*steps +│ 2 ", r"joints\.png"],
     "gymnasium.md": [],
     "export.md": [r"peak 1\.8\d of the final value, natural frequency 7\.\d+ rad/s"],
-    "add-an-experiment.md": [r"upright", r"upright: comes out", r"report\.html"],
+    "add-an-experiment.md": [r"upright", r"upright: confirmed", r"report\.html"],
     "identify.md": [
         r"\w+ differs most",
         r"report\.html",

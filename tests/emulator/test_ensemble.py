@@ -12,6 +12,7 @@ from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from emulator.wear import ensemble, load_wear, wear_of_seed
 from emulator.wear.ensemble import RobotEnsemble, load_ensemble, unknowns
+from tests.unknowns import share
 
 SHIPPED = sorted(file.stem for file in (Path(ensemble.__file__).parent / "ensembles").glob("*.toml"))
 NOMINAL = load_wear("nominal")
@@ -27,7 +28,7 @@ def test_the_nominal_robot_lies_in_each_range(name: str) -> None:
     for path in unknown.paths:
         assert unknown.low <= value_at(NOMINAL, path) <= unknown.high
     assert unknown.at(0.0) == pytest.approx(unknown.low) and unknown.at(1.0) == pytest.approx(unknown.high)
-    assert unknown.share(unknown.at(0.3)) == pytest.approx(0.3)
+    assert share(unknown, unknown.at(0.3)) == pytest.approx(0.3)
     assert unknown.reason and unknown.source
 
 
@@ -52,8 +53,8 @@ def test_members_lie_in_the_ranges_and_have_the_figures_of_the_thesis(robot: str
 def test_nominal_is_nearer_to_the_median_than_eight_of_ten_members(robot: str) -> None:
     drawn = load_ensemble(robot)
     places = [unknowns()[name] for name in drawn.unknowns]
-    shares = np.array([[u.share(v) for u, v in zip(places, m.values, strict=True)] for m in drawn.members])
-    nominal = np.array([u.share(value_at(NOMINAL, u.paths[0])) for u in places])
+    shares = np.array([[share(u, v) for u, v in zip(places, m.values, strict=True)] for m in drawn.members])
+    nominal = np.array([share(u, value_at(NOMINAL, u.paths[0])) for u in places])
 
     def distance(point: np.ndarray) -> float:
         return float(np.linalg.norm((point - np.median(shares, axis=0)) / shares.std(axis=0)))

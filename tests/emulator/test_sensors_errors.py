@@ -17,7 +17,7 @@ from emulator.sensors.parameters import (
     SonarParameters,
     TriaxialParameters,
 )
-from emulator.sensors.triaxial import TriaxialSensor
+from emulator.sensors.triaxial import TriaxialSensor, reported
 from emulator.wear import WearProfile, load_wear
 
 STEPS = 4096
@@ -132,9 +132,9 @@ def test_triaxial_noise_range_and_step() -> None:
     within(np.array([noisy.measure((1.0, 1.0, 1.0)) for _ in range(3000)]) - 1.0, 0.0193)
     assert triaxial(saturation=True).measure((30.0, -30.0, 3.0)) == (19.62, -19.62, 3.0)
     assert triaxial().measure((30.0, -30.0, 3.0)) == (30.0, -30.0, 3.0)
-    read = np.array(triaxial(quantisation=True).report((1.0, -2.0, 3.0))) / 0.00958
+    read = np.array(reported((1.0, -2.0, 3.0), triaxial(quantisation=True).constants[-1])) / 0.00958
     np.testing.assert_allclose(read, np.rint([1.0 / 0.00958, -2.0 / 0.00958, 3.0 / 0.00958]), atol=1e-9)
-    assert triaxial().report((1.0, -2.0, 3.0)) == (1.0, -2.0, 3.0)
+    assert reported((1.0, -2.0, 3.0), triaxial().constants[-1]) == (1.0, -2.0, 3.0)
 
 
 def test_an_axis_that_is_not_there_stays_silent() -> None:

@@ -112,6 +112,7 @@ def test_an_angle_that_no_joint_reaches_is_warned_of_once(caplog: pytest.LogCapt
         (lambda: nao_hil.connect(robot=5).__enter__(), "Robot id 5 must be"),  # type: ignore[arg-type]
         (lambda: nao_hil.connect(timeout=-1).__enter__(), "timeout is -1; seconds from 0 on"),
         (lambda: nao_hil.WorldClient(connect=None), "Endpoint None must be text"),  # type: ignore[arg-type]
+        (lambda: nao_hil.WalkClient(connect_timeout=math.nan), "connect_timeout is nan; seconds from 0 on"),
     ],
 )
 def test_a_wrong_argument_is_one_sentence(call: Callable[[], object], said: str) -> None:

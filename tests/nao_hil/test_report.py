@@ -40,7 +40,7 @@ def test_one_file_holds_claims_figures_and_verdicts_and_loads_nothing(tmp_path: 
     html = (tmp_path / "report.html").read_text()
     assert "With it x &lt; 5 &amp; more" in html
     assert base64.b64encode(PNG).decode() in html
-    assert "does not hold" in html and "does not come out" in html and "not done" in html
+    assert "does not hold" in html and "not confirmed" in html and "not done" in html
     assert "It leans." in html and "1 of 2" in html
     links = re.findall(r'(?:src|href)="([^"]*)"', html)
     assert links and all(link.startswith(("data:", "#")) for link in links)

@@ -15,12 +15,12 @@ import numpy as np
 
 from bridge.body.quantities import total_mass
 from bridge.body.sole import sole_hull
-from bridge.types import NotNegative, Positive, Side, Vec2, Vec3
+from bridge.types import NotNegative, Positive, Vec2, Vec3
 from walker.estimation.mass_over_soles import MassOverSoles
 from walker.model.floating_base import SIDES, FloatingBase
 from walker.model.gravity import GRAVITY
 from walker.planning.feedback import CaptureStep
-from walker.planning.plan import Foothold, Plan
+from walker.planning.plan import Plan
 
 _STANDING_LOAD: Final = 0.3
 """Part of the weight under both feet from which on the robot stands on the ground (assumed).
@@ -86,8 +86,8 @@ class CaptureEstimator:
         pose = self._base.place(self._base.in_torso(position), np.eye(4))
         over, rate, _ = self._mass.update(pose, sides, lean, gyroscope, dt)
         com = over + np.mean([self._base.centres[side][:2] for side in sides], axis=0)
-        base = plan.middle if plan.support == "both" else _foot(plan, plan.support)
-        ahead = [base.local(*_foot(plan, side)[:2])[0] for side in sides]
+        base = plan.middle if plan.support == "both" else plan.foot(plan.support).foothold
+        ahead = [base.local(*plan.foot(side)[:2])[0] for side in sides]
         heel, toe = self._heel + min(ahead), self._toe + max(ahead)
         omega = plan.pendulum.omega
         x, y = (com + rate / omega).tolist()
@@ -99,8 +99,3 @@ class CaptureEstimator:
         x = edge + (x - edge) * math.exp(omega * self._p.latency)
         c_x, c_y = (com + self._p.latency * rate).tolist()
         return CaptureStep(base.point(c_x, c_y), base.point(x, y))
-
-
-def _foot(plan: Plan, side: Side) -> Foothold:
-    sole = plan.left if side == "L" else plan.right
-    return Foothold(sole.x, sole.y, sole.yaw)

@@ -132,7 +132,7 @@ class DeviationEstimator:
         measured = self._measured(position, lean, then, then.support)
         self._miss = measured.miss
         if before is None or then.support != before.support:
-            yaw = _foot(then, then.support).yaw
+            yaw = then.foot(then.support).yaw
             self._at, self._rate, self._yaw = measured.com, _turned(self._rate, self._yaw - yaw), yaw
         elif dt > 0.0:
             innovation = measured.com - (self._at + dt * self._rate)
@@ -179,7 +179,7 @@ class DeviationEstimator:
         assert then.pendulum is not None
         torso = homogeneous(rotation(*lean, 0.0), (0.0, 0.0, 0.0))
         pose, centres = self._base.place(self._base.in_torso(position), torso), self._base.centres
-        stance, foot = pose.feet[side], _foot(then, side)
+        stance, foot = pose.feet[side], then.foot(side).foothold
         other = OTHER_SIDE[side]
         sole = (stance @ centres[side])[:2]
         swung = (pose.feet[other] @ centres[other])[:2]
@@ -190,11 +190,6 @@ class DeviationEstimator:
         com = np.subtract(measured.point(*(pose.com[:2] - sole)), planned.local(*then.pendulum.com))
         miss = np.subtract(planned.local(*wanted), measured.point(*(swung - sole)))
         return _Measured(com, miss)
-
-
-def _foot(plan: Plan, side: Side) -> Foothold:
-    sole = plan.left if side == "L" else plan.right
-    return Foothold(sole.x, sole.y, sole.yaw)
 
 
 def _turned(vector: Array, yaw: float) -> Array:

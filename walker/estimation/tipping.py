@@ -76,7 +76,7 @@ class TippingDetector:
         if plan.support == "both":
             self._held = 0.0
             return feedback
-        p, sole = self._p, plan.left if plan.support == "L" else plan.right
+        p, sole = self._p, plan.foot(plan.support)
         along, across = Foothold(yaw=-sole.yaw).point(*feedback.deviation)
         outward = SIGN[plan.support] * across
         tipping = outward - p.along * abs(along)

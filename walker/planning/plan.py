@@ -73,6 +73,11 @@ class SolePose(NamedTuple):
     yaw: float = 0.0
     """rad, positive: toe to the left"""
 
+    @property
+    def foothold(self) -> Foothold:
+        """Place and heading on the ground."""
+        return Foothold(self.x, self.y, self.yaw)
+
     def moved(self, origin: Foothold) -> SolePose:
         """The same sole in another frame.
 
@@ -140,13 +145,17 @@ class Plan:
     """Where `middle` comes to rest if the feet close after the step under way, and after one more. Empty but at
     the end of a step of a gait that walks to a place."""
 
+    def foot(self, side: Side) -> SolePose:
+        """The sole of one side."""
+        return self.left if side == "L" else self.right
+
     @property
     def captures_backward(self) -> bool:
         """Whether the capture step goes, or went, back: behind the other foot, along that one's heading."""
         if self.capture is None:
             return False
-        foot, other = (self.left, self.right) if self.capture == "L" else (self.right, self.left)
-        return Foothold(other.x, other.y, other.yaw).local(foot.x, foot.y)[0] < 0.0
+        foot, other = self.foot(self.capture), self.foot(OTHER_SIDE[self.capture])
+        return other.foothold.local(foot.x, foot.y)[0] < 0.0
 
     @property
     def middle(self) -> Foothold:

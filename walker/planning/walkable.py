@@ -128,6 +128,6 @@ def _clears_ground(body: Body, side: Side, plan: Plan, tilt: float) -> bool:
     """
     if plan.support in (side, "both"):
         return False
-    foot = plan.left if side == "L" else plan.right
+    foot = plan.foot(side)
     widest = max(abs(y) for _, y in body.foot.sole)
     return foot.z > widest * math.sin(abs(tilt))

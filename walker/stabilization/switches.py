@@ -7,8 +7,8 @@ from typing import Any, Final, Literal, get_args
 import msgspec
 
 from bridge.errors import ConfigurationError
+from bridge.messages.walk import TorsoName
 from bridge.validation import unknown_name
-from walker.stabilization.torso.designs import TorsoMethod
 
 
 class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -18,7 +18,7 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Thesis 4.1.1: the swing leg gives way along z to the ground that it meets."""
     ankle_admittance: bool = False
     """Thesis 4.1.2: the swing foot turns until its sole lies on the ground."""
-    torso: TorsoMethod = "none"
+    torso: TorsoName = "none"
     """Torso control, thesis 4.2: notch and PI from the torso's pitch to the stance ankle."""
     gyroscope_damping: bool = False
     """The stance ankle turns against the torso's rate."""

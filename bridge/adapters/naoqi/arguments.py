@@ -91,6 +91,17 @@ def new_file(value: Any, what: str) -> Path:
     return file
 
 
+def pairs(value: Any, what: str) -> list[list[Any]]:
+    """A list of names, each with its value.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if not isinstance(value, list) or not all(isinstance(row, list) and len(row) == 2 for row in value):
+        raise NaoqiRefused(f"{what}: {value!r:.60} was given; [[name, value], ...] is expected.")
+    return value
+
+
 def one_each(value: Any, count: int, what: str) -> list[float]:
     """A number for each joint: one for all, or a list of as many.
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, number
+from bridge.adapters.naoqi.arguments import flag, number, pairs
 from bridge.adapters.naoqi.interpolation import smooth
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.methods import Table
@@ -112,9 +112,7 @@ class Breathing:
     def _configure(self, config: Any) -> None:
         """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; fast breaths are clipped to small ones."""
         method = "ALMotion.setBreathConfig"
-        if not isinstance(config, list) or not all(isinstance(row, list) and len(row) == 2 for row in config):
-            raise NaoqiRefused(f"{method}: {config!r:.60} was given; [[name, value], ...] is expected.")
-        for name, _ in config:
+        for name, _ in pairs(config, method):
             if name not in ("Bpm", "Amplitude"):
                 raise NaoqiRefused(f"{method}: {unknown_name('name', str(name), ('Bpm', 'Amplitude'))}.")
         given = dict(config)

@@ -1,7 +1,7 @@
 """ALMotion's Cartesian control: effectors to places, at once or along paths.
 
-Each goal is turned into joint angles by inverse kinematics; a place out of reach is gone to as near as the
-joints' ranges allow. Moving the torso leaves both feet where they are. Nothing balances the robot.
+Each goal is turned into joint angles by inverse kinematics; a target out of reach is approached as closely as
+the joints' ranges allow. Moving the torso leaves both feet where they are. Nothing balances the robot.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, text
+from bridge.adapters.naoqi.arguments import flag, pairs, text
 from bridge.adapters.naoqi.joints import Joints
 from bridge.adapters.naoqi.names import CHAINS
 from bridge.adapters.naoqi.robot_events import CONTACT
@@ -47,12 +47,8 @@ class WalkProtection:
         Raises:
             NaoqiRefused: not such a list, or an unknown name; nothing is changed then.
         """
-        if not isinstance(config, list) or not all(isinstance(row, list) and len(row) == 2 for row in config):
-            raise NaoqiRefused(
-                f"ALMotion.setMotionConfig: {config!r:.60} was given; [[name, value], ...] is expected."
-            )
         wanted = {}
-        for name, value in config:
+        for name, value in pairs(config, "ALMotion.setMotionConfig"):
             if text(name, "ALMotion.setMotionConfig: name") not in self._enabled:
                 raise NaoqiRefused(f"ALMotion.setMotionConfig: {unknown_name('name', name, self._enabled)}.")
             wanted[name] = flag(value, f"ALMotion.setMotionConfig: {name}")

@@ -15,6 +15,8 @@ from bridge.adapters.naoqi.methods import Method, Table, of_kind
 from bridge.errors import NaoqiRefused
 
 MAX_PREFERENCES: Final = 10_000
+MEMORY_KILOBYTES: Final = 1_000_000
+"""Of the robot's computer (confirmed for V4 and V5: 1 GB)."""
 
 
 class Preferences:
@@ -66,14 +68,13 @@ class Preferences:
 
 
 def system_services(
-    config: RobotConfig, services: Callable[[], Container[str]], memory_kilobytes: int = 1_000_000
+    config: RobotConfig, services: Callable[[], Container[str]]
 ) -> dict[str, dict[str, Method]]:
     """Service -> methods.
 
     Args:
         config: facts about the robot.
         services: that the robot has.
-        memory_kilobytes: that the robot's computer has (confirmed for V4 and V5: 1 GB).
     """
     notifies = [True]
 
@@ -93,8 +94,8 @@ def system_services(
         "ALSystem": {
             "systemVersion": lambda: config.naoqi_version,
             "robotName": lambda: config.name,
-            "totalMemory": lambda: memory_kilobytes,
-            "freeMemory": lambda: min(memory_kilobytes, _free_kilobytes()),
+            "totalMemory": lambda: MEMORY_KILOBYTES,
+            "freeMemory": lambda: min(MEMORY_KILOBYTES, _free_kilobytes()),
             "diskFree": lambda _all: [["rootfs", "/", *_disk()]],
             "timezone": lambda: time.tzname[0],
         },

@@ -43,11 +43,6 @@ class Voice:
     def __init__(self) -> None:
         self._program = shutil.which(PROGRAM)
 
-    @property
-    def installed(self) -> bool:
-        """Whether there is a voice."""
-        return self._program is not None
-
     def speak(self, text: str, language: str, speed: float, volume: float) -> subprocess.Popen[bytes] | None:
         """Begin to speak; the process ends with the sound. None: there is no voice.
 

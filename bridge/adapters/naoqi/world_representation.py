@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bridge.adapters.naoqi.arguments import number, text
+from bridge.adapters.naoqi.arguments import number, pairs, text
 from bridge.adapters.naoqi.frames import RobotFrames, from_position6, inverse, position6
 from bridge.adapters.naoqi.methods import Table
 from bridge.body import TORSO
@@ -126,7 +126,7 @@ class WorldRepresentation:
 
     def _add_attribute(self, category: Any, attribute: Any, fields: Any) -> int:
         known, name = self._categories[self._category(category)], _named(attribute, "attribute")
-        columns = [(_named(field, "field"), _named(kind, "type")) for field, kind in _pairs(fields)]
+        columns = [(_named(field, "field"), _named(kind, "type")) for field, kind in pairs(fields, _SERVICE)]
         if name in known or not columns:
             raise NaoqiRefused(f"{_SERVICE}.addAttributeToCategory: {name} is there already, or has no fields.")
         shown = ", ".join(f'"{field}" {kind}' for field, kind in columns)
@@ -143,7 +143,7 @@ class WorldRepresentation:
         one, above, kind = text(name, f"{_SERVICE}: object"), self._known(parent), self._category(category)
         if one in self._objects or one in self._robot or one == ROOT or len(self._objects) >= MAX_OBJECTS:
             raise NaoqiRefused(f"{_SERVICE}: {one!r:.60} is there already, or there are {MAX_OBJECTS} objects.")
-        values = _pairs(attributes)
+        values = pairs(attributes, _SERVICE)
         for attribute, _ in values:
             self._table(kind, attribute)
         place = self._relative(above, reference) @ _transform(position)
@@ -157,7 +157,7 @@ class WorldRepresentation:
         table, _ = self._table(self._objects[one].category, attribute)
         if self._run(f"SELECT COUNT(*) FROM {table}")[0][0] >= MAX_ROWS:
             raise NaoqiRefused(f"{_SERVICE}: {attribute} has {MAX_ROWS} values; delete some.")
-        given = {_named(field, "field"): value for field, value in _pairs(fields)} | {_OBJECT: one}
+        given = {_named(field, "field"): value for field, value in pairs(fields, _SERVICE)} | {_OBJECT: one}
         columns = ", ".join(f'"{field}"' for field in given)
         self._run(f"INSERT INTO {table} ({columns}) VALUES ({', '.join('?' * len(given))})", [*given.values()])
         return 0
@@ -165,7 +165,7 @@ class WorldRepresentation:
     def _update(self, name: Any, attribute: Any, criterion: Any, fields: Any) -> int:
         one = self._own(name)
         table, _ = self._table(self._objects[one].category, attribute)
-        given = {_named(field, "field"): value for field, value in _pairs(fields)}
+        given = {_named(field, "field"): value for field, value in pairs(fields, _SERVICE)}
         changes = ", ".join(f'"{field}" = ?' for field in given)
         where = f"({_criterion(criterion)}) AND {_OBJECT} = ?"
         self._run(f"UPDATE {table} SET {changes} WHERE {where}", [*given.values(), one])
@@ -301,12 +301,6 @@ def _named(name: Any, what: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise NaoqiRefused(f"{_SERVICE}: {name!r:.60} is no {what}; letters, digits and _ are.")
     return name
-
-
-def _pairs(values: Any) -> list[list[Any]]:
-    if not isinstance(values, list) or not all(isinstance(row, list) and len(row) == 2 for row in values):
-        raise NaoqiRefused(f"{_SERVICE}: {values!r:.60} was given; [[name, value], ...] is expected.")
-    return values
 
 
 def _criterion(value: Any) -> str:

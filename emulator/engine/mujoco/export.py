@@ -90,7 +90,7 @@ def mjcf(
         _add_gear(spec, robot.hinges[drive.joint], drive)
     _add_actuators(spec, body, drives)
     _add_sensors(spec, body, robot, drives)
-    _settle_springs(simulation, robot, drives)
+    _settle_springs(simulation, drives)
     model = spec.compile()
     for name, angles in poses.items():
         qpos = _stand(model, body, angles)
@@ -163,7 +163,7 @@ def _add_sensors(spec: Any, body: Body, robot: MujocoModel, drives: Sequence[Dri
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
 
 
-def _settle_springs(simulation: Simulation, robot: MujocoModel, drives: Sequence[Drive]) -> None:
+def _settle_springs(simulation: Simulation, drives: Sequence[Drive]) -> None:
     """Write the springs of soles and gears, which depend on the compiled model, into the description."""
     model, spec = simulation.model, simulation.spec
     for geom in spec.geoms:

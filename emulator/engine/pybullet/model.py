@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.body import TORSO, Body, JointTree, joint_tree
 from bridge.body.model import Link
+from bridge.body.quantities import tensor_matrix
 from bridge.types import Side, Vec3
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.inertia import PrincipalInertia, principal, with_rotor
@@ -30,7 +31,6 @@ from emulator.engine.shapes import (
     sole_area,
     sole_pad,
 )
-from emulator.engine.tensor import tensor_matrix
 from emulator.poses import Pose
 
 BASE: Final = -1

@@ -74,7 +74,7 @@ def joints(t: Tables, figure: Figure) -> None:
     measured = np.degrees(column(t.sensors, "position", len(JOINTS)))
     asked = np.degrees(column(t.actuators, "position", len(JOINTS)))
     asked_time = t.time_of([frame.reply_to for frame in t.actuators])
-    for ax, slot in _leg_axes(t, figure, "deg"):
+    for ax, slot in _leg_axes(t, figure):
         plot_line(ax, t.time, measured[:, slot], "measured", lw=0.8)
         plot_line(ax, asked_time, asked[:, slot], "asked for", lw=0.6, color="black")
     if handles := figure.axes[0].get_legend_handles_labels()[0]:
@@ -87,17 +87,17 @@ def error(t: Tables, figure: Figure) -> None:
     pairs = [(f.time, f.position, asked[f.command]) for f in t.sensors if f.command in asked]
     time = np.array([pair[0] for pair in pairs])
     miss = np.degrees([np.subtract(pair[1], pair[2]) for pair in pairs]).reshape(-1, len(JOINTS))
-    for ax, slot in _leg_axes(t, figure, "deg"):
+    for ax, slot in _leg_axes(t, figure):
         plot_line(ax, time, miss[:, slot], "measured less asked for", lw=0.8)
 
 
-def _leg_axes(t: Tables, figure: Figure, unit: str) -> list[tuple[Axes, int]]:
+def _leg_axes(t: Tables, figure: Figure) -> list[tuple[Axes, int]]:
     """An axis for each of five joints of either leg, with its slot."""
     grid = figure.subplots(len(_LEGS), 2, sharex=True)
     for row, joint in zip(grid, _LEGS, strict=True):
         for ax, side in zip(row, "LR", strict=True):
             ax.set_title(f"{side}{joint}", fontsize=8, pad=2)
-            ax.set_ylabel(unit, fontsize=8)
+            ax.set_ylabel("deg", fontsize=8)
             mark_phases(t, ax)
     for ax in grid[-1]:
         ax.set_xlabel("time, s")

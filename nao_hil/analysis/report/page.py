@@ -50,7 +50,7 @@ class ReportPage:
     pictures: tuple[Picture, ...] = ()
     tables: tuple[ReportTable, ...] = ()
     findings: tuple[str, ...] = field(default=())
-    """Sentences computed from the data, most of them where a claim did not come out."""
+    """Sentences computed from the data, most of them where a claim is not confirmed."""
 
     @property
     def passed(self) -> bool:

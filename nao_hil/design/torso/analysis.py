@@ -25,8 +25,6 @@ class Margins:
     """The factor nearest to 1, up or down, at which the loop becomes unstable; inf if there is none."""
     crossover: float
     """Omega_C of the phase margin, rad/s."""
-    phase_crossover: float
-    """Omega of the gain margin, rad/s; nan without one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,8 +37,6 @@ class StepResponse:
     """Shape (N,), final value 1"""
     overshoot: float
     """Peak above the final value, fraction of it."""
-    undershoot: float
-    """Minimum, negative if it moves the wrong way first, fraction of the final value."""
     rise_time: float
     """From 10 % to 90 %, s."""
     settling_time: float
@@ -51,8 +47,6 @@ class StepResponse:
 class Bode:
     """Bode diagram of one transfer function; arrays of shape (N,)."""
 
-    omega: Floats
-    """rad/s"""
     magnitude_db: Floats
     phase_deg: Floats
     """Unwrapped from the lowest frequency on."""
@@ -60,8 +54,8 @@ class Bode:
 
 def margins(loop_q: control.TransferFunction) -> Margins:
     """Margins of an open loop in the q domain."""
-    gain, phase, _, phase_crossover, crossover, _ = control.stability_margins(loop_q)
-    return Margins(float(phase), float(gain), float(crossover), float(phase_crossover))
+    gain, phase, _, _, crossover, _ = control.stability_margins(loop_q)
+    return Margins(float(phase), float(gain), float(crossover))
 
 
 def step_response(closed_loop_z: control.TransferFunction) -> StepResponse:
@@ -76,12 +70,11 @@ def step_response(closed_loop_z: control.TransferFunction) -> StepResponse:
     output = np.asarray(lfilter(padded, bottom, np.ones(samples)), dtype=float)
     time = np.arange(samples, dtype=np.float64) * sample_time
     if radius >= 1.0:
-        return StepResponse(time, output, math.inf, -math.inf, math.inf, math.inf)
+        return StepResponse(time, output, math.inf, math.inf, math.inf)
     return StepResponse(
         time,
         output,
         overshoot=float(output.max()) - 1.0,
-        undershoot=min(0.0, float(output.min())),
         rise_time=_first_above(time, output, 0.9) - _first_above(time, output, 0.1),
         settling_time=_settled(time, output, 0.02),
     )
@@ -128,8 +121,4 @@ def bode(system_q: control.TransferFunction, omega: Floats) -> Bode:
         omega: rad/s, ascending, shape (N,).
     """
     values = frequency_response(system_q, omega)
-    return Bode(
-        np.asarray(omega, dtype=float),
-        20.0 * np.log10(np.abs(values)),
-        np.degrees(np.unwrap(np.angle(values))),
-    )
+    return Bode(20.0 * np.log10(np.abs(values)), np.degrees(np.unwrap(np.angle(values))))

@@ -29,10 +29,8 @@ class TorsoDesign:
     The controller's input is the torso pitch error, its output the lean (see `torso.sign`), both rad.
     """
 
-    plant: control.TransferFunction
-    """G_s(s)"""
     plant_z: control.TransferFunction
-    """Behind a zero-order hold (4.13)"""
+    """G_s(s) behind a zero-order hold (4.13)"""
     plant_q: control.TransferFunction
     """(4.14)"""
     notch_q: control.TransferFunction
@@ -81,7 +79,6 @@ def assemble(
     closed = closed_loop(controller_z, plant_z)
     loop_q = controller_q * plant_q
     return TorsoDesign(
-        plant=plant,
         plant_z=plant_z,
         plant_q=plant_q,
         notch_q=notch_q,

