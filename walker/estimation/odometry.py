@@ -85,36 +85,34 @@ class Odometry:
         """
         in_torso = self._robot.in_torso(frame.position)
         tilt = homogeneous(rotation(*frame.angle, 0.0), (0.0, 0.0, 0.0))
-        pose = self._robot.place(in_torso, tilt)
-        sole = self._of_sole(pose)
+        foot = self._robot.foot(in_torso, self.stance)
+        sole = self._of_sole(tilt @ foot)
         if self._start is not None:
-            torso = _carried(middle_of_soles(self._robot, pose), self._start)
+            torso = _carried(middle_of_soles(self._robot, self._robot.place(in_torso, tilt)), self._start)
             self._start = None
-            self._at = self._of_sole(self._robot.place(in_torso, torso @ tilt))
+            self._at = self._of_sole(torso @ tilt @ foot)
             self._initial_heading = self._at.yaw - sole.yaw
         if self._gyroscope is not None:
             self._at = self._at._replace(yaw=sole.yaw + self._initial_heading + self._gyroscope.update(frame))
         # The standing sole keeps its place, and its heading unless the gyroscope says otherwise.
-        torso = _carried(sole, self._at)
-        pose = self._on_ground(in_torso, torso @ tilt, ground)
+        torso = _carried(sole, self._at) @ tilt
+        torso[2, 3] += self._over_ground(torso @ foot, ground)
+        pose = self._robot.place(in_torso, torso)
         left, right = sum(frame.fsr[:4]), sum(frame.fsr[4:])
         heavier: Side = "L" if left > right else "R"
         if heavier != self.stance and max(left, right) > SWITCH * (left + right):
             self.stance = heavier
-            self._at = self._of_sole(pose)
+            self._at = self._of_sole(pose.feet[self.stance])
         return pose
 
-    def _of_sole(self, pose: RobotPose) -> Foothold:
-        foot = pose.feet[self.stance]
+    def _of_sole(self, foot: Transform) -> Foothold:
         x, y = (foot @ self._robot.centres[self.stance])[:2]
         return Foothold(float(x), float(y), heading(foot))
 
-    def _on_ground(self, in_torso: Array, torso: Transform, ground: GroundPlane) -> RobotPose:
-        foot = self._robot.place(in_torso, torso).feet[self.stance]
+    def _over_ground(self, foot: Transform, ground: GroundPlane) -> float:
+        """Way up that puts the lowest corner of the standing sole on the ground, m."""
         corners, n = self._robot.sole_in_world(self.stance, foot), ground.normal
-        raised = torso.copy()
-        raised[2, 3] += ground.height - float(np.min(corners @ n)) / float(n[2])
-        return self._robot.place(in_torso, raised)
+        return ground.height - float(np.min(corners @ n)) / float(n[2])
 
 
 def middle_of_soles(robot: FloatingBase, pose: RobotPose) -> Foothold:

@@ -76,6 +76,16 @@ class FloatingBase:
             self._newest = angles, self._mass.tree.frames(angles)
         return self._newest[1]
 
+    def foot(self, in_torso: Array, side: Side) -> Transform:
+        """Pose of one AnkleRoll frame in the Torso frame, shape (4, 4), m.
+
+        Args:
+            in_torso: link frames as `in_torso` gives them.
+            side: of the foot.
+        """
+        frame: Transform = in_torso[self._feet[side]]
+        return frame
+
     def place(self, in_torso: Array, torso: Transform) -> RobotPose:
         """The robot with its torso at a pose in the world.
 

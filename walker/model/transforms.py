@@ -19,9 +19,10 @@ def homogeneous(R: Array, d: Sequence[float] | Array) -> Transform:
         R: rotation, shape (3, 3).
         d: origin, shape (3,), m.
     """
-    H = np.eye(4)
+    H = np.zeros((4, 4))
     H[:3, :3] = R
     H[:3, 3] = d
+    H[3, 3] = 1.0
     return H
 
 

@@ -37,6 +37,7 @@ class BodyTree:
         self._sine = np.zeros((len(joints), 4, 4))
         self._sine[:, :3, :3] = [np.cross(np.eye(3), joint.axis) for joint in joints]
         self._versine = self._sine @ self._sine
+        self._torso = np.eye(4)
         self._still = np.array([homogeneous(np.eye(3), joint.offset) for joint in joints])
         parents = np.array([place[joint.parent] for joint in joints])
         depths = np.array([depth[name] for name in self.links[1:]])
@@ -57,7 +58,7 @@ class BodyTree:
         """
         q = np.asarray(position, dtype=np.float64)[self._slots, None, None]
         frames = np.empty((len(self.links), 4, 4))
-        frames[0] = np.eye(4)
+        frames[0] = self._torso
         frames[1:] = self._still + np.sin(q) * self._sine + (1.0 - np.cos(q)) * self._versine
         for rows, parents in self._levels:
             frames[rows] = frames[parents] @ frames[rows]

@@ -149,8 +149,8 @@ class JointCompliance:
             for i, places in enumerate(self._cells):
                 if forces[i] > 0.0:
                     points[i, :2] = cells[i] @ places / forces[i]
-            torso = rotation(*frame.angle, 0.0)
-            torques = self._torques(angles, forces / total, points, torso)
+            frames = rotation(*frame.angle, 0.0) @ self._com.tree.frames(angles)[:, :3]
+            torques = self._torques(frames, forces / total, points)
             deflections = self.deflections(torques)
             deflections[:, _HELD_BY_FRICTION] = 0.0
             self._add(angles, deflections)
@@ -176,11 +176,11 @@ class JointCompliance:
             left_fraction: of the weight, on the left foot, 0..1.
         """
         points = np.array([leg.foot for leg in self._legs.values()])
-        return self._torques(angles, np.array([left_fraction, 1.0 - left_fraction]), points, np.eye(3))
+        frames = self._com.tree.frames(angles)[:, :3]
+        return self._torques(frames, np.array([left_fraction, 1.0 - left_fraction]), points)
 
-    def _torques(self, angles: Sequence[float], fractions: Array, points: Array, torso: Array) -> Array:
-        """The same, with points of support in the AnkleRoll frames and a torso that leans."""
-        frames = torso @ self._com.tree.frames(angles)[:, :3]
+    def _torques(self, frames: Array, fractions: Array, points: Array) -> Array:
+        """The same, with link frames in axes with z up, and points of support in the AnkleRoll frames."""
         moments = (np.einsum("nij,nj->ni", frames[:, :2], self._centre) * self._mass[:, None]) * GRAVITY
         result = np.empty((2, 6))
         for i, side in enumerate(_SIDES):

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from functools import lru_cache
 from typing import Final
 
 from bridge.body import Body
@@ -63,6 +63,8 @@ class OmniGait:
         x, y = sole_hull(body, "L").T
         self._heel, self._toe, self._outer = float(x.min()), float(x.max()), float(y.max())
         self._hip_height = parameters.l_GH + body.lengths.FootHeight
+        # the same in all cycles of a step
+        self._endless_walk = lru_cache(maxsize=4)(self._find_endless_walk)
 
     def initial(self) -> OmniState:
         """At rest, the feet side by side."""
@@ -110,14 +112,14 @@ class OmniGait:
         )
         keep = math.exp(-dt / (self._p.capture_settling_time if state.capture_step else self._p.catch_up_time))
         behind = (state.behind[0] * keep, state.behind[1] * keep)
-        state = replace(state, com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt, behind=behind)
+        state = state._replace(com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt, behind=behind)
         if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
             target = self._target(state)
             by = state.adjustment
             if state.t < self._p.T - _LANDING:
                 by = self._adjustment(state, target, feedback)
             adjusted = Foothold(target.x + by[0], target.y + by[1], target.yaw)
-            state = replace(state, target=adjusted, adjustment=by)
+            state = state._replace(target=adjusted, adjustment=by)
         return state
 
     def _begin_capture_step(self, state: OmniState, measured: CaptureStep) -> OmniState:
@@ -125,11 +127,11 @@ class OmniGait:
         feet = {state.swing: state.lifted, OTHER_SIDE[state.swing]: state.stance}
         a, b = (math.dist(measured.xi, feet[side][:2]) for side in ("L", "R"))
         side: Side = "R" if a < b else "L"
-        state = replace(state, swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
+        state = state._replace(swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         backward = state.stance.local(*measured.xi)[0] < 0.0
-        state = replace(state, phase=phase, t=0.0, velocity=REST, correction=REST, closing=False)
-        return replace(state, capture_step=True, backward=backward)
+        state = state._replace(phase=phase, t=0.0, velocity=REST, correction=REST, closing=False)
+        return state._replace(capture_step=True, backward=backward)
 
     def _follow(self, state: OmniState, dt: float, measured: CaptureStep) -> OmniState:
         """A step `dt` seconds later that goes where the measured capture point needs it."""
@@ -137,13 +139,13 @@ class OmniGait:
         (x, y), (c_x, c_y) = measured.com, state.com
         behind = c_x + state.behind[0] - x, c_y + state.behind[1] - y
         zmp = self._edge(state, measured.xi)
-        state = replace(state, com=measured.com, xi=measured.xi, zmp=zmp, behind=behind, t=state.t + dt)
+        state = state._replace(com=measured.com, xi=measured.xi, zmp=zmp, behind=behind, t=state.t + dt)
         if state.t < p.T_capture - _LANDING:
             target = self._target(state)
             if state.backward:
                 inwards = -SIGN[state.swing] * p.backward_capture_inset
                 target = Foothold(*target.point(0.0, inwards), target.yaw)
-            state = replace(state, target=target)
+            state = state._replace(target=target)
         return state
 
     def _edge(self, state: OmniState, xi: Vec2) -> Vec2:
@@ -183,16 +185,22 @@ class OmniGait:
         p, side = self._p, state.swing
         zmp = state.zmp if state.capture_step else zmp_under(p, OTHER_SIDE[side], state.stance)
         grow = math.exp(self._omega * max(self._duration(state) - state.t, 0.0))
-        velocity = state.corrected_velocity
-        first = Foothold(yaw=following(p, state.stance, side, velocity).yaw)
-        zmps = list(self._walk_on(first, side, velocity))
-        ahead = zmps[0]
-        beyond = bounded_capture_point(self._omega, p.T, self._rho, [ahead, *zmps])
+        yaw, ahead, beyond = self._endless_walk(state.stance, side, state.corrected_velocity)
         x, y = (
             (p_0 + (xi - p_0) * grow - (e - a) - self._rho * p_0) / (1.0 - self._rho) - a
             for xi, p_0, e, a in zip(state.xi, zmp, beyond, ahead, strict=True)
         )
-        return allowed(p, state.stance, side, Foothold(x, y, first.yaw))
+        return allowed(p, state.stance, side, Foothold(x, y, yaw))
+
+    def _find_endless_walk(self, stance: Foothold, side: Side, velocity: Vec3) -> tuple[float, Vec2, Vec2]:
+        """An endless walk at a velocity whose next foothold, of the foot `side`, is put at the origin.
+
+        Returns:
+            Yaw of that foothold, rad; the ZMP under it, and the capture point in which the walk begins, m.
+        """
+        first = Foothold(yaw=following(self._p, stance, side, velocity).yaw)
+        zmps = list(self._walk_on(first, side, velocity))
+        return first.yaw, zmps[0], bounded_capture_point(self._omega, self._p.T, self._rho, [zmps[0], *zmps])
 
     def _adjustment(self, state: OmniState, target: Foothold, feedback: Feedback) -> Vec2:
         """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m.
@@ -225,7 +233,7 @@ class OmniGait:
             (xi * grow - a + rho * c) / (grow - 1.0 + rho)
             for xi, a, c in zip(state.xi, needed, state.com, strict=True)
         )
-        return replace(state, phase="start", t=0.0, zmp=(x, y), turned=0.0, capture_step=False, backward=False)
+        return state._replace(phase="start", t=0.0, zmp=(x, y), turned=0.0, capture_step=False, backward=False)
 
     def _next_phase(self, state: OmniState, command: GaitCommand) -> OmniState:
         if state.phase == "start":
@@ -234,8 +242,8 @@ class OmniGait:
             apart = state.stance.local(*state.lifted[:2])
             if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
                 return self._start(state)
-            state = replace(state, phase="stand", t=0.0, closing=False, velocity=REST)
-            return replace(state, capture_step=False, backward=False)
+            state = state._replace(phase="stand", t=0.0, closing=False, velocity=REST)
+            return state._replace(capture_step=False, backward=False)
         landed = self._landed(state)
         if state.capture_step:
             return self._rest(landed)
@@ -245,8 +253,7 @@ class OmniGait:
         """At the end of a step: the swing foot stands, and the pendulum goes with what feedback moved it by."""
         stance_side = OTHER_SIDE[state.swing]
         dx, dy = state.adjustment
-        state = replace(
-            state,
+        state = state._replace(
             com=(state.com[0] + dx, state.com[1] + dy),
             xi=(state.xi[0] + dx, state.xi[1] + dy),
             moved=(state.moved[0] + dx, state.moved[1] + dy),
@@ -254,8 +261,7 @@ class OmniGait:
             adjustment=(0.0, 0.0),
         )
         old = zmp_under(self._p, stance_side, state.stance)
-        return replace(
-            state,
+        return state._replace(
             stance=state.target,
             lifted=state.stance,
             target=state.stance,
@@ -276,10 +282,10 @@ class OmniGait:
         closing = velocity == REST and (not command.walk or number >= last)
         correction = REST if closing else self._correction(velocity, command.feedback, state.turned)
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
-        state = replace(state, phase=phase, t=0.0, velocity=velocity, correction=correction, closing=closing)
+        state = state._replace(phase=phase, t=0.0, velocity=velocity, correction=correction, closing=closing)
         planned = following(p, state.stance, state.swing, velocity)
         target = following(p, state.stance, state.swing, state.corrected_velocity)
-        return replace(state, target=target, turned=state.turned + target.yaw - planned.yaw)
+        return state._replace(target=target, turned=state.turned + target.yaw - planned.yaw)
 
     def _correction(self, velocity: Vec3, feedback: Feedback, turned: float) -> Vec3:
         """Velocity that holds the commanded one, and the turn back by a share of the heading's error.
@@ -298,7 +304,7 @@ class OmniGait:
         b = zmp_under(self._p, state.swing, state.lifted)
         x, y = middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
         behind = state.com[0] + state.behind[0] - x, state.com[1] + state.behind[1] - y
-        return replace(state, phase="stop", t=0.0, com=middle, xi=middle, zmp=middle, behind=behind)
+        return state._replace(phase="stop", t=0.0, com=middle, xi=middle, zmp=middle, behind=behind)
 
     def _stop(self, state: OmniState) -> OmniState:
         """Lead the capture point by a resting ZMP to the middle between the feet."""
@@ -306,7 +312,7 @@ class OmniGait:
         b = zmp_under(self._p, state.swing, state.lifted)
         grow = math.exp(self._omega * self._p.T_start)
         x, y = ((0.5 * (u + v) - xi * grow) / (1.0 - grow) for u, v, xi in zip(a, b, state.xi, strict=True))
-        return replace(state, phase="stop", t=0.0, zmp=(x, y))
+        return state._replace(phase="stop", t=0.0, zmp=(x, y))
 
     def _swung(self, state: OmniState) -> float:
         """Fraction of the swing that has passed."""
@@ -373,11 +379,11 @@ class OmniGait:
         grow = math.exp(self._omega * left)
         x, y = (p + (xi - p) * grow for xi, p in zip(state.xi, p_0, strict=True))
         dx, dy = state.adjustment
-        landed = self._landed(replace(state, xi=(x, y)))
+        landed = self._landed(state._replace(xi=(x, y)))
         p_1 = zmp_under(self._p, state.swing, landed.stance)
         # The ZMP is on its way there for T_DSP: as if the capture point were off by rho times that way.
         x, y = (xi + self._rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, p_1, strict=True))
-        after = self._target(replace(landed, xi=(x, y), t=0.0, velocity=REST, correction=REST))
+        after = self._target(landed._replace(xi=(x, y), t=0.0, velocity=REST, correction=REST))
         later = self._side_by_side(Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)
         closes = approached(self._p, state.velocity, REST) == REST
         return now if closes else later, later

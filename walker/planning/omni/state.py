@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from bridge.types import Side, Vec2, Vec3
 from walker.planning.plan import Foothold, Phase
@@ -12,8 +11,7 @@ REST: Final[Vec3] = (0.0, 0.0, 0.0)
 """No velocity, m/s, m/s, rad/s."""
 
 
-@dataclass(frozen=True, slots=True)
-class OmniState:
+class OmniState(NamedTuple):
     """Where the gait is, in the walk frame, m and s."""
 
     stance: Foothold
