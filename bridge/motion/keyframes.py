@@ -221,6 +221,7 @@ def _frame(row: dict[str, str], place: str) -> Frame:
     """
 
     def number(column: str, kind: Any) -> float:
+        """What stands in a column, as a number of a kind."""
         try:
             value: float = convert(float(row[column]), kind)
         except Invalid as error:

@@ -22,8 +22,8 @@ from walker.model.leg import foot_in_torso
 
 STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
 """Angles of a leg, rad."""
-FIRST_STEPS: Final = 4
-"""Before the first block."""
+FIRST: Final = 300
+"""Cycles before the first block: in them the robot comes to its stand, and makes its first steps."""
 BLOCKS: Final = 15
 BLOCK: Final = 100
 """Cycles of a block."""
@@ -64,7 +64,7 @@ def measure_one(settings: RunConfig) -> dict[str, Any]:
                 standing.engine.bare_step()
 
         feet = [foot_in_torso(body, side, STANDING) for side in ("L", "R")]
-        while controller.state != "walk" or controller.plan.step < FIRST_STEPS:
+        for _ in range(FIRST):
             robot.advance(controller.tick(robot.frame))
         for _ in range(BLOCKS):
             for _ in range(BLOCK):

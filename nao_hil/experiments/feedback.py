@@ -17,6 +17,7 @@ from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.terrain import TerrainSetup, ground_walks
 from nao_hil.experiments.velocity_measure import MeanInterval, Straight, cell, straight
+from nao_hil.runs.build import check_run
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -76,6 +77,8 @@ def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
         for task, make in _tasks(setup, gait).items()
         for name, switches in _arms(context, gait).items()
     }
+    for task in _tasks(setup, gait):
+        check_run(walks[task, SHIPPED][0].config)  # a velocity beyond the gait is told before the first walk
     mixed = [walk for of_seed in zip(*walks.values(), strict=True) for walk in of_seed]
     done: dict[str, list[WalkOutcome]] = {}
     for outcome in context.campaign.walk(mixed):

@@ -116,7 +116,7 @@ class Runner:
         self._say(outcome.page)
 
     def _say(self, page: ReportPage) -> None:
-        verdict = ("confirmed", "green") if page.passed else ("not confirmed", "yellow")
+        verdict = page.verdict, "green" if page.passed else "yellow"
         self._console.print(Text.assemble((page.name, "bold"), ": ", verdict))
         for claim in page.claims:
             mark = ("holds", "green") if claim.holds else ("does not hold", "yellow")

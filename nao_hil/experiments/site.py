@@ -63,7 +63,7 @@ def text_of(stored: Stored) -> str:
         if entry.thesis and name not in done and name not in dict(report.missing)
     }
     verdicts = [
-        (f"[{p.title}](#{p.name})", f"{sum(c.holds for c in p.claims)} of {len(p.claims)}", verdict(p))
+        (f"[{p.title}](#{p.name})", f"{sum(c.holds for c in p.claims)} of {len(p.claims)}", p.verdict)
         for p in report.pages
     ]
     verdicts += [(name, "", f"not done: {why}") for name, why in missing.items()]
@@ -80,11 +80,6 @@ def text_of(stored: Stored) -> str:
         table(("", ""), [(name, v) for name, v in sorted(stored.versions.items()) if name != "platform"]),
     ]
     return "\n\n".join(parts) + "\n"
-
-
-def verdict(page: ReportPage) -> str:
-    """Whether all its claims hold, in words."""
-    return "confirmed" if page.passed else "not confirmed"
 
 
 def section(page: ReportPage) -> str:

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,7 @@ def test_one_file_holds_claims_figures_and_verdicts_and_loads_nothing(tmp_path: 
     assert base64.b64encode(PNG).decode() in html
     assert "does not hold" in html and "not confirmed" in html and "not done" in html
     assert "It leans." in html and "1 of 2" in html
+    assert replace(page, claims=()).verdict == "measured"
     links = re.findall(r'(?:src|href)="([^"]*)"', html)
     assert links and all(link.startswith(("data:", "#")) for link in links)
     assert "<script" not in html and "@import" not in html and "url(" not in html

@@ -57,6 +57,13 @@ class ReportPage:
         """Every claim holds."""
         return all(claim.holds for claim in self.claims)
 
+    @property
+    def verdict(self) -> str:
+        """Whether every claim holds, in words; a page without claims has measurements only."""
+        if not self.claims:
+            return "measured"
+        return "confirmed" if self.passed else "not confirmed"
+
 
 @dataclass(frozen=True)
 class Outcome:

@@ -8,6 +8,7 @@ from typing import cast
 import msgspec
 import pytest
 
+from bridge.errors import ConfigurationError
 from nao_hil.experiments import feedback
 from nao_hil.experiments.context import Context
 from nao_hil.runs.campaign import Campaign, Interrupted
@@ -45,3 +46,13 @@ def test_each_arm_differs_from_the_shipped_one_in_one_switch_and_in_nothing_else
             assert [f"without {switch}" for switch in differing(*pair)] == [name]
             config = msgspec.structs.replace(walk.config, controller=shipped.config.controller)
             assert msgspec.structs.replace(walk, name=shipped.name, config=config) == shipped
+
+
+def test_a_gait_that_cannot_walk_as_fast_is_refused_before_the_first_walk(tmp_path: Path) -> None:
+    campaign, changes = _Stopped(), RunConfig(robot="nao-v3", engine="mujoco", gait="dynamic")
+    context = Context(
+        campaign=cast(Campaign, campaign), out=tmp_path, seeds=(7,), changes=changes, gait="dynamic"
+    )
+    with pytest.raises(ConfigurationError, match=r"0.25 m/s are too fast for the dynamic gait on a nao-v3"):
+        feedback.experiment(context)
+    assert not cast(_Stopped, campaign).walks
