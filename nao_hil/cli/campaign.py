@@ -67,9 +67,10 @@ def campaign(
         "cells": [cell.summary() for cell in counts],
     }
     directory.write_summary(data)
-    open_console(stderr=False).print(_table(title, data["cells"]))
     if as_json:
         print(json.dumps(data), flush=True)
+    else:
+        open_console(stderr=False).print(_table(title, data["cells"]))
     if failure is not None:
         raise failure
     if stop.is_set():

@@ -31,8 +31,6 @@ def _redirect(url: str) -> None:
     Raises:
         LinkError: no NAOqi answers there.
     """
-    # It would warn of each program that makes no application.
-    os.environ.setdefault("QI_LOG_FILTERS", "qi.path.sdklayout=error")
     connected(url, PATIENCE).close()
     import qi
 

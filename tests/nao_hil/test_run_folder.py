@@ -28,6 +28,6 @@ def test_a_result_has_the_configuration_that_it_was_made_with(tmp_path: Path) ->
     command = [sys.executable, "-m", "nao_hil.cli", "up", "--mode", "in-process", "--steps", "2", "--seed", "7"]
     command += ["--gait", "omni", "--engine", "mujoco", "--robot", "nao-v6", "--json", "--out", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    config = json.loads(ended.stdout.splitlines()[-1])["config"]
+    config = json.loads(ended.stdout)["config"]
     assert (config["robot"], config["seed"], config["gait"]) == ("nao-v6", 7, "omni")
     assert json.loads((tmp_path / "summary.json").read_text())["config"] == config

@@ -49,7 +49,7 @@ class Command:
 
     @property
     def result(self) -> dict[str, Any]:
-        result: dict[str, Any] = json.loads(self._out.read_text().splitlines()[-1])
+        result: dict[str, Any] = json.loads(self._out.read_text())
         return result
 
     def wait(self) -> int:

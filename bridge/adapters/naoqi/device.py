@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple
 
 from bridge.adapters.naoqi.frame_reader import FrameReader
 from bridge.adapters.naoqi.names import actuator
+from bridge.adapters.naoqi.qi_library import load_qi
 from bridge.adapters.naoqi.sensors import GYROSCOPE_KEYS, OLD_GYROSCOPE_KEYS
 from bridge.body import Body, load_body
 from bridge.body.joints import INDEX
@@ -260,7 +261,7 @@ def connected(url: str, timeout: float = TIMEOUT) -> Any:
         LinkError: none answers there, or qi is not installed.
     """
     try:
-        import qi
+        qi = load_qi()
     except ImportError:
         raise LinkError("qi is not installed; pip install 'nao-hil[naoqi]'.") from None
     session = qi.Session()

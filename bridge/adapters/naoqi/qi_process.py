@@ -19,6 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from bridge.adapters.naoqi.pipe import Pipe, Unsendable
+from bridge.adapters.naoqi.qi_library import load_qi
 from bridge.realtime import request_real_time
 
 SUBSCRIBING: Final = ("subscribeToEvent", "subscribeToMicroEvent")
@@ -155,7 +156,7 @@ def main(url: str, descriptor: int, priority: int) -> None:
     if table is None:
         return
     try:
-        import qi
+        qi = load_qi()
     except ImportError:
         pipe.send([0, False, "qi is not installed; pip install 'nao-hil[naoqi]'."])
         return

@@ -99,7 +99,7 @@ def test_a_map_of_walks_has_a_picture_and_goes_on_where_it_was(
     found = []
     for _ in range(2):
         assert run(command) == 0
-        found.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
+        found.append(json.loads(capsys.readouterr().out))
     assert found[0] == found[1]
     assert {cell["x"]: cell["survived"] for cell in found[0]["cells"]} == {0.0: 4, 30.0: 0}
     assert found[0]["walks"] == found[0]["full_grid"] == 16

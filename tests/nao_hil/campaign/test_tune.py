@@ -165,7 +165,7 @@ def test_the_command_walks_and_writes_what_it_found(tmp_path: Path, capsys: pyte
     what += ["--wear", "nominal", "--unseen-wear", "worn", "--unseen-wear", "ideal"]
     where = ["--duration", "0.2", "--cluster", "inline", "--out", str(tmp_path), "--json"]
     assert run(["tune", *what, *where]) == 0
-    data = json.loads(capsys.readouterr().out.splitlines()[-1])
+    data = json.loads(capsys.readouterr().out)
     assert data["trials"] == 2 and data["unseen"]["after"]["n"] == 2
     assert data["walks"] == 2 and data["share"] == 1.0
     rows = ask("SELECT DISTINCT wear FROM walks WHERE seed = 1000000 ORDER BY wear", tmp_path).rows

@@ -84,7 +84,7 @@ def compared(capsys: pytest.CaptureFixture[str], file: Path, *options: str) -> d
         == 0
     )
     assert (out / "report.html").exists() and (out / "summary.json").exists()
-    return json.loads(capsys.readouterr().out.splitlines()[-1])
+    return json.loads(capsys.readouterr().out)
 
 
 def test_the_same_robot_is_at_the_noise_floor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

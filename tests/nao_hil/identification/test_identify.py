@@ -98,7 +98,7 @@ def recording(folder: Path) -> Path:
 def test_the_drives_of_a_recorded_robot_are_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     profile = tmp_path / "mine.toml"
     assert run(["identify", str(recording(tmp_path)), "--out", str(profile), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    found = json.loads(capsys.readouterr().out)
     values = {name: each["value"] for name, each in found["parameters"].items()}
     assert values["delay"] == pytest.approx(TRUTH["delay"], abs=2e-3)
     assert values["dry_friction"] == pytest.approx(TRUTH["dry_friction"], rel=0.15)
