@@ -19,6 +19,7 @@ import numpy as np
 
 from bridge.adapters.naoqi.pipe import Pipe
 from bridge.body import load_body
+from bridge.body.joints import INDEX
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
@@ -125,11 +126,12 @@ class CameraProcess:
             told = seen
 
     def _sights(self, truth: TruthFrame, world: WorldReply) -> list[Any]:
-        """Camera, kind, name, place in the camera's frame (m) and diameter of what nothing hides."""
+        """Sights (see `bridge.adapters.naoqi.eyes`) of the things that nothing hides."""
         if not world.things:
             return []
         links = self._scene.links(truth)
         others = [*self._scene.limbs(links), *boxes_of(world)]
+        head = [truth.joints[INDEX[name]] for name in ("HeadYaw", "HeadPitch")]
         found = []
         for camera in (0, 1):
             view = self._scene.view(camera, links)
@@ -138,7 +140,7 @@ class CameraProcess:
                 before = [*others, *(thing_of(t) for t in world.things if t is not thing)]
                 if facing_away(thing, view.eye) or view.seen(place)[0] <= NEAR or hidden(place, view, before):
                     continue
-                found.append([camera, thing.kind, thing.name, view.seen(place).tolist(), thing.size])
+                found.append([camera, thing.kind, thing.name, view.seen(place).tolist(), thing.size, head])
         return found
 
 

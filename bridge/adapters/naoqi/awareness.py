@@ -102,13 +102,13 @@ class Awareness:
 
     def _look_around(self) -> dict[int, list[float]]:
         """Number -> place in the Torso frame, m, of the people that are seen, the largest face first."""
-        links = self._frames.links(self._frames.position(True))
+        links = self._frames.measured_links()
         spaces = {key: self._frames.space(i, links, True) for i, key in _SPACES.items()}
         places: dict[int, list[float]] = {}
         for i, camera in enumerate(self._cameras):
             for sighting in self._stage.seen("face", i):
                 number = self._people.setdefault(sighting.name, len(self._people) + 1)
-                point = self._frames.in_torso(camera, links) @ point_of(sighting, THING_SIZES["face"])
+                point = self._frames.in_torso(camera, sighting.links) @ point_of(sighting, THING_SIZES["face"])
                 places.setdefault(number, point[:3].tolist())
                 for key, space in spaces.items():
                     self._memory.put(f"{_PERSON}{number}/{key}", (inverse(space) @ point)[:3].tolist())

@@ -1,8 +1,9 @@
 """The cameras of an emulated robot, from the process that draws what they see.
 
 Messages, over a pipe: to it `[number, camera, width, height, colour space, file]`; from it `[number, true,
-[time, bytes]]` or `[number, false, sentence]`, and `[0, sights]`, each `[camera, kind, name, place, diameter]`,
-with the place in the camera's frame (x along its axis, y left, z up), m.
+[time, bytes]]` or `[number, false, sentence]`, and `[0, sights]`. A sight is `[camera, kind, name, place,
+diameter, head]`: the place in the camera's frame (x along its axis, y left, z up), m, and the angles of HeadYaw
+and HeadPitch then, rad.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class Eyes(Protocol):
         ...
 
     def sights(self) -> Sequence[Sequence[Any]]:
-        """The things that the cameras see now."""
+        """The things that the cameras saw last; on a busy machine some cycles ago."""
         ...
 
 

@@ -7,7 +7,7 @@ ALTracker), or an event of ALMemory tells it. The head turns so that the top cam
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Final
@@ -114,7 +114,7 @@ class Following:
         """Where the target was seen last, in a space, m; empty: never."""
         if self._place is None:
             return []
-        links = self._frames.links(self._frames.position(True))
+        links = self._frames.measured_links()
         to_torso = self._frames.space(1, links, True)
         in_space = np.linalg.inv(self._frames.space(space, links, True)) @ to_torso @ self._place
         return [float(x) for x in in_space[:3]]
@@ -142,18 +142,17 @@ class Following:
 
     def _find(self, target: FollowedTarget) -> Array | None:
         """The target in the Torso frame, (4,), m; None: no camera sees it."""
-        links = self._frames.links(self._frames.position(True))
         if target.kind is None:
-            return self._tell(target.name, links)
+            return self._tell(target.name)
         for i, name in enumerate(self._cameras):
             for sighting in self._stage.seen(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
-                    point: Array = self._frames.in_torso(name, links) @ point_of(sighting, target.size)
-                    self._place = np.linalg.inv(self._frames.space(1, links, True)) @ point
+                    point: Array = self._frames.in_torso(name, sighting.links) @ point_of(sighting, target.size)
+                    self._place = np.linalg.inv(self._frames.space(1, sighting.links, True)) @ point
                     return point
         return None
 
-    def _tell(self, event: str, links: Mapping[str, Array]) -> Array | None:
+    def _tell(self, event: str) -> Array | None:
         """What an event told since the last look, as `_find` gives it; None: nothing, or no place."""
         told, before = self._events.history(event), self._told
         self._told = told
@@ -163,7 +162,7 @@ class Following:
         if not isinstance(place, list) or len(place) < 3 or not all(map(_is_length, place[:3])):
             return None
         self._place = np.array((*place[:3], 1.0))
-        point: Array = self._frames.space(1, links, True) @ self._place
+        point: Array = self._frames.space(1, self._frames.measured_links(), True) @ self._place
         return point
 
     def _look(self, point: Array) -> None:

@@ -33,6 +33,7 @@ from bridge.rotations import R_pitch, R_yaw, angles, rotation
 from bridge.types import Array, Side, Vec3
 from bridge.validation import convert
 
+_HEAD: Final = ("HeadYaw", "HeadPitch")
 LinkFrames = Callable[[Sequence[float]], Mapping[str, Array]]
 """Frames of all links in the Torso frame, (4, 4), by the joint that moves each, from 25 positions (rad)."""
 SPACES: Final = {0: "FRAME_TORSO", 1: "FRAME_WORLD", 2: "FRAME_ROBOT"}
@@ -137,6 +138,17 @@ class RobotFrames:
         for joint in self._joints.names.all:
             slots[INDEX_WITH_MIRROR[joint]] = self._joints.commanded(joint)
         return slots
+
+    def measured_links(self, head: Sequence[float] = ()) -> Mapping[str, Array]:
+        """Links in the Torso frame by the joint sensors, each (4, 4), m.
+
+        Args:
+            head: HeadYaw and HeadPitch in place of the measured ones, rad.
+        """
+        position = self.position(True)
+        for joint, angle in zip(_HEAD, head, strict=False):
+            position[INDEX_WITH_MIRROR[joint]] = angle
+        return self.links(position)
 
     def effector(self, name: Any) -> Effector:
         """The frame of a joint, chain or sensor.

@@ -8,7 +8,7 @@ head are by its sensors. Things of an emulated world are seen by the cameras (`e
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, cast
 
@@ -21,7 +21,7 @@ from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
 from bridge.messages.world import ThingKind as Kind
-from bridge.types import Vec3
+from bridge.types import Array, Vec3
 from bridge.validation import unknown_name
 
 RANGE: Final = 3.0
@@ -52,6 +52,8 @@ class Sighting:
     """Below the picture's middle, rad."""
     size: float
     """Angle that it fills, rad."""
+    links: Mapping[str, Array]
+    """Links in the Torso frame, with the head as it was when the camera saw this, each (4, 4), m."""
 
 
 class Stage:
@@ -73,26 +75,29 @@ class Stage:
         """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
         across, down = self._cameras[camera].field
         found = []
-        for what, name, place, diameter in self._around(camera):
+        for what, name, place, diameter, links in self._around(camera):
             x, y, z = place
             distance = math.sqrt(x * x + y * y + z * z)
             if what != kind or x <= 0.0 or distance > RANGE:
                 continue
             alpha, beta = math.atan2(y, x), -math.atan2(z, x)
             if abs(alpha) <= 0.5 * across and abs(beta) <= 0.5 * down:
-                found.append(Sighting(name, alpha, beta, 2.0 * math.asin(min(1.0, 0.5 * diameter / distance))))
+                size = 2.0 * math.asin(min(1.0, 0.5 * diameter / distance))
+                found.append(Sighting(name, alpha, beta, size, links))
         yield from sorted(found, key=lambda sighting: -sighting.size)
 
-    def _around(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float]]:
-        """Kind, name, place in the camera's frame (m) and diameter (m) of all things."""
-        for seen_by, kind, name, place, diameter in self._eyes.sights():
+    def _around(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
+        """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links, of all things."""
+        for seen_by, kind, name, place, diameter, head in self._eyes.sights():
             if seen_by == camera:
-                yield kind, name, place, diameter
+                yield kind, name, place, diameter, self._frames.measured_links(head)
         if self._things:
-            to_camera = inverse(self._frames.transform(self._cameras[camera].name, 1, True))
+            links = self._frames.measured_links()
+            in_torso = self._frames.in_torso(self._cameras[camera].name, links)
+            to_camera = inverse(in_torso) @ self._frames.space(1, links, True)
             for thing in self._things.values():
                 x, y, z, _ = (float(part) for part in to_camera @ (*thing.place, 1.0))
-                yield thing.kind, thing.name, (x, y, z), thing.size
+                yield thing.kind, thing.name, (x, y, z), thing.size, links
 
     def show(self, kind: Any, name: Any, place: Any, size: Any = None) -> None:
         """Put a thing into the world, or move it.

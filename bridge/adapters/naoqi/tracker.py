@@ -56,7 +56,7 @@ class Tracker:
         if not isinstance(position, list) or len(position) != 3:
             raise NaoqiRefused(f"ALTracker.{method}: {position!r:.60} was given; [x, y, z] in m is expected.")
         place = [number(x, f"ALTracker.{method}: position", -1e3, 1e3) for x in position]
-        links = self._frames.links(self._frames.position(True))
+        links = self._frames.measured_links()
         x, y, z, _ = self._frames.space(space, links, True) @ (*place, 1.0)
         return float(x), float(y), float(z)
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.events import Events
 from bridge.adapters.naoqi.extractor import VisionExtractor
-from bridge.adapters.naoqi.frames import RobotFrames, position6
+from bridge.adapters.naoqi.frames import RobotFrames, inverse, position6
 from bridge.adapters.naoqi.methods import Table
 from bridge.adapters.naoqi.stage import Sighting, Stage
 from bridge.messages.world import ThingKind as Kind
@@ -58,7 +58,9 @@ class Detection:
 
     def _value(self, sightings: list[Sighting]) -> list[Any]:
         seconds, part = divmod(time.time(), 1.0)
-        poses = [position6(self._frames.transform(CAMERAS[self._camera], space, True)) for space in (0, 2)]
+        links = sightings[0].links
+        camera = self._frames.in_torso(CAMERAS[self._camera], links)
+        poses = [position6(inverse(self._frames.space(space, links, True)) @ camera) for space in (0, 2)]
         return [[int(seconds), int(1e6 * part)], *self._found(sightings), *poses, self._camera_name()]
 
     def _camera_name(self) -> Any:
