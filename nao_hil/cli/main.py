@@ -22,6 +22,7 @@ from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli.certificates import with_keys_option
+from nao_hil.cli.loading import loading
 from nao_hil.cli.logs import end_log
 from nao_hil.files import FULL
 
@@ -180,7 +181,9 @@ def run(arguments: list[str] | None = None) -> int:
     """As `main`, but the exit code is returned."""
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        result: Any = _application(arguments)(args=arguments, standalone_mode=False)
+        with loading():
+            application = _application(arguments)
+        result: Any = application(args=arguments, standalone_mode=False)
     except _ClickException as error:
         # A command without arguments has shown its help instead.
         if sentence := _in_words(error.format_message(), error.ctx):

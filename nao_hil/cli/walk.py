@@ -18,6 +18,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.messages.walk import COMMAND
 from bridge.realtime import CONTROLLER_PRIORITY
 from nao_hil.cli import options
+from nao_hil.cli.loading import loading
 from nao_hil.cli.logs import log_to_stderr
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import run_config
@@ -58,9 +59,10 @@ def walk(
     Ctrl-C in a walk closes the feet first; a second one leaves the robot at once.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from nao_hil.runs.build import clipped_velocity, controller_maker
-    from walker.process import WalkerProcess
-    from walker.service import WalkService
+    with loading():
+        from nao_hil.runs.build import clipped_velocity, controller_maker
+        from walker.process import WalkerProcess
+        from walker.service import WalkService
 
     settings = run_config(
         config,

@@ -31,13 +31,14 @@ from nao_hil.cli.main import main
 main()
 """
 SLOW_TO_LOAD = """
-import sys, time
+import contextlib, sys, time
 
 class Slow:
     def find_spec(self, name, path=None, target=None):
-        if name == "nao_hil.cli.main":
+        if name == "{module}":
             print("loading", file=sys.stderr, flush=True)
-            time.sleep(30.0)
+            with contextlib.suppress(KeyboardInterrupt):  # as in a destructor
+                time.sleep(30.0)
 
 sys.meta_path.insert(0, Slow())
 from nao_hil.cli.__main__ import main
@@ -258,8 +259,9 @@ def test_after_a_reset_the_end_tells_of_the_last_recording_only(
     assert inspect(last).steps == command.result["steps"]
 
 
-def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start) -> None:
-    command = start("up", script=SLOW_TO_LOAD)
+@pytest.mark.parametrize("module", ["nao_hil.cli.main", "nao_hil.cli.walk", "walker.process"])
+def test_ctrl_c_while_the_libraries_load_leaves_no_traceback(start: Start, endpoint: str, module: str) -> None:
+    command = start("walk", "--connect", endpoint, script=SLOW_TO_LOAD.format(module=module))
     until(lambda: "loading\n" in command.stderr, "the command")
     command.interrupt()
     assert (command.process.returncode, command.stderr) == (130, "loading\n")
