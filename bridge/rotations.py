@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bridge.types import Array, Quaternion, Vec2, Vec3
+from bridge.types import Array, Matrix3, Quaternion, Vec2, Vec3
 
 
 def R_yaw(phi: float) -> Array:
@@ -33,25 +33,27 @@ def R_roll(psi: float) -> Array:
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> Array:
-    """R_yaw R_pitch R_roll, shape (3, 3) (Prenner 2011, 2.4).
+def rotation_rows(roll: float, pitch: float, yaw: float) -> Matrix3:
+    """R_yaw R_pitch R_roll, multiplied out (Prenner 2011, 2.4).
 
     Args:
         roll: about x, rad.
         pitch: about y, rad.
         yaw: about z, rad.
     """
-    # multiplied out: a sixth of the time of the product of three matrices
     c_r, s_r = math.cos(roll), math.sin(roll)
     c_p, s_p = math.cos(pitch), math.sin(pitch)
     c_y, s_y = math.cos(yaw), math.sin(yaw)
-    return np.array(
-        [
-            [c_y * c_p, c_y * s_p * s_r - s_y * c_r, c_y * s_p * c_r + s_y * s_r],
-            [s_y * c_p, s_y * s_p * s_r + c_y * c_r, s_y * s_p * c_r - c_y * s_r],
-            [-s_p, c_p * s_r, c_p * c_r],
-        ]
+    return (
+        (c_y * c_p, c_y * s_p * s_r - s_y * c_r, c_y * s_p * c_r + s_y * s_r),
+        (s_y * c_p, s_y * s_p * s_r + c_y * c_r, s_y * s_p * c_r - c_y * s_r),
+        (-s_p, c_p * s_r, c_p * c_r),
     )
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
+    """R_yaw R_pitch R_roll, shape (3, 3); see `rotation_rows`."""
+    return np.array(rotation_rows(roll, pitch, yaw))
 
 
 def about_axis(axis: Vec3, angle: float) -> Array:

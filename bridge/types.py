@@ -27,6 +27,8 @@ Count = Annotated[int, msgspec.Meta(ge=0, le=MAX_INT)]
 
 Vec2 = tuple[Finite, Finite]
 Vec3 = tuple[Finite, Finite, Finite]
+Matrix3 = tuple[Vec3, Vec3, Vec3]
+"""Rows of a matrix in plain floats: numpy takes longer at this size."""
 Quaternion = tuple[Finite, Finite, Finite, Finite]
 """(x, y, z, w), a unit quaternion."""
 Pose = tuple[Finite, Finite, Finite, Finite, Finite, Finite]

@@ -17,7 +17,7 @@ from bridge.body import Body
 from emulator.engine.catalogue import ENGINES
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
-from walker.model.inverse import solve_legs
+from walker.model.inverse import FootPose, solve_legs
 from walker.model.leg import foot_in_torso
 
 STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
@@ -63,7 +63,7 @@ def measure_one(settings: RunConfig) -> dict[str, Any]:
             for _ in range(steps):
                 standing.engine.bare_step()
 
-        feet = [foot_in_torso(body, side, STANDING) for side in ("L", "R")]
+        feet = [FootPose.of(foot_in_torso(body, side, STANDING)) for side in ("L", "R")]
         for _ in range(FIRST):
             robot.advance(controller.tick(robot.frame))
         for _ in range(BLOCKS):

@@ -12,7 +12,8 @@ from bridge.body.joints import LEG_JOINTS
 from bridge.rotations import rotation
 from tests.walker.thesis_leg import leg_chain
 from walker.model.errors import UnreachableError
-from walker.model.inverse import solve_legs
+from walker.model.inverse import FootPose, LegPair
+from walker.model.inverse import solve_legs as solve
 from walker.model.leg import foot_in_torso
 from walker.model.limits import limit_violations
 from walker.model.transforms import homogeneous
@@ -21,6 +22,11 @@ V3 = load_body("nao-v3")
 SIDES = ("L", "R")
 CASES = [(name, 20_000 if name == "nao-v3" else 1_000) for name in BODIES]
 MIRROR = np.diag([1.0, -1.0, 1.0, 1.0])
+
+
+def solve_legs(body, left, right) -> LegPair:
+    """From homogeneous transforms."""
+    return solve(body, FootPose.of(left), FootPose.of(right))
 
 
 def random_angles(body, side, n, seed):

@@ -16,7 +16,7 @@ import math
 from typing import Final, NamedTuple
 
 from bridge.body.model import Body, JointSheet
-from bridge.types import Side
+from bridge.types import Matrix3, Side, Vec3
 from walker.model.errors import UnreachableError
 from walker.model.leg import PSI_K, hip_rotation, side_sign
 from walker.model.transforms import Transform
@@ -45,19 +45,36 @@ class LegPair(NamedTuple):
     always with legs drawn up to the ends of their ranges, or for feet turned further than the hips allow."""
 
 
+class FootPose(NamedTuple):
+    """Pose of a foot (frame 8, AnkleRoll) in the Torso frame."""
+
+    place: Vec3
+    """m"""
+    axes: Matrix3
+    """Rotation; its columns are n, s and a (2.21)."""
+
+    @classmethod
+    def of(cls, transform: Transform) -> FootPose:
+        """The same from a homogeneous transform, shape (4, 4), m."""
+        (n_x, s_x, a_x, p_x), (n_y, s_y, a_y, p_y), (n_z, s_z, a_z, p_z) = transform[:3].tolist()
+        return cls((p_x, p_y, p_z), ((n_x, s_x, a_x), (n_y, s_y, a_y), (n_z, s_z, a_z)))
+
+
 class _Target(NamedTuple):
     """A foot target as the solution needs it."""
 
     side: Side
     sign: float
-    thigh: float
-    tibia: float
-    ankle: tuple[float, float, float]
+    ankle: Vec3
     """Ankle from the hip's centre, Torso axes, m."""
-    columns: tuple[tuple[float, float, float], ...]
-    """Columns n, s, a of the foot's rotation in the Torso frame (2.21)."""
+    axes: Matrix3
+    """Of the foot."""
     knee: float
     """KneePitch, rad."""
+    bend_at_hip: float
+    """Angle between the thigh and the line from hip to ankle, rad."""
+    bend_at_ankle: float
+    """Angle between the shank and that line, rad, negative."""
 
 
 def _half_turn(y: float, x: float) -> float:
@@ -90,21 +107,23 @@ def _knee(body: Body, side: Side, distance: float) -> float:
     return 2.0 * math.atan2(opening, closing)
 
 
-def _target(body: Body, side: Side, ankle_in_torso: Transform) -> _Target:
-    (n_x, s_x, a_x, p_x), (n_y, s_y, a_y, p_y), (n_z, s_z, a_z, p_z) = ankle_in_torso[:3].tolist()
+def _target(body: Body, side: Side, foot: FootPose) -> _Target:
     length, sign = body.lengths, side_sign(side)
+    thigh, tibia = length.ThighLength, length.TibiaLength
+    p_x, p_y, p_z = foot.place
     ankle = (p_x, p_y - sign * length.HipOffsetY, p_z + length.HipOffsetZ)
     # A sum with the rotation's elements carries any value that is not finite into the check of the distance.
-    poison = 0.0 * (n_x + s_x + a_x + n_y + s_y + a_y + n_z + s_z + a_z)
+    poison = 0.0 * sum(map(sum, foot.axes))
     knee = _knee(body, side, math.hypot(*ankle) + poison)
-    columns = ((n_x, n_y, n_z), (s_x, s_y, s_z), (a_x, a_y, a_z))
-    return _Target(side, sign, length.ThighLength, length.TibiaLength, ankle, columns, knee)
+    s6, c6 = math.sin(knee), math.cos(knee)
+    at_hip, at_ankle = math.atan2(tibia * s6, thigh + tibia * c6), math.atan2(-thigh * s6, tibia + thigh * c6)
+    return _Target(side, sign, ankle, foot.axes, knee, at_hip, at_ankle)
 
 
 def _six(target: _Target) -> LegAngles:
     """All six angles of a leg from the full pose of its foot."""
-    thigh, tibia, knee, sign = target.thigh, target.tibia, target.knee, target.sign
-    (n_x, n_y, n_z), (s_x, s_y, s_z), (a_x, a_y, a_z) = target.columns
+    knee, sign = target.knee, target.sign
+    (n_x, s_x, a_x), (n_y, s_y, a_y), (n_z, s_z, a_z) = target.axes
     v_x, v_y, v_z = target.ankle
     # The hip seen from the foot: R_roll(-psi_8) R_pitch(-theta_7) applied to the bent leg standing up.
     q_x = -(n_x * v_x + n_y * v_y + n_z * v_z)
@@ -112,8 +131,7 @@ def _six(target: _Target) -> LegAngles:
     q_z = -(a_x * v_x + a_y * v_y + a_z * v_z)
     psi_8 = _half_turn(q_y, q_z)
     s8, c8 = math.sin(psi_8), math.cos(psi_8)
-    bent = math.atan2(-thigh * math.sin(knee), tibia + thigh * math.cos(knee))
-    theta_7 = _wrap(bent - math.atan2(q_x, q_y * s8 + q_z * c8))
+    theta_7 = _wrap(target.bend_at_ankle - math.atan2(q_x, q_y * s8 + q_z * c8))
     s7, c7 = math.sin(knee + theta_7), math.cos(knee + theta_7)
     # Columns of R_0^5 = R_0^8 R_roll(-psi_8) R_pitch(-theta_7 - theta_6).
     u_x, u_y, u_z = s8 * s_x + c8 * a_x, s8 * s_y + c8 * a_y, s8 * s_z + c8 * a_z
@@ -134,7 +152,6 @@ def _six(target: _Target) -> LegAngles:
 
 def _five(target: _Target, phi_2: float) -> tuple[LegAngles, float]:
     """The angles with HipYawPitch given, and the yaw of the foot about its normal away from the target."""
-    thigh, tibia, knee = target.thigh, target.tibia, target.knee
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = hip_rotation(target.side, phi_2)
     v_x, v_y, v_z = target.ankle
     # The ankle in frame 3, then in frame 4, where its y is zero.
@@ -143,26 +160,29 @@ def _five(target: _Target, phi_2: float) -> tuple[LegAngles, float]:
     z = r02 * v_x + r12 * v_y + r22 * v_z
     psi_4 = _half_turn(y, -z)
     s4, c4 = math.sin(psi_4), math.cos(psi_4)
-    bent = math.atan2(tibia * math.sin(knee), thigh + tibia * math.cos(knee))
-    theta_5 = _wrap(math.atan2(-x, s4 * y - c4 * z) - bent)
-    s6, c6 = math.sin(theta_5 + knee), math.cos(theta_5 + knee)
-    # The foot's wanted axes in frame 6, which R_pitch(theta_7) R_roll(psi_8) has to meet.
-    seen = []
-    for e_x, e_y, e_z in target.columns:
-        x = r00 * e_x + r10 * e_y + r20 * e_z
-        y = r01 * e_x + r11 * e_y + r21 * e_z
-        z = r02 * e_x + r12 * e_y + r22 * e_z
-        w = c4 * z - s4 * y
-        seen.append((c6 * x - s6 * w, c4 * y + s4 * z, s6 * x + c6 * w))
-    (n_x, _, n_z), (s_x, _, s_z), (a_x, a_y, a_z) = seen
-    psi_8 = math.atan2(-a_y, math.hypot(a_x, a_z))
-    theta_7 = math.atan2(a_x, a_z)
-    s7, c7 = math.sin(theta_7), math.cos(theta_7)
-    yaw = math.atan2(c7 * s_x - s7 * s_z, c7 * n_x - s7 * n_z)
-    return (phi_2, psi_4, theta_5, knee, theta_7, psi_8), yaw
+    theta_5 = _wrap(math.atan2(-x, s4 * y - c4 * z) - target.bend_at_hip)
+    s6, c6 = math.sin(theta_5 + target.knee), math.cos(theta_5 + target.knee)
+    # Axes of frame 6, R_0^3 R_roll(psi_4) R_pitch(theta_5 + theta_6); u is the z axis of frame 4.
+    u_x, u_y, u_z = c4 * r02 - s4 * r01, c4 * r12 - s4 * r11, c4 * r22 - s4 * r21
+    x_x, x_y, x_z = c6 * r00 - s6 * u_x, c6 * r10 - s6 * u_y, c6 * r20 - s6 * u_z
+    y_x, y_y, y_z = c4 * r01 + s4 * r02, c4 * r11 + s4 * r12, c4 * r21 + s4 * r22
+    z_x, z_y, z_z = s6 * r00 + c6 * u_x, s6 * r10 + c6 * u_y, s6 * r20 + c6 * u_z
+    # The foot's wanted normal in frame 6, which R_pitch(theta_7) R_roll(psi_8) has to meet.
+    (n_x, s_x, a_x), (n_y, s_y, a_y), (n_z, s_z, a_z) = target.axes
+    normal_x = x_x * a_x + x_y * a_y + x_z * a_z
+    normal_y = y_x * a_x + y_y * a_y + y_z * a_z
+    normal_z = z_x * a_x + z_y * a_y + z_z * a_z
+    psi_8 = math.atan2(-normal_y, math.hypot(normal_x, normal_z))
+    theta_7 = math.atan2(normal_x, normal_z)
+    # The foot's own x axis then lies along the t axis, and its wanted ones n and s have these parts along t.
+    t_x = normal_z * x_x - normal_x * z_x
+    t_y = normal_z * x_y - normal_x * z_y
+    t_z = normal_z * x_z - normal_x * z_z
+    yaw = math.atan2(t_x * s_x + t_y * s_y + t_z * s_z, t_x * n_x + t_y * n_y + t_z * n_z)
+    return (phi_2, psi_4, theta_5, target.knee, theta_7, psi_8), yaw
 
 
-def solve_legs(body: Body, left_in_torso: Transform, right_in_torso: Transform) -> LegPair:
+def solve_legs(body: Body, left: FootPose, right: FootPose) -> LegPair:
     """Angles of both legs with their one HipYawPitch, from the poses of both feet.
 
     The positions and the soles' normals are met exactly, and so is the angle between the feet (else see
@@ -171,25 +191,24 @@ def solve_legs(body: Body, left_in_torso: Transform, right_in_torso: Transform) 
 
     Args:
         body: The data sheet.
-        left_in_torso: Pose of the left foot (frame 8, AnkleRoll), shape (4, 4), m.
-        right_in_torso: Pose of the right foot.
+        left: Target of the left foot.
+        right: Target of the right foot.
 
     Raises:
         UnreachableError: An ankle is too far from its hip or too near, or a pose is not finite.
     """
-    left = _target(body, "L", left_in_torso)
-    right = _target(body, "R", right_in_torso)
+    targets = _target(body, "L", left), _target(body, "R", right)
     # Each leg's own solution is a zero of its own yaw, which falls for the left and rises for the right: where
     # legs stand as in walking, the two bracket the shared angle.
-    low = _shared(left, right, _six(left)[0])
+    low = _shared(*targets, _six(targets[0])[0])
     if abs(low.spread) <= _YAW_TOLERANCE:
         return low
-    high = _shared(left, right, _six(right)[0])
+    high = _shared(*targets, _six(targets[1])[0])
     if low.spread * high.spread < 0.0:
-        pair = _close_in(left, right, low, high)
+        pair = _close_in(*targets, low, high)
         if abs(pair.spread) <= _YAW_TOLERANCE:
             return pair
-    return _search(left, right, body.joints["LHipYawPitch"])
+    return _search(*targets, body.joints["LHipYawPitch"])
 
 
 def _shared(left: _Target, right: _Target, phi_2: float) -> LegPair:

@@ -13,13 +13,11 @@ from typing import Final
 import numpy as np
 
 from bridge.body.model import Body
-from bridge.types import Side
+from bridge.types import Matrix3, Side
 from walker.model.transforms import Transform, translation
 
 PSI_K: Final = -math.pi / 4
 """Slant of the right HipYawPitch axis against the leg's z axis, rad (2.10); the left leg has the opposite."""
-
-Matrix3 = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
 _H: Final = math.sqrt(0.5)
 

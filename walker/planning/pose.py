@@ -15,17 +15,14 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-
 from bridge.body import Body
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
-from bridge.rotations import rotation
-from bridge.types import Array, Vec2
+from bridge.rotations import rotation_rows
+from bridge.types import Matrix3, Vec2, Vec3
 from walker.model.arms import ARMS
 from walker.model.com import CentreOfMass
-from walker.model.inverse import solve_legs
+from walker.model.inverse import FootPose, solve_legs
 from walker.model.limits import AnkleRange
-from walker.model.transforms import Transform, homogeneous
 from walker.planning.plan import Foothold, Plan, SolePose
 
 _REFINEMENTS: Final = 2
@@ -95,10 +92,10 @@ class PoseMaker:
         Raises:
             UnreachableError: a foot is out of the leg's reach.
         """
-        turn = np.eye(3) if ground is None else rotation(*ground, 0.0)
+        tilt = rotation_rows(*ground, 0.0) if ground is not None and any(ground) else None
         give = ground is not None
         heading, com = plan.middle.yaw, self._com_in_torso
-        left_over = self._place(plan, heading, com, turn, give=give)
+        left_over = self._place(plan, heading, com, tilt, give=give)
         # Soles that point the same way need no turn of the torso. On tilted ground they keep what is left over.
         turned = plan.left.yaw != plan.right.yaw
         for _ in range(_REFINEMENTS):
@@ -109,11 +106,11 @@ class PoseMaker:
                 com = float(place[0]), float(place[1])
             if turned:
                 heading -= left_over
-            left_over = self._place(plan, heading, com, turn, give=give)
+            left_over = self._place(plan, heading, com, tilt, give=give)
         return tuple(self._angles)
 
     def _place(
-        self, plan: Plan, heading: float, com_in_torso: Vec2, turn: Array, *, give: bool = False
+        self, plan: Plan, heading: float, com_in_torso: Vec2, tilt: Matrix3 | None, *, give: bool = False
     ) -> float:
         """Solve the legs for the torso over the plan.
 
@@ -121,7 +118,7 @@ class PoseMaker:
             plan: the plan.
             heading: of the torso, rad.
             com_in_torso: the centre of mass in the torso, x and y, m.
-            turn: axes of the ground in a frame with z up, shape (3, 3).
+            tilt: rotation of the ground in a frame with z up; None: level.
             give: lower the torso where a foot would be out of reach.
 
         Returns:
@@ -129,48 +126,57 @@ class PoseMaker:
         """
         # Frame of the feet here: z up, x along the heading, origin at the planned point on the ground.
         origin = Foothold(*plan.com, heading)
-        left, right = (self._ankle(foot.seen_from(origin), turn) for foot in (plan.left, plan.right))
-        height = plan.hip_height
+        left = self._ankle(plan.left.seen_from(origin), tilt)
+        right = self._ankle(plan.right.seen_from(origin), tilt)
+        height, half = plan.hip_height, self._half_hip
         # A leg that leans inwards ends at its HipRoll's range.
-        upper = left[1, 3] - self._half_hip + self._lean * (height - self._standing(plan.left, left))
-        lower = right[1, 3] + self._half_hip - self._lean * (height - self._standing(plan.right, right))
+        upper = left.place[1] - half + self._lean * (height - (left.place[2] - plan.left.z))
+        lower = right.place[1] + half - self._lean * (height - (right.place[2] - plan.right.z))
         x, y = -com_in_torso[0], min(max(-com_in_torso[1], lower), upper)
         if give:
-            height = min(
-                height,
-                self._highest(left[:3, 3] - (x, y + self._half_hip, 0.0)),
-                self._highest(right[:3, 3] - (x, y - self._half_hip, 0.0)),
-            )
+            reach = self._highest(left.place, x, y + half), self._highest(right.place, x, y - half)
+            height = min(height, *reach)
         torso = (x, y, height + self._hip)
-        for ankle in (left, right):
-            ankle[:3, 3] -= torso
-        legs = solve_legs(self._body, left, right)
+        legs = solve_legs(self._body, _seen_from(left, torso), _seen_from(right, torso))
         for side, solved in (("L", legs.left), ("R", legs.right)):
             for slot, angle in zip(LEG_SLOTS[side], solved, strict=True):
                 self._angles[slot] = angle
         return legs.yaw
 
-    def _ankle(self, foot: SolePose, turn: Array) -> Transform:
-        """Ankle pose (frame 8) in a frame with z up, of a sole in one that is turned by `turn` against it."""
-        axes = turn @ rotation(foot.roll, foot.pitch, foot.yaw)
-        place = turn @ (foot.x, foot.y, foot.z)
-        return homogeneous(axes, place + self._foot_height * axes[:, 2])
+    def _ankle(self, foot: SolePose, tilt: Matrix3 | None) -> FootPose:
+        """Ankle (frame 8) in a frame with z up, of a sole in one on tilted ground."""
+        axes = rotation_rows(foot.roll, foot.pitch, foot.yaw)
+        x, y, z = foot.x, foot.y, foot.z
+        if tilt is not None:
+            axes = _product(tilt, axes)
+            x, y, z = (a * x + b * y + c * z for a, b, c in tilt)
+        (_, _, a_x), (_, _, a_y), (_, _, a_z) = axes
+        h = self._foot_height
+        return FootPose((x + h * a_x, y + h * a_y, z + h * a_z), axes)
 
-    def _highest(self, ankle: Array) -> float:
-        """Greatest height of a hip joint over an ankle's place below it (x, y from the hip, z), m."""
-        across = self._stretched**2 - float(ankle[0]) ** 2 - float(ankle[1]) ** 2
-        return float(ankle[2]) + math.sqrt(max(across, 0.0))
-
-    @staticmethod
-    def _standing(foot: SolePose, ankle: Transform) -> float:
-        """Height of an ankle when its foot stands, m."""
-        return float(ankle[2, 3]) - foot.z
+    def _highest(self, ankle: Vec3, x: float, y: float) -> float:
+        """Greatest height of the hip joint at (x, y) over an ankle, m."""
+        across = self._stretched**2 - (ankle[0] - x) ** 2 - (ankle[1] - y) ** 2
+        return ankle[2] + math.sqrt(max(across, 0.0))
 
     def _standing_com(self, stand: Plan) -> Vec2:
         """Centre of mass in the torso of the pose that brings it over the planned point, x and y, m."""
         found = (0.0, 0.0)
         for _ in range(30):  # a fixed point: the legs lag the torso with a third of its mass, 3^-30 is nothing
-            self._place(stand, stand.middle.yaw, found, np.eye(3))
+            self._place(stand, stand.middle.yaw, found, None)
             place = self._com(self._angles)
             found = (float(place[0]), float(place[1]))
         return found
+
+
+def _product(a: Matrix3, b: Matrix3) -> Matrix3:
+    (b00, b01, b02), (b10, b11, b12), (b20, b21, b22) = b
+    first, second, third = (
+        (x * b00 + y * b10 + z * b20, x * b01 + y * b11 + z * b21, x * b02 + y * b12 + z * b22) for x, y, z in a
+    )
+    return first, second, third
+
+
+def _seen_from(foot: FootPose, torso: Vec3) -> FootPose:
+    (x, y, z), (t_x, t_y, t_z) = foot.place, torso
+    return FootPose((x - t_x, y - t_y, z - t_z), foot.axes)

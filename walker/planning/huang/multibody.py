@@ -20,10 +20,10 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
 from bridge.body.quantities import tensor_matrix
-from bridge.types import Array
+from bridge.rotations import rotation_rows
+from bridge.types import Array, Vec3
 from walker.model.gravity import GRAVITY
-from walker.model.inverse import solve_legs
-from walker.model.transforms import Transform
+from walker.model.inverse import FootPose, solve_legs
 from walker.model.tree import BodyTree
 
 STEP: Final = 1e-3
@@ -148,10 +148,9 @@ class Bodies:
         return np.swapaxes(np.array(rows), 0, 1)
 
 
-def _pose(foot: Ankle, torso: tuple[float, float, float]) -> Transform:
-    s, c = np.sin(foot.pitch), np.cos(foot.pitch)
-    x, y, z = foot.x - torso[0], foot.y - torso[1], foot.z - torso[2]
-    return np.array([[c, 0.0, s, x], [0.0, 1.0, 0.0, y], [-s, 0.0, c, z], [0.0, 0.0, 0.0, 1.0]])
+def _pose(foot: Ankle, torso: Vec3) -> FootPose:
+    place = foot.x - torso[0], foot.y - torso[1], foot.z - torso[2]
+    return FootPose(place, rotation_rows(0.0, foot.pitch, 0.0))
 
 
 def _vee(rate: Array, rotation: Array) -> Array:
