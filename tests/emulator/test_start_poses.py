@@ -31,10 +31,11 @@ UP = {
 """Direction of the sky in the torso, by the meaning of the words."""
 
 
-@pytest.mark.parametrize("body", ["nao-v3", "nao-v6"])
+@pytest.mark.parametrize(("body", "engine"), [("nao-v3", "pybullet"), ("nao-v6", "mujoco")])
 @pytest.mark.parametrize("name", START_NAMES)
-def test_a_pose_points_where_its_name_says_and_rests(body: str, name: str) -> None:
-    with EmulatedRobot(load_body(body), seed=5, wear=NOMINAL, start=name) as robot:
+def test_a_pose_points_where_its_name_says_and_rests(body: str, engine: str, name: str) -> None:
+    pytest.importorskip(engine)
+    with EmulatedRobot(load_body(body), engine=engine, seed=5, wear=NOMINAL, start=name) as robot:
         before = robot.truth()
         for _ in range(200):
             robot.advance(None)

@@ -1,9 +1,6 @@
 from __future__ import annotations
 
 import msgspec
-import pytest
-
-pytest.importorskip("pybullet")
 
 from bridge.body import load_body
 from bridge.guard import GuardSettings
@@ -27,7 +24,7 @@ OUTAGE = Outage(
 
 def test_a_dynamic_walk_cut_in_mid_step_ends_at_rest_and_goes_on_with_another_controller() -> None:
     settings = GuardSettings()
-    outage = run_once(BODY, load_wear("ideal"), "dynamic", 0, 0.4, settings, "auto")
+    outage = run_once(BODY, load_wear("ideal"), "dynamic", 0, 0.4, settings, "mujoco")
     assert outage.phase in ("SSL", "SSR", "DSL", "DSR") and 2 < outage.step < 18
     assert not outage.fell and outage.taken_over
     silent = (settings.watchdog.silence_cycles + settings.watchdog.hold_cycles) * BODY.cycle
