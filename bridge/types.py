@@ -36,6 +36,8 @@ Pose = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 
 Side = Literal["L", "R"]
 """Left or right."""
+SIDES: Final[tuple[Side, Side]] = ("L", "R")
+"""In the order of all that is given for both."""
 
 Array = NDArray[np.float64]
 """Floats of any shape; the docstring of the function says which."""

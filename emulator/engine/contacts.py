@@ -13,13 +13,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.types import Side, Vec3
+from bridge.types import SIDES, Side, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.engine.values import FootLoad, GroundContacts
 from emulator.vectors import add, rotate_back, scaled
 
 Vector = NDArray[np.float64]
-SIDES: Final[tuple[Side, Side]] = ("L", "R")
 """Order of the feet in arrays."""
 STEEP: Final = 0.5
 """Cosine to the sole's normal below which a contact pushes on the rim of the foot, not on the sole."""

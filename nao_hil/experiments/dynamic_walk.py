@@ -16,11 +16,12 @@ import msgspec
 import numpy as np
 
 from bridge.body import Body, load_body
+from bridge.types import SIDES
 from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
 from nao_hil.experiments import axes
 from nao_hil.experiments.arms import Arm, arm, arms_table, falls_finding
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.geometry import SIDES, soles_in_world
+from nao_hil.experiments.geometry import soles_in_world
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.static_walk import plan
 from nao_hil.runs.track import Array, Track

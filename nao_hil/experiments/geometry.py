@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
 from bridge.rotations import matrix
-from bridge.types import Side
+from bridge.types import SIDES, Side
 from nao_hil.runs.track import LEG_COLUMNS, Array, Track
 from walker.model.leg import sole_in_torso
-
-SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 def soles_in_torso(body: Body, side: Side, joints: Array) -> Array:

@@ -10,7 +10,8 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.sole import sole_hull
-from nao_hil.experiments.geometry import SIDES, soles_in_world
+from bridge.types import SIDES
+from nao_hil.experiments.geometry import soles_in_world
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 

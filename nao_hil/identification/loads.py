@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -16,9 +15,7 @@ from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import tensor_matrix
 from bridge.body.topology import TORSO
 from nao_hil.identification.signals import Array
-
-GRAVITY: Final = 9.81
-"""m/s^2"""
+from walker.model.gravity import GRAVITY
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.quantities import total_mass
-from nao_hil.identification.loads import GRAVITY
 from nao_hil.identification.signals import Signals
+from walker.model.gravity import GRAVITY
 
 _UNLOADED: Final = 0.3
 """Fraction of the weight below which the feet carry nothing."""

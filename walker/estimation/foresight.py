@@ -16,9 +16,9 @@ import numpy as np
 
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
-from bridge.types import Array, Positive, Side, Vec2
+from bridge.types import SIDES, Array, Positive, Side, Vec2
 from walker.estimation.mass_over_soles import MassOverSoles
-from walker.model.floating_base import SIDES, FloatingBase
+from walker.model.floating_base import FloatingBase
 from walker.model.gravity import GRAVITY
 from walker.planning.plan import SIGN, Plan
 

@@ -8,7 +8,6 @@ torso stays upright over it. Torso control and admittances correct the error of 
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import msgspec
 
@@ -16,11 +15,9 @@ from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
-from bridge.types import NotNegative, Positive, Side, Vec2
+from bridge.types import SIDES, NotNegative, Positive, Vec2
 from walker.estimation.corrections import Corrections
 from walker.model.leg import foot_in_torso
-
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -75,7 +72,7 @@ class GroundTilt:
         self._tilt = self._tilt[0] + corrections.common[0], self._tilt[1] + corrections.common[1]
         torso = rotation(angle[0], angle[1], 0.0)
         roll = pitch = load = 0.0
-        for side, cells, off in zip(_SIDES, (frame.fsr[:4], frame.fsr[4:]), corrections.soles, strict=True):
+        for side, cells, off in zip(SIDES, (frame.fsr[:4], frame.fsr[4:]), corrections.soles, strict=True):
             force = sum(cells)
             if force > p.min_force:
                 angles = [frame.position[slot] for slot in LEG_SLOTS[side]]

@@ -14,9 +14,9 @@ import numpy as np
 
 from bridge.messages import SensorFrame
 from bridge.rotations import R_yaw, heading, rotation
-from bridge.types import Array, Side
+from bridge.types import SIDES, Array, Side
 from walker.estimation.heading import GyroscopeHeading
-from walker.model.floating_base import SIDES, FloatingBase, RobotPose
+from walker.model.floating_base import FloatingBase, RobotPose
 from walker.model.transforms import Transform, homogeneous
 from walker.planning.plan import Foothold
 

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 
 from bridge.body import Body
 from bridge.body.sole import foot_centre, sole_hull
-from bridge.types import Array, Side
+from bridge.types import SIDES, Array, Side
 from walker.model.com import CentreOfMass
 from walker.model.transforms import Transform
-
-SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 @dataclass(frozen=True)

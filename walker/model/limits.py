@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -11,6 +12,8 @@ from bridge.body.model import Body
 from bridge.body.quantities import coupled_limits
 from bridge.types import Side
 
+CLIPPED: Final = math.radians(0.5)
+"""Excess of a planned angle that is clipped in silence, rad: half the backlash of a good robot's ankle."""
 _ANKLE_PITCH: Final = 4
 """Place of AnklePitch, to which AnkleRoll's range is coupled, among a leg's six angles."""
 

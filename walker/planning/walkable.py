@@ -9,9 +9,9 @@ from typing import Any
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
 from bridge.errors import ConfigurationError
-from bridge.types import Side
+from bridge.types import SIDES, Side
 from walker.model.errors import UnreachableError
-from walker.model.limits import limit_violations
+from walker.model.limits import CLIPPED, limit_violations
 from walker.planning import Gait, Plan, dry_walk, make_gait, standing_plan
 from walker.planning.parameters import GaitParameters
 from walker.planning.pose import PoseMaker
@@ -22,13 +22,10 @@ _DT = 0.02
 """Time between two poses that are looked at, s."""
 _DT_QUASI_STATIC = 0.1
 """Of a gait that takes seconds for a step."""
-CLIPPED = math.radians(0.5)
-"""Excess over a range that is clipped in silence: half the backlash of a good robot's ankle."""
 _PRECISION = 0.1
 """Of the fastest walk that a search finds, as a part of it."""
 _SLOWEST = 0.005
 """Part of a refused velocity below which the search gives up."""
-_SIDES: tuple[Side, Side] = ("L", "R")
 
 
 def walkable_gait(
@@ -108,7 +105,7 @@ def _where(gait: Gait[Any], plan: Plan) -> str:
 
 
 def _check_limits(body: Body, angles: tuple[float, ...], plan: Plan, where: str) -> None:
-    for side in _SIDES:
+    for side in SIDES:
         for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
             hangs = joint == f"{side}AnkleRoll" and _clears_ground(body, side, plan, excess)
             if hangs or abs(excess) < CLIPPED:

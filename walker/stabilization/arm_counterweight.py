@@ -7,16 +7,12 @@ ahead and up. They come back slowly.
 
 from __future__ import annotations
 
-from typing import Final
-
 import msgspec
 
 from bridge.body import Body
 from bridge.body.joints import INDEX
-from bridge.types import NotNegative, Positive, Side
+from bridge.types import SIDES, NotNegative, Positive
 from walker.planning.plan import OTHER_SIDE, SIGN, Plan, Support
-
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 class ArmCounterweightParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -49,7 +45,7 @@ class ArmCounterweight:
     def __init__(self, parameters: ArmCounterweightParameters, body: Body) -> None:
         self._p = parameters
         self._joints = body.joints
-        self._out = dict.fromkeys(_SIDES, 0.0)
+        self._out = dict.fromkeys(SIDES, 0.0)
         """Angles of ShoulderRoll beside those of a walk, outward positive, rad."""
         self._up = 0.0
         """The same of both ShoulderPitches, upward positive, rad."""
@@ -71,7 +67,7 @@ class ArmCounterweight:
         self._rises = starts or (self._rises and self._up < p.backward_angle)
         rate = p.backward_rate if self._rises else -p.return_rate
         self._up = min(max(self._up + rate * dt, 0.0), p.backward_angle)
-        for side in _SIDES:
+        for side in SIDES:
             goal = wished if support == OTHER_SIDE[side] else 0.0
             now = self._out[side]
             self._out[side] = min(max(goal, now - p.return_rate * dt), now + p.max_rate * dt)

@@ -24,12 +24,11 @@ from bridge.body.joints import INDEX_WITH_MIRROR, LEG_JOINTS
 from bridge.body.quantities import limits
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
-from bridge.types import Array, Fraction, NotNegative, Positive, Side
+from bridge.types import SIDES, Array, Fraction, NotNegative, Positive, Side
 from walker.model.com import CentreOfMass
 from walker.model.gravity import GRAVITY
 from walker.planning.plan import Foothold, Plan
 
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 _HELD_BY_FRICTION: Final = [0, 1, 5]
 """HipYawPitch, HipRoll and AnkleRoll, which do not yield while both feet stand side by side."""
 
@@ -69,14 +68,14 @@ class JointCompliance:
 
     def __init__(self, parameters: JointComplianceParameters, body: Body, cycle: float) -> None:
         self._p = parameters
-        self._legs = {side: _Leg(body, side) for side in _SIDES}
+        self._legs = {side: _Leg(body, side) for side in SIDES}
         self._com = CentreOfMass(body)
         names = self._com.tree.links
         self._mass = np.array([body.links[name].mass for name in names])
         self._centre = np.array([(*body.links[name].com, 1.0) for name in names])
         self._weight = float(self._mass.sum()) * GRAVITY
-        self._rows = {s: np.array([names.index(j) for j in LEG_JOINTS[s]]) for s in _SIDES}
-        self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in _SIDES}
+        self._rows = {s: np.array([names.index(j) for j in LEG_JOINTS[s]]) for s in SIDES}
+        self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in SIDES}
         self._cells = [np.array(places)[:, :2] for places in (body.fsr.L, body.fsr.R)]
         self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(parameters.latency / cycle))
         self.ratio = np.ones(6)
@@ -97,7 +96,7 @@ class JointCompliance:
             return
         command = self._sent[0]
         deflection = np.array(
-            [[command[slot] - measured[slot] for slot in self._legs[side].slots] for side in _SIDES]
+            [[command[slot] - measured[slot] for slot in self._legs[side].slots] for side in SIDES]
         )
         # Least squares over an exponential window, drawn towards a ratio of 1.
         keep = 1.0 - dt / self._p.adaptation_time
@@ -124,7 +123,7 @@ class JointCompliance:
         self._add(angles, self._ramp * p.gain * self.ratio * self._model)
 
     def _add(self, angles: list[float], deflections: Array) -> None:
-        for side, deflection in zip(_SIDES, deflections, strict=True):
+        for side, deflection in zip(SIDES, deflections, strict=True):
             lower, upper = self._limits[side]
             for i, slot in enumerate(self._legs[side].slots):
                 if side == "L" or i:  # RHipYawPitch shares its slot
@@ -183,7 +182,7 @@ class JointCompliance:
         """The same, with link frames in axes with z up, and points of support in the AnkleRoll frames."""
         moments = (np.einsum("nij,nj->ni", frames[:, :2], self._centre) * self._mass[:, None]) * GRAVITY
         result = np.empty((2, 6))
-        for i, side in enumerate(_SIDES):
+        for i, side in enumerate(SIDES):
             rows, leg = self._rows[side], self._legs[side]
             chain = frames[rows]
             foot = chain[-1][:2, :3] @ points[i] + chain[-1][:2, 3]

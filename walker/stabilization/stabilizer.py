@@ -14,7 +14,7 @@ from typing import Final
 from bridge.body import Body
 from bridge.body.joints import INDEX
 from bridge.messages import SensorFrame
-from bridge.types import Side, Vec2
+from bridge.types import SIDES, Side, Vec2
 from walker.estimation import Estimate
 from walker.estimation.corrections import Corrections
 from walker.estimation.support_state import SupportState
@@ -30,7 +30,6 @@ from walker.stabilization.swing_foot import SwingFootCorrection, SwingFootOrient
 from walker.stabilization.torso.filter import TorsoControl
 from walker.stabilization.torso.stance_ankle import StanceAnkle
 
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 _RIGHTED: Final = math.radians(0.5)
 """Difference of the plan's ground from that found at which the walk may begin, rad."""
 
@@ -54,12 +53,12 @@ class Stabilizer:
         self._compliance = JointCompliance(parameters.compliance, body, cycle)
         self._compensates = on.joint_compliance
         self._foot_height = body.lengths.FootHeight
-        self._ranges = {side: AnkleRange(body, side) for side in _SIDES}
+        self._ranges = {side: AnkleRange(body, side) for side in SIDES}
         self._legs = self._ankles = self._orientation = self._arm = None
         if on.leg_admittance:
-            self._legs = {side: LegAdmittance(parameters.leg) for side in _SIDES}
+            self._legs = {side: LegAdmittance(parameters.leg) for side in SIDES}
         if on.ankle_admittance:
-            self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in _SIDES}
+            self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in SIDES}
         if on.swing_foot_orientation:
             self._orientation = SwingFootOrientation(parameters.swing_foot_orientation)
         if on.arm_counterweight:
@@ -103,7 +102,7 @@ class Stabilizer:
             25 joint angles within their ranges, rad, and the corrections in them.
         """
         lean = estimate.angle if estimate.lean is None else estimate.lean
-        swing = dict.fromkeys(_SIDES, SwingFootCorrection())
+        swing = dict.fromkeys(SIDES, SwingFootCorrection())
         if self._orientation is not None:
             swing = self._orientation.update(lean, plan, support_state, estimate.contacts, dt)
         left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
@@ -124,7 +123,7 @@ class Stabilizer:
             self._compliance.compensate(angles, plan)
         turns = [
             self._turn_ankle(side, angles, swing[side], (offsets.roll[i], torso[i]), support_state, frame, dt)
-            for i, side in enumerate(_SIDES)
+            for i, side in enumerate(SIDES)
         ]
         if self._arm is not None:
             self._arm.update(angles, plan, support_state.support, estimate.feedback.tipping, dt)
@@ -143,8 +142,8 @@ class Stabilizer:
         lift = []
         self._keep_level(self._legs["L"], self._legs["R"], dt)
         for side, foot, fsr in (
-            (_SIDES[0], plan.left, frame.fsr[:4]),
-            (_SIDES[1], plan.right, frame.fsr[4:]),
+            (SIDES[0], plan.left, frame.fsr[:4]),
+            (SIDES[1], plan.right, frame.fsr[4:]),
         ):
             lift.append(
                 self._legs[side].update(

@@ -12,17 +12,15 @@ Not in the thesis.
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
-from bridge.types import Fraction, Positive, Side, Vec2
+from bridge.types import SIDES, Fraction, Positive, Side, Vec2
 from walker.estimation import Contacts
 from walker.estimation.support_state import OTHER, SupportState
 from walker.planning.plan import Foothold, Plan
 from walker.stabilization.admittance.phases import APEX, clip, kept
-
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -82,7 +80,7 @@ class SwingFootOrientation:
         """
         feet = {"L": plan.left, "R": plan.right}
         corrections: dict[Side, SwingFootCorrection] = {}
-        for side in _SIDES:
+        for side in SIDES:
             if plan.capture is None:
                 turn = self._next(side, angle, support_state, contacts.of(side), dt)
             elif plan.support == "both":

@@ -9,8 +9,9 @@ from numba import carray
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
+from bridge.types import SIDES
 from emulator.compiled import compilable, compiled
-from emulator.engine.contacts import SIDES, STEEP, ground_contacts
+from emulator.engine.contacts import STEEP, ground_contacts
 from emulator.engine.mujoco.native import Layout, pointer
 from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene

@@ -7,8 +7,8 @@ from collections.abc import Collection
 import numpy as np
 
 from bridge.body import TORSO
-from bridge.types import Vec3
-from emulator.engine.contacts import SIDES, STEEP, ground_contacts
+from bridge.types import SIDES, Vec3
+from emulator.engine.contacts import STEEP, ground_contacts
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BASE, BulletModel
 from emulator.engine.values import GroundContacts

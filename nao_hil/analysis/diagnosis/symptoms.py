@@ -12,11 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from bridge.types import Side
+from bridge.types import SIDES, Side
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator
 from nao_hil.analysis.diagnosis.symptom import Kind, LastingSign, Symptom, TippingSign, fallen, lean_angle
 from nao_hil.runs.fall_watch import FallWatch
-from walker.model.floating_base import SIDES
 
 MEANING: Final[dict[Kind, str]] = {
     "zmp": "The ground pushes back at the very edge of the feet, and the robot begins to tip over that edge.",

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from bridge.rotations import matrix, rotation
+from bridge.types import SIDES
 from nao_hil.analysis.diagnosis import Balance
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.charts import CHARTS, PHASES
@@ -21,7 +22,7 @@ from nao_hil.view.scene.lines import quaternions
 from nao_hil.view.scene.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
 from nao_hil.view.support import soles_that_touch, tips
 from walker.estimation.odometry import GroundPlane
-from walker.model.floating_base import SIDES, FloatingBase
+from walker.model.floating_base import FloatingBase
 
 RATE: Final = 33.0
 """Moments per second that are kept; the page interpolates between them."""

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from bridge.body import Body
-from bridge.types import Array
+from bridge.types import SIDES, Array
 from nao_hil.analysis.diagnosis import Balance
 from nao_hil.view.footprints import Footprints
 from nao_hil.view.looks import Colour
@@ -15,7 +15,7 @@ from nao_hil.view.scene.ground import GroundScene
 from nao_hil.view.scene.lines import add_lines, closed, line_colour, show
 from nao_hil.view.scene.palette import BARS_OVER, COM, LOST, NEWTON, POINTS, PRINTS, ROOT, SAFE
 from nao_hil.view.support import soles_that_touch, tips
-from walker.model.floating_base import SIDES, FloatingBase
+from walker.model.floating_base import FloatingBase
 
 FOOTPRINTS: Final = 40
 """Last ones that are kept."""

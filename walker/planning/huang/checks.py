@@ -11,18 +11,15 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
 from bridge.body.sole import sole_hull
-from bridge.types import Side
+from bridge.types import SIDES
 from walker.model.errors import UnreachableError
-from walker.model.limits import limit_violations
+from walker.model.limits import CLIPPED, limit_violations
 from walker.planning.huang.foot import FootPath, FootShape, Placement
 from walker.planning.huang.parameters import HuangParameters, refuse
 from walker.planning.huang.spline import even
 
-CLIPPED: Final = math.radians(0.5)
-"""Excess over a range that is clipped in silence, as in `walker.planning.walkable`."""
 _TOLERANCE: Final = 1e-9
 """m; rounding of a sole that rolls on the ground."""
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 def check_swing(p: HuangParameters, body: Body) -> None:
@@ -75,7 +72,7 @@ def check_walk(p: HuangParameters, body: Body, walk: Iterable[tuple[int, list[fl
 
 def _check_ranges(body: Body, angles: list[float], step: int) -> None:
     """Joint ranges of a pose; AnkleRoll, which may be cut in the air, is left to `walker.planning.walkable`."""
-    for side in _SIDES:
+    for side in SIDES:
         for joint, excess in limit_violations(body, side, [angles[slot] for slot in LEG_SLOTS[side]]):
             if joint.endswith("AnkleRoll") or abs(excess) < CLIPPED:
                 continue

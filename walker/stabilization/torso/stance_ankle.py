@@ -15,16 +15,14 @@ Both act about two axes on the ankle of the leg that alone bears the weight.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
-from bridge.types import Fraction, NotNegative, Positive, Side, Vec2, Vec3
+from bridge.types import SIDES, Fraction, NotNegative, Positive, Vec2, Vec3
 from walker.planning.plan import Support
 from walker.stabilization.torso.sign import ankle_pitch_from_lean
 from walker.stabilization.torso.stride_pattern import StridePattern
-
-_SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 
 class DampingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -116,6 +114,6 @@ class StanceAnkle:
         goal = min(max(ankle_pitch_from_lean(-wanted), -self._bound), self._bound)
         left, right = (
             now + min(max((goal if side == support else 0.0) - now, -self._step), self._step)
-            for side, now in zip(_SIDES, offsets, strict=True)
+            for side, now in zip(SIDES, offsets, strict=True)
         )
         return left, right
