@@ -8,11 +8,15 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import threading
 import types
 from collections.abc import Iterable
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
 
 import msgspec
+
+READING_TYPES: Final = threading.RLock()
+"""Held while msgspec reads a type: two threads that do so at once for the first time crash it (0.22)."""
 
 
 class Invalid(ValueError):
@@ -79,7 +83,8 @@ _WORDS: Final = (
 
 def _convert(value: Any, kind: Any, path: str) -> Any:
     try:
-        return msgspec.convert(value, kind, strict=True)
+        with READING_TYPES:
+            return msgspec.convert(value, kind, strict=True)
     except (msgspec.ValidationError, OverflowError) as error:
         # A check of the struct itself may name a place below this one; our path is the more exact.
         reason = str(error).split(" - at `$")[0]

@@ -11,7 +11,7 @@ import msgspec
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import FrameError
 from bridge.messages.schema import MAX_PAYLOAD, SCHEMA_VERSION, Versioned
-from bridge.validation import Invalid, convert
+from bridge.validation import READING_TYPES, Invalid, convert
 
 M = TypeVar("M", bound=Versioned)
 
@@ -42,7 +42,8 @@ def decode(payload: bytes, kind: type[M]) -> M:
     _require_short(payload, name)
     decoder = _decoders.get(kind)
     if decoder is None:
-        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
+        with READING_TYPES:
+            decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
     try:
         message: M = decoder.decode(payload)
     except msgspec.ValidationError as error:

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import Any, Final, cast, get_args
 
-import msgspec
-
 from bridge.body.joints import JOINTS
 from bridge.errors import NaoHilError
 from bridge.messages.elements import ELEMENTS
@@ -31,6 +29,7 @@ from bridge.messages.world import (
     WorldCommand,
     min_tilt_duration,
 )
+from bridge.validation import convert
 from nao_hil.view.driving import Driving
 from nao_hil.view.live import Commands
 from nao_hil.view.pad import Pad
@@ -352,7 +351,7 @@ class Controls:
                 fields[target] = targets[target].value
             if number:
                 fields[number] = float(amount.value)
-            fault = msgspec.convert(fields, Fault)
+            fault = convert(fields, Fault)
             return self._do(StartFault(fault=fault))
 
         self._button("Begin the fault", start)
