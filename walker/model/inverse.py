@@ -46,12 +46,12 @@ class LegPair(NamedTuple):
 
 
 class FootPose(NamedTuple):
-    """Pose of a foot (frame 8, AnkleRoll) in the Torso frame."""
+    """Pose of a foot (frame 8, AnkleRoll): `solve_legs` takes it in the Torso frame."""
 
     place: Vec3
     """m"""
     axes: Matrix3
-    """Rotation; its columns are n, s and a (2.21)."""
+    """The foot's axes n, s and a as columns (2.21)."""
 
     @classmethod
     def of(cls, transform: Transform) -> FootPose:

@@ -139,15 +139,16 @@ class RobotFrames:
             slots[INDEX_WITH_MIRROR[joint]] = self._joints.commanded(joint)
         return slots
 
-    def measured_links(self, head: Sequence[float] = ()) -> Mapping[str, Array]:
+    def measured_links(self, head: Sequence[float] | None = None) -> Mapping[str, Array]:
         """Links in the Torso frame by the joint sensors, each (4, 4), m.
 
         Args:
-            head: HeadYaw and HeadPitch in place of the measured ones, rad.
+            head: HeadYaw and HeadPitch of another moment, rad; None: those of now.
         """
         position = self.position(True)
-        for joint, angle in zip(_HEAD, head, strict=False):
-            position[INDEX_WITH_MIRROR[joint]] = angle
+        if head is not None:
+            for joint, angle in zip(_HEAD, head, strict=True):
+                position[INDEX_WITH_MIRROR[joint]] = angle
         return self.links(position)
 
     def effector(self, name: Any) -> Effector:
