@@ -153,5 +153,6 @@ def tilt(quaternion: ArrayLike) -> Array:
     return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)))
 
 
-def _elements(quaternion: ArrayLike) -> Array:
-    return np.moveaxis(np.asarray(quaternion, dtype=np.float64), -1, 0)
+def _elements(quaternion: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    q = np.asarray(quaternion, dtype=np.float64)
+    return q[..., 0], q[..., 1], q[..., 2], q[..., 3]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
+from operator import attrgetter
 from typing import Final
 
 import numpy as np
@@ -19,6 +21,8 @@ HAND_RANGE: Final = (0.0, 1.0)
 
 COUPLED_TO: Final = {"LAnkleRoll": "LAnklePitch", "RAnkleRoll": "RAnklePitch", "HeadPitch": "HeadYaw"}
 """Joints whose range depends on another joint's position, and that joint."""
+
+_PLACE: Final = attrgetter("at")
 
 
 def total_mass(body: Body) -> float:
@@ -76,9 +80,12 @@ def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float
     rows: tuple[CouplingRow, ...] = getattr(body.coupling, joint)
     # The head's table is published for one side; the head is symmetric.
     at = abs(other_position) if joint == "HeadPitch" else other_position
-    places = [row.at for row in rows]
-    row_lower = float(np.interp(at, places, [row.lower for row in rows]))
-    row_upper = float(np.interp(at, places, [row.upper for row in rows]))
+    at = min(max(at, rows[0].at), rows[-1].at)
+    i = bisect_left(rows, at, lo=1, hi=len(rows) - 1, key=_PLACE)
+    a, b = rows[i - 1], rows[i]
+    share = (at - a.at) / (b.at - a.at)
+    row_lower = (1.0 - share) * a.lower + share * b.lower
+    row_upper = (1.0 - share) * a.upper + share * b.upper
     return max(lower, row_lower), min(upper, row_upper)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import msgspec
+import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, JOINTS, N_JOINTS
@@ -14,6 +15,7 @@ from bridge.body.quantities import COUPLED_TO, absent_joints, coupled_limits, li
 from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame
 from bridge.messages.codec import require_finite
+from bridge.types import Array
 
 TOLERANCE: Final = math.radians(0.05)
 """rad beyond a limit that are clipped without a notice: less than its text would show."""
@@ -28,11 +30,13 @@ class Ranges:
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        absent = set(absent_joints(body))
-        free = [j for j in JOINTS if j not in absent and j not in COUPLED_TO]
-        # Joints that others are coupled to come first, so that a coupled range follows the clipped angle.
-        self._order = [*free, *(j for j in COUPLED_TO if j not in absent)]
-        self._limits = {j: limits(body, j) for j in self._order}
+        absent = absent_joints(body)
+        self._absent = [INDEX[joint] for joint in absent]
+        self._lower, self._upper = np.zeros((2, N_JOINTS))
+        for joint in JOINTS:
+            if joint not in absent:
+                self._lower[INDEX[joint]], self._upper[INDEX[joint]] = limits(body, joint)
+        self._coupled = {j: (INDEX[j], INDEX[other]) for j, other in COUPLED_TO.items() if j not in absent}
         self.clipped = ""
         """One sentence on what the last `check` had to clip; empty when nothing."""
 
@@ -61,21 +65,26 @@ class Ranges:
 
     def _clip(self, wanted: Sequence[float]) -> tuple[tuple[float, ...], str]:
         """As `clip`, and one sentence on the first joint that was outside."""
-        position = [0.0] * N_JOINTS
-        sentence = ""
-        for joint in self._order:
-            slot = INDEX[joint]
-            asked = wanted[slot]
-            lower, upper = self._limits[joint]
-            if joint in COUPLED_TO:
-                lower, upper = coupled_limits(self._body, joint, position[INDEX[COUPLED_TO[joint]]])
-            position[slot] = min(max(asked, lower), upper)
-            if not sentence and abs(position[slot] - asked) > TOLERANCE:
-                sentence = (
-                    f"{joint} was asked to {asked:.3f} rad and clipped to {position[slot]:.3f} rad; its range "
-                    f"here is {lower:.3f} to {upper:.3f} rad."
-                )
-        return tuple(position), sentence
+        asked = np.array(wanted)
+        asked[self._absent] = 0.0
+        position = np.minimum(np.maximum(asked, self._lower), self._upper).tolist()
+        # a coupled range follows the clipped angle of the other joint
+        for joint, (slot, other) in self._coupled.items():
+            lower, upper = coupled_limits(self._body, joint, position[other])
+            position[slot] = min(max(position[slot], lower), upper)
+        outside = np.flatnonzero(np.abs(asked - position) > TOLERANCE)
+        return tuple(position), self._sentence(int(outside[0]), asked, position) if outside.size else ""
+
+    def _sentence(self, slot: int, asked: Array, position: Sequence[float]) -> str:
+        """On a joint that was clipped."""
+        joint = JOINTS[slot]
+        lower, upper = self._lower[slot], self._upper[slot]
+        if joint in self._coupled:
+            lower, upper = coupled_limits(self._body, joint, position[self._coupled[joint][1]])
+        return (
+            f"{joint} was asked to {asked[slot]:.3f} rad and clipped to {position[slot]:.3f} rad; its range "
+            f"here is {lower:.3f} to {upper:.3f} rad."
+        )
 
 
 def require_numbers(frame: ActuatorFrame) -> None:

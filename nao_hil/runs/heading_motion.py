@@ -18,6 +18,8 @@ class HeadingMotion:
 
     def __init__(self) -> None:
         self._last: TruthFrame | None = None
+        self._yaw = 0.0
+        """Of the last frame, rad."""
         self._from = math.inf
         self._x = self._y = self._turn = self._time = 0.0
         self._marked: Vec3 | None = None
@@ -42,9 +44,10 @@ class HeadingMotion:
         """The next boundary of the cycle."""
         before, self._last = self._last, truth
         if before is None:
+            self._yaw = float(rotations.yaw(truth.torso_orientation))
             return
-        yaw = float(rotations.yaw(before.torso_orientation))
-        turn = math.remainder(float(rotations.yaw(truth.torso_orientation)) - yaw, math.tau)
+        yaw, self._yaw = self._yaw, float(rotations.yaw(truth.torso_orientation))
+        turn = math.remainder(self._yaw - yaw, math.tau)
         self.turned += turn
         if before.time < self._from:
             return
