@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from operator import attrgetter
 from typing import Final
 
 import numpy as np
@@ -21,8 +20,6 @@ HAND_RANGE: Final = (0.0, 1.0)
 
 COUPLED_TO: Final = {"LAnkleRoll": "LAnklePitch", "RAnkleRoll": "RAnklePitch", "HeadPitch": "HeadYaw"}
 """Joints whose range depends on another joint's position, and that joint."""
-
-_PLACE: Final = attrgetter("at")
 
 
 def total_mass(body: Body) -> float:
@@ -81,7 +78,7 @@ def coupled_limits(body: Body, joint: str, other_position: float) -> tuple[float
     # The head's table is published for one side; the head is symmetric.
     at = abs(other_position) if joint == "HeadPitch" else other_position
     at = min(max(at, rows[0].at), rows[-1].at)
-    i = bisect_left(rows, at, lo=1, hi=len(rows) - 1, key=_PLACE)
+    i = bisect_left(rows, at, lo=1, hi=len(rows) - 1, key=lambda row: row.at)
     a, b = rows[i - 1], rows[i]
     share = (at - a.at) / (b.at - a.at)
     row_lower = (1.0 - share) * a.lower + share * b.lower

@@ -43,10 +43,9 @@ class HeadingMotion:
     def add(self, truth: TruthFrame) -> None:
         """The next boundary of the cycle."""
         before, self._last = self._last, truth
-        if before is None:
-            self._yaw = float(rotations.yaw(truth.torso_orientation))
-            return
         yaw, self._yaw = self._yaw, float(rotations.yaw(truth.torso_orientation))
+        if before is None:
+            return
         turn = math.remainder(self._yaw - yaw, math.tau)
         self.turned += turn
         if before.time < self._from:
