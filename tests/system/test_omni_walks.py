@@ -70,6 +70,15 @@ def test_a_push_that_fells_a_standing_robot_is_answered_by_a_step(direction, imp
         assert abs(outcome.end.roll) + abs(outcome.end.pitch) < math.radians(5.0)
 
 
+def test_after_a_step_straight_back_the_robot_balances_on_the_foot_that_landed():
+    """2.85 N s: the foot in front hangs in the air for half a second. Before, none of 12 robots stood."""
+    push = StridePush(time=0.3, phase=None, impulse=2.85, direction=math.pi)
+    for seed in (2002, 2003, 2004):
+        config = RunConfig(robot="nao-v6", engine="mujoco", seed=seed)
+        outcome = walk(Walk(name="push", config=config, duration=4.5, pushes=(push,), stand=True))
+        assert outcome.end.survived
+
+
 def test_a_capture_step_does_not_depend_on_where_the_frame_of_the_plan_heads():
     """2.4 N s straight back; the frame of the plan is where the walks before left the robot."""
     config = RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=302010, velocity=(0.15, 0.0, 0.0))

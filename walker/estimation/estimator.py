@@ -19,6 +19,7 @@ from walker.estimation.fall import FallDetector, FallParameters
 from walker.estimation.foresight import Foresight, ForesightParameters
 from walker.estimation.ground import GroundParameters, GroundTilt
 from walker.estimation.heading_error import HeadingError
+from walker.estimation.landed_foot import LandedFootEstimator
 from walker.estimation.lean import Lean, LeanParameters
 from walker.estimation.tipping import TippingDetector, TippingParameters
 from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
@@ -152,6 +153,7 @@ class Estimator:
             placement=on.foot_placement,
         )
         self._capture = CaptureEstimator(parameters.capture, base) if on.capture_step else None
+        self._landed = LandedFootEstimator(parameters.capture, base)
         self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
         self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
         self._tipping = TippingDetector(parameters.tipping, hold=on.step_hold, counterweight=on.counterweight)
@@ -198,7 +200,8 @@ class Estimator:
         feedback = self._deviation.update(frame.position, lean, plan, dt)
         if self._capture is not None:
             measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
-            feedback = feedback._replace(capture_step=measured)
+            landed = self._landed.update(frame.position, lean, frame.gyroscope, plan, dt)
+            feedback = feedback._replace(capture_step=measured, landed=landed)
         if self._heading_error is not None:
             feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
         if self._velocity_hold is not None:

@@ -17,6 +17,15 @@ class CaptureStep(NamedTuple):
     """Capture point, m."""
 
 
+class LandedFoot(NamedTuple):
+    """Measured about the foot that landed from a capture step."""
+
+    xi: float
+    """Capture point to the left of its ankle, in its frame, m."""
+    roll: float
+    """Of the torso when this cycle's command is carried out, rad."""
+
+
 class Feedback(NamedTuple):
     """Measured, in the frame of the plan."""
 
@@ -36,6 +45,8 @@ class Feedback(NamedTuple):
     """Way by which the swing foot goes farther to its side, m."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
+    landed: LandedFoot | None = None
+    """After a capture step, until the feet close."""
 
     def seen_from(self, origin: Foothold) -> Feedback:
         """The same in the frame of a pose on the ground."""

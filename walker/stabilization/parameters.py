@@ -14,7 +14,9 @@ from walker.estimation.support_state import TouchDownParameters
 from walker.planning.catalogue import gait_file
 from walker.stabilization.admittance import AnkleParameters, LegParameters
 from walker.stabilization.arm_counterweight import ArmCounterweightParameters
+from walker.stabilization.hip_bend import HipBendParameters
 from walker.stabilization.joint_compliance import JointComplianceParameters
+from walker.stabilization.landed_foot import LandedFootParameters
 from walker.stabilization.swing_foot import SwingFootOrientationParameters
 from walker.stabilization.switches import Switches
 from walker.stabilization.torso.designs import TorsoDesigns
@@ -36,6 +38,8 @@ class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbi
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
     swing_foot_orientation: SwingFootOrientationParameters = SwingFootOrientationParameters()
+    hip_bend: HipBendParameters = HipBendParameters()
+    landed_foot: LandedFootParameters = LandedFootParameters()
     arm_counterweight: ArmCounterweightParameters = ArmCounterweightParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
     height_recovery_rate: NotNegative = 0.01

@@ -1,8 +1,8 @@
 """The stabilising controllers on top of a plan: which joint angles to ask for in this cycle.
 
-In order: the leg admittances move the planned feet up or down; inverse kinematics; joint compliance
-compensation; torso control turns the ankles of the stance leg, the ankle admittances those of the swing leg;
-joint ranges; an arm as a counterweight.
+In order: the leg admittances move the planned feet up or down; inverse kinematics; the bend of the hips in a
+capture step back; joint compliance compensation; torso control turns the ankles of the stance leg, the ankle
+admittances those of the swing leg; joint ranges; an arm as a counterweight.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from walker.planning.plan import Plan, SolePose
 from walker.planning.pose import PoseMaker
 from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
 from walker.stabilization.arm_counterweight import ArmCounterweight
+from walker.stabilization.hip_bend import HipBend
 from walker.stabilization.joint_compliance import JointCompliance
 from walker.stabilization.parameters import ControllerParameters
 from walker.stabilization.swing_foot import SwingFootCorrection, SwingFootOrientation
@@ -50,6 +51,8 @@ class Stabilizer:
     def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
         self._pose = pose
         on = parameters.switches
+        self._hip_bend = HipBend(parameters.hip_bend, body)
+        self._hips = {INDEX[name]: body.joints[name].lower for name in ("LHipPitch", "RHipPitch")}
         self._compliance = JointCompliance(parameters.compliance, body, cycle)
         self._compensates = on.joint_compliance
         self._foot_height = body.lengths.FootHeight
@@ -60,7 +63,7 @@ class Stabilizer:
         if on.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in SIDES}
         if on.swing_foot_orientation:
-            self._orientation = SwingFootOrientation(parameters.swing_foot_orientation)
+            self._orientation = SwingFootOrientation(parameters.swing_foot_orientation, parameters.landed_foot)
         if on.arm_counterweight:
             self._arm = ArmCounterweight(parameters.arm_counterweight, body)
         self._common_rate = parameters.ground.common_rate if on.common_ankle_tilt else 0.0
@@ -102,9 +105,20 @@ class Stabilizer:
             25 joint angles within their ranges, rad, and the corrections in them.
         """
         lean = estimate.angle if estimate.lean is None else estimate.lean
+        feedback = estimate.feedback
+        bend = self._hip_bend.update(plan, feedback.capture_step, dt)
+        lean = lean[0], lean[1] - bend  # of the legs
         swing = dict.fromkeys(SIDES, SwingFootCorrection())
         if self._orientation is not None:
-            swing = self._orientation.update(lean, plan, support_state, estimate.contacts, dt)
+            swing = self._orientation.update(
+                lean,
+                plan,
+                support_state,
+                estimate.contacts,
+                dt,
+                landed=feedback.landed,
+                gyroscope=frame.gyroscope,
+            )
         left, right = self._lift(plan, support_state, frame, estimate.delay, dt)
         lift = left + swing["L"].lift, right + swing["R"].lift
         torso = (
@@ -117,6 +131,9 @@ class Stabilizer:
         righting = self._lay_on_ground(estimate, dt)
         common = self._release_common(dt)
         angles = self._solve(plan, lift)
+        if bend:
+            for slot, lower in self._hips.items():
+                angles[slot] = max(angles[slot] - bend, lower)
         if self._compensates:
             if self._pose.by_pose:  # slow: the encoders lag by deflection, not by delay
                 self._compliance.adapt(frame.position, dt)
@@ -126,7 +143,7 @@ class Stabilizer:
             for i, side in enumerate(SIDES)
         ]
         if self._arm is not None:
-            self._arm.update(angles, plan, support_state.support, estimate.feedback.tipping, dt)
+            self._arm.update(angles, plan, support_state.support, feedback.tipping, dt)
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
         if self._compensates:
             self._compliance.sent(angles)

@@ -16,11 +16,13 @@ from typing import NamedTuple
 
 import msgspec
 
-from bridge.types import SIDES, Fraction, Positive, Side, Vec2
+from bridge.types import SIDES, Fraction, Positive, Side, Vec2, Vec3
 from walker.estimation import Contacts
 from walker.estimation.support_state import OTHER, SupportState
+from walker.planning.feedback import LandedFoot
 from walker.planning.plan import Foothold, Plan
 from walker.stabilization.admittance.phases import APEX, clip, kept
+from walker.stabilization.landed_foot import LandedFootBalance, LandedFootParameters
 
 
 class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -60,14 +62,28 @@ class SwingFootOrientation:
 
     Args:
         parameters: gain and bounds.
+        landed: of the balance over a foot that landed from a capture step.
     """
 
-    def __init__(self, parameters: SwingFootOrientationParameters) -> None:
+    def __init__(
+        self,
+        parameters: SwingFootOrientationParameters,
+        landed: LandedFootParameters = LandedFootParameters(),  # noqa: B008 - frozen
+    ) -> None:
         self._p = parameters
+        self._balance = LandedFootBalance(landed)
         self._turn: dict[Side, Vec2] = {"L": (0.0, 0.0), "R": (0.0, 0.0)}
 
     def update(
-        self, angle: Vec2, plan: Plan, support_state: SupportState, contacts: Contacts, dt: float
+        self,
+        angle: Vec2,
+        plan: Plan,
+        support_state: SupportState,
+        contacts: Contacts,
+        dt: float,
+        *,
+        landed: LandedFoot | None = None,
+        gyroscope: Vec3 = (0.0, 0.0, 0.0),
     ) -> dict[Side, SwingFootCorrection]:
         """One cycle.
 
@@ -77,7 +93,11 @@ class SwingFootOrientation:
             support_state: roles of the legs.
             contacts: of the feet.
             dt: time since the last cycle, s.
+            landed: measured after a capture step.
+            gyroscope: angular velocity in the Torso frame, rad/s.
         """
+        self._balance.update(plan, contacts, landed, gyroscope, dt)
+        damping = self._balance.damping
         feet = {"L": plan.left, "R": plan.right}
         corrections: dict[Side, SwingFootCorrection] = {}
         for side in SIDES:
@@ -89,7 +109,8 @@ class SwingFootOrientation:
                 turn = self._towards(side, angle, 1.0, self._p.level_angle, dt)
             else:
                 turn = self._next(side, angle, support_state, contacts.of(side), dt)
-            roll, pitch = self._turn[side] = turn
+            self._turn[side] = turn
+            roll, pitch = turn[0] + damping[0], turn[1] + damping[1]
             foot, other = feet[side], feet[OTHER[side]]
             # The torso's angles are about axes that head along the mean of both soles.
             ahead, across = Foothold(other.x, other.y, plan.middle.yaw).local(foot.x, foot.y)
@@ -109,6 +130,9 @@ class SwingFootOrientation:
             now + clip(to - now, -rate * dt, rate * dt)
             for now, to, rate in zip(self._turn[side], goal, rates, strict=True)
         )
+        if side == landed and self._balance.roll is not None:
+            now, step = self._turn[side][0], p.max_rate * dt
+            roll = now + clip(self._balance.roll - now, -step, step)
         return roll, pitch
 
     def _next(self, side: Side, angle: Vec2, support_state: SupportState, contact: bool, dt: float) -> Vec2:
