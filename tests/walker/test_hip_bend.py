@@ -23,7 +23,7 @@ DURATION = 0.2
 BODY = load_body("nao-v6")
 P = HipBendParameters()
 STAND = standing_plan(make_gait("omni", gait_parameters("omni"), BODY))
-BEHIND, NEARER = -P.reach - 0.02, -P.reach + 0.01
+BEHIND, NEARER = -P.min_behind - 0.02, -P.min_behind + 0.01
 
 
 def step(x, progress):

@@ -81,7 +81,7 @@ def test_after_a_step_ahead_nothing_is_damped():
 @pytest.mark.parametrize("roll", [-0.15, 0.1])
 def test_the_landed_sole_goes_to_that_turn_and_the_other_comes_into_its_plane(roll):
     p = SwingFootOrientationParameters(return_rate=2.0, max_rate=4.0)
-    control = SwingFootOrientation(p)
+    control = SwingFootOrientation(p, P)
     for _ in range(30):
         found = control.update(
             (roll, 0.0),

@@ -20,6 +20,7 @@ from walker.estimation.support_state import SupportState, SupportStateMachine, T
 from walker.planning import Plan, SolePose
 from walker.planning.plan import Support
 from walker.stabilization.admittance import LegAdmittance, LegParameters
+from walker.stabilization.landed_foot import LandedFootParameters
 from walker.stabilization.parameters import controller_parameters
 from walker.stabilization.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
 from walker.stabilization.torso.stance_ankle import DampingParameters, LeanFeedbackParameters, StanceAnkle
@@ -135,7 +136,7 @@ def test_a_capture_step_may_lean_farther_before_it_counts_as_a_fall() -> None:
 def test_after_a_capture_step_back_both_soles_lie_in_one_plane_until_the_torso_is_upright() -> None:
     """With the torso leaning back by 20 degrees both soles are turned by it about one axis, and end level."""
     p = SwingFootOrientationParameters(return_rate=2.0, max_rate=4.0)
-    control, lean = SwingFootOrientation(p), math.radians(-20.0)
+    control, lean = SwingFootOrientation(p, LandedFootParameters()), math.radians(-20.0)
     swing = replace(plan("L"), capture="R", right=SolePose(-0.1, -0.1))
     for k in range(40):
         found = control.update((0.0, lean), swing, SupportState("L", progress=k / 40), LEFT, DT)
@@ -154,7 +155,7 @@ def test_after_a_capture_step_back_both_soles_lie_in_one_plane_until_the_torso_i
 def test_orientation_control_puts_the_swing_sole_level_at_its_planned_height() -> None:
     """Rotate the swing foot about the stance foot by the torso's tilt: level and at height, to first order."""
     p = SwingFootOrientationParameters()
-    control = SwingFootOrientation(p)
+    control = SwingFootOrientation(p, LandedFootParameters())
     roll, pitch = math.radians(5.0), math.radians(-3.0)
     for k in range(200):
         corrections = control.update(
@@ -169,7 +170,7 @@ def test_orientation_control_puts_the_swing_sole_level_at_its_planned_height() -
 
 
 def test_orientation_control_holds_at_contact_and_returns_in_stance() -> None:
-    control = SwingFootOrientation(SwingFootOrientationParameters(return_rate=0.2))
+    control = SwingFootOrientation(SwingFootOrientationParameters(return_rate=0.2), LandedFootParameters())
     for _ in range(200):
         control.update((0.1, 0.0), plan("L"), SupportState("L", progress=0.9), LEFT, DT)
     held = control.update((0.2, 0.0), plan("L"), SupportState("L", progress=0.95), BOTH, DT)["R"]

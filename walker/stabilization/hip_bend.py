@@ -28,11 +28,11 @@ class HipBendParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Of the bend, rad/s: HipPitch turns at 7 rad/s at most (no-load speed)."""
     return_rate: Positive = 2.0
     """Of the way back, rad/s: as the leg that landed rights the torso."""
-    reach: NotNegative = 0.081
+    min_behind: NotNegative = 0.081
     """Capture point behind the stance ankle beyond which the bend goes on, m."""
     decision: NotNegative = 0.15
     """Fraction of the step at which the capture point must have been that far behind."""
-    aside: NotNegative = 0.02
+    max_beside: NotNegative = 0.02
     """Capture point beside the middle between the feet beyond which the hips stay as they are, m."""
 
 
@@ -48,7 +48,7 @@ class HipBend:
         self._p = parameters
         self._half_width = body.lengths.HipOffsetY
         self._angle = 0.0
-        self._behind = self._aside = 0.0
+        self._behind = self._beside = 0.0
         """Farthest places of the capture point before the decision, m."""
 
     def update(self, plan: Plan, measured: CaptureStep | None, dt: float) -> float:
@@ -69,10 +69,10 @@ class HipBend:
             if undecided and measured is not None:
                 x, y = plan.foot(plan.support).foothold.local(*measured.xi)
                 self._behind = max(self._behind, -x)
-                self._aside = max(self._aside, abs(abs(y) - self._half_width))
-            needed = undecided or self._behind > p.reach
-            goal = p.angle if needed and self._aside <= p.aside else 0.0
+                self._beside = max(self._beside, abs(abs(y) - self._half_width))
+            needed = undecided or self._behind > p.min_behind
+            goal = p.angle if needed and self._beside <= p.max_beside else 0.0
         else:
-            self._behind = self._aside = 0.0
+            self._behind = self._beside = 0.0
         self._angle += clip(goal - self._angle, -rate * dt, rate * dt)
         return self._angle

@@ -30,10 +30,10 @@ class LandedFootParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     gain: Positive = 1.5
     """Centre of pressure over the capture point, both from the ankle."""
     max_offset: NotNegative = 0.03
-    """Farthest centre of pressure from the ankle, m: about half a sole's width."""
+    """Farthest centre of pressure from the ankle, m; the sole ends at 39 and 50 mm (published outline)."""
     turn: NotNegative = 1.5
-    """Turn of the ankle over the centre of pressure that it causes, rad/m: the weight over the stiffness of a
-    leg about x, 52 N over 35 N m/rad (read off one walk)."""
+    """Turn of the ankle over the centre of pressure that it causes, rad/m. The weight over the stiffness of a
+    leg about x gives 1.3, 52 N over 40 N m/rad (read off one walk)."""
     landing_time: NotNegative = 0.03
     """Time after the landing in which the ankle turns with the lean even if both feet touch, s."""
     contact_time: NotNegative = 0.015

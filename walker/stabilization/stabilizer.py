@@ -107,7 +107,7 @@ class Stabilizer:
         lean = estimate.angle if estimate.lean is None else estimate.lean
         feedback = estimate.feedback
         bend = self._hip_bend.update(plan, feedback.capture_step, dt)
-        lean = lean[0], lean[1] - bend  # of the legs
+        lean = lean[0], lean[1] - bend  # of the legs: the torso is bent ahead of them
         swing = dict.fromkeys(SIDES, SwingFootCorrection())
         if self._orientation is not None:
             swing = self._orientation.update(

@@ -65,11 +65,7 @@ class SwingFootOrientation:
         landed: of the balance over a foot that landed from a capture step.
     """
 
-    def __init__(
-        self,
-        parameters: SwingFootOrientationParameters,
-        landed: LandedFootParameters = LandedFootParameters(),  # noqa: B008 - frozen
-    ) -> None:
+    def __init__(self, parameters: SwingFootOrientationParameters, landed: LandedFootParameters) -> None:
         self._p = parameters
         self._balance = LandedFootBalance(landed)
         self._turn: dict[Side, Vec2] = {"L": (0.0, 0.0), "R": (0.0, 0.0)}
