@@ -40,7 +40,7 @@ class FeedbackSetup:
     """N s, likewise, of a robot that stands."""
     before: float = 2.0
     """s of walk or stand before a push."""
-    after: float = 3.5
+    after: float = 6.0
     ground: TerrainSetup = field(default_factory=lambda: TerrainSetup(duration=8.0, worn_duration=8.0))
     straight: float = 0.25
     straight_duration: float = 8.0

@@ -32,8 +32,9 @@ class PushMapSetup:
     phases: int = 8
     time: float = 2.0
     """Of the walk from which on a stride is waited for."""
-    after: float = 3.5
-    """From then on to the end of the walk; the robot must stand then."""
+    after: float = 6.0
+    """From then on to the end of the walk; the robot must stand then. After a step out of a stand the feet
+    close within 4 s."""
     duration: float = 0.1
     range: Vec2 = (0.2, 8.0)
     """Impulses that are searched, N s."""

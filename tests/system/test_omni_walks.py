@@ -79,6 +79,18 @@ def test_after_a_step_straight_back_the_robot_balances_on_the_foot_that_landed()
         assert outcome.end.survived
 
 
+@pytest.mark.parametrize(("robot", "impulse", "direction"), [("nao-v6", 2.5, 0.0), ("nao-v3", 2.4, 0.0)])
+def test_after_a_capture_step_the_feet_close_and_the_robot_stands(robot, impulse, direction):
+    """2.5 N s: before, all of six V6 that stood after the step fell when their feet closed, 3.5 s later."""
+    push = StridePush(time=0.3, phase=None, impulse=impulse, direction=math.radians(direction))
+    for seed in (2002, 2003, 2004):
+        config = RunConfig(robot=robot, engine="mujoco", seed=seed)
+        outcome = walk(Walk(name="push", config=config, duration=6.0, pushes=(push,), stand=True))
+        assert outcome.end.survived
+        assert outcome.end.steps >= 2
+        assert abs(outcome.end.roll) + abs(outcome.end.pitch) < math.radians(5.0)
+
+
 def test_a_capture_step_does_not_depend_on_where_the_frame_of_the_plan_heads():
     """2.4 N s straight back; the frame of the plan is where the walks before left the robot."""
     config = RunConfig(robot="nao-v6", engine="mujoco", gait="omni", seed=302010, velocity=(0.15, 0.0, 0.0))

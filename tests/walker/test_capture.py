@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import msgspec
 import pytest
@@ -56,6 +57,21 @@ def test_a_stand_is_lost_when_the_capture_point_of_the_rigid_body_leaves_the_sol
     msgspec.msgpack.encode(
         found
     )  # the plan that follows goes out as telemetry, which takes no number of NumPy's
+
+
+@pytest.mark.parametrize("capture", [None, "R"])
+def test_no_capture_step_follows_a_step_of_the_walk_before_its_foot_has_come_to_rest(capture):
+    """After a capture step another one may follow at once."""
+    estimator = CaptureEstimator(CaptureParameters(), FloatingBase(BODY))
+    swing = replace(STAND, phase="SSL", support="L", capture=capture)
+    landed = replace(STAND, phase="stop", capture=capture)
+    found = [
+        estimator.update(ANGLES, (0.0, -0.2), (0.0, -1.0, 0.0), WEIGHT, plan, 0.01) is not None
+        for plan in [swing, *[landed] * 20]
+    ]
+    cycles = 1 if capture else 1 + math.ceil(CaptureParameters().landing_time / 0.01)
+    assert found.index(True) == pytest.approx(cycles, abs=1)
+    assert all(found[found.index(True) :])
 
 
 @pytest.mark.parametrize(("edge", "side"), [(TOE, 0.02), (HEEL, 0.02), (TOE, -0.02), (HEEL, -0.02)])

@@ -66,7 +66,7 @@ def pushed(angles: tuple[float, ...], fsr: tuple[float, ...]) -> SensorFrame:
 def found(
     body: Body, angles: tuple[float, ...], torso: tuple[float, float], fsr: tuple[float, ...]
 ) -> tuple[float, float]:
-    ground = GroundTilt(GroundParameters(), body)
+    ground = GroundTilt(GroundParameters(), body, CYCLE)
     tilt = (0.0, 0.0)
     for _ in range(1000):
         tilt = ground.update(pushed(angles, fsr), torso, LEVEL, CYCLE, walking=False)
@@ -87,7 +87,7 @@ def test_an_upright_torso_on_yielded_legs_tells_the_same(body: Body, tilt: tuple
 
 
 def test_what_an_ankle_yielded_to_is_not_the_grounds(body: Body) -> None:
-    ground = GroundTilt(GroundParameters(), body)
+    ground = GroundTilt(GroundParameters(), body, CYCLE)
     angles = standing(body, (0.0, -0.1))
     tilt = (1.0, 1.0)
     for _ in range(1000):
@@ -113,11 +113,29 @@ def test_nobody_believes_a_wall(body: Body) -> None:
 
 def test_the_mean_is_of_first_order(body: Body) -> None:
     """63 % after a time constant."""
-    ground = GroundTilt(GroundParameters(time_constant=0.5), body)
+    ground = GroundTilt(GroundParameters(time_constant=0.5), body, CYCLE)
     angles = standing(body, None)
     for _ in range(50):
         tilt = ground.update(pushed(angles, (6.0,) * 8), (0.0, 0.1), LEVEL, CYCLE, walking=False)
     assert tilt[1] == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=1e-6)
+
+
+def test_a_robot_that_tips_over_its_toes_and_steps_stands_on_the_ground_of_before(body: Body) -> None:
+    ground, angles = GroundTilt(GroundParameters(), body, CYCLE), standing(body, None)
+
+    def lean(pitch: float, seconds: float, *, capturing: bool = False) -> float:
+        for _ in range(round(seconds / CYCLE)):
+            tilt = ground.update(
+                pushed(angles, (6.0,) * 8), (0.0, pitch), LEVEL, CYCLE, walking=capturing, capturing=capturing
+            )
+        return tilt[1]
+
+    before = lean(0.02, 5.0)
+    assert before == pytest.approx(0.02, abs=1e-4)
+    assert lean(0.15, 0.4) > 0.05  # as if it stood down a slope
+    for _ in range(2):
+        assert lean(0.3, 0.5, capturing=True) == pytest.approx(before, abs=1e-4)
+    assert lean(0.02, 0.1) == pytest.approx(before, abs=1e-4)
 
 
 def test_a_leg_too_short_brings_the_torso_down(body: Body) -> None:
@@ -135,7 +153,7 @@ def test_a_leg_too_short_brings_the_torso_down(body: Body) -> None:
 
 def test_what_both_ankles_hold_in_common_becomes_the_grounds(body: Body) -> None:
     """Handed over, the sum of ground and offsets stays, and so does the estimate that follows from it."""
-    ground = GroundTilt(GroundParameters(walking_time_constant=0.5), body)
+    ground = GroundTilt(GroundParameters(walking_time_constant=0.5), body, CYCLE)
     angles = standing(body, None)  # soles level under an upright torso
     tilt, offset = (0.0, 0.0), -0.06
     for _ in range(2000):

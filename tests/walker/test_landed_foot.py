@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -93,6 +94,22 @@ def test_the_landed_sole_goes_to_that_turn_and_the_other_comes_into_its_plane(ro
             gyroscope=STILL,
         )
     assert found["L"].roll == pytest.approx(-roll) == pytest.approx(found["R"].roll, abs=0.02)
+
+
+def test_the_legs_right_the_torso_slowly_until_the_robot_stands_on_both_feet():
+    p = SwingFootOrientationParameters(max_rate=4.0)
+    control, seen = SwingFootOrientation(p, P), []
+    lean = LandedFoot(0.0, -0.2)
+    for k in range(120):
+        contacts = LEFT if k < 20 else BOTH
+        state = SupportState("both")
+        turned = control.update((-0.2, 0.0), LEFT_AHEAD, state, contacts, DT, landed=lean, gyroscope=STILL)
+        seen.append(turned["L"].roll)
+    rates = [(a - b) / DT for a, b in pairwise(seen)]
+    assert seen[20] == pytest.approx(0.2)
+    assert rates[30] == pytest.approx(p.capture_roll_return_rate)
+    assert rates[20 + round(P.standing_time / DT) + 5] == pytest.approx(p.standing_roll_return_rate)
+    assert seen[-1] == 0.0
 
 
 @pytest.mark.parametrize("roll", [-0.1, 0.1])

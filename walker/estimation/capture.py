@@ -36,6 +36,9 @@ class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
     smoothing: Positive = 0.03
     """As in `MassOverSoles`, s."""
+    landing_time: NotNegative = 0.1
+    """Time after a step of the walk in which no capture step begins, s. The encoders report a foot a latency
+    late: while it still swings ahead, the centre of mass seems to go back between the soles."""
 
 
 class CaptureEstimator:
@@ -54,6 +57,8 @@ class CaptureEstimator:
         self._heel, self._toe = float(x.min()), float(x.max())
         self._weight = GRAVITY * total_mass(base.body)
         self._lost = False
+        self._since_step = math.inf
+        """Time since the last step by the plan, s."""
 
     def update(
         self,
@@ -79,6 +84,7 @@ class CaptureEstimator:
             the robot makes a capture step; None: it stands, or walks.
         """
         rests = plan.phase in ("stand", "stop")
+        self._since_step = self._since_step + dt if plan.support == "both" else 0.0
         if plan.pendulum is None or not (rests or self._lost):
             self._mass.reset()
             return None
@@ -93,7 +99,8 @@ class CaptureEstimator:
         x, y = (com + rate / omega).tolist()
         edge = min(max(x, heel), toe)
         if rests:
-            self._lost = x != edge and load > _STANDING_LOAD * self._weight
+            landed = plan.capture is not None or self._since_step > self._p.landing_time
+            self._lost = landed and x != edge and load > _STANDING_LOAD * self._weight
         if not self._lost:
             return None
         x = edge + (x - edge) * math.exp(omega * self._p.latency)

@@ -142,7 +142,7 @@ class Estimator:
         self._fall = FallDetector(parameters.fall)
         self._foresight = Foresight(parameters.foresight, base) if foresees else None
         self._forces = FootForces(body)
-        self._ground = GroundTilt(parameters.ground, body)
+        self._ground = GroundTilt(parameters.ground, body, cycle)
         self._height = body.lengths.FootHeight
         self._delay = DelayEstimator(cycle)
         self._deviation = DeviationEstimator(
@@ -188,7 +188,7 @@ class Estimator:
         capturing = plan.capture is not None
         falling = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
         moves = plan.phase != "stand"
-        ground = self._ground.update(frame, angle, corrections, dt, walking=moves)
+        ground = self._ground.update(frame, angle, corrections, dt, walking=moves, capturing=capturing)
         self._delay.update(frame)
         planned = plan.middle.yaw
         turn = (planned - self._planned) / dt if self._planned is not None and dt > 0.0 else 0.0

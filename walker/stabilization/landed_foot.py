@@ -37,7 +37,9 @@ class LandedFootParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     landing_time: NotNegative = 0.03
     """Time after the landing in which the ankle turns with the lean even if both feet touch, s."""
     contact_time: NotNegative = 0.015
-    """Contact of the other foot after which the robot stands on both, s."""
+    """Contact of the other foot after which the robot is on both, s."""
+    standing_time: NotNegative = 0.3
+    """Contact of both feet after which the robot stands, s."""
     damping: tuple[NotNegative, NotNegative] = (0.10, 0.06)
     """Turn of both soles about x and y over the torso's rate after a step back, s."""
     max_damping: NotNegative = 0.15
@@ -58,11 +60,18 @@ class LandedFootBalance:
         """Time since the landing, s."""
         self._touches = 0.0
         """Time for which the other foot has touched, s."""
+        self._both = 0.0
+        """Time for which both feet have touched, s."""
         self.roll: float | None = None
         """Turn of the landed sole about x at which its ankle brings the centre of pressure to its place, rad;
         None: the robot does not stand on that foot alone."""
         self.damping: Vec2 = (0.0, 0.0)
         """To add to the turns of both soles, roll and pitch, rad."""
+
+    @property
+    def stands(self) -> bool:
+        """Both feet have touched for a while since the landing."""
+        return self._both > self._p.standing_time
 
     def update(
         self, plan: Plan, contacts: Contacts, measured: LandedFoot | None, gyroscope: Vec3, dt: float
@@ -79,11 +88,12 @@ class LandedFootBalance:
         p = self._p
         self.roll, self.damping = None, (0.0, 0.0)
         if plan.capture is None or plan.support != "both" or measured is None:
-            self._stage, self._since, self._touches = "landing", 0.0, 0.0
+            self._stage, self._since, self._touches, self._both = "landing", 0.0, 0.0, 0.0
             return
         touches = contacts.of(OTHER[plan.capture])
         self._since += dt
         self._touches = self._touches + dt if touches else 0.0
+        self._both = self._both + dt if touches and contacts.of(plan.capture) else 0.0
         if self._stage == "landing" and not touches:
             self._stage = "alone"
         elif self._stage == "alone" and self._touches > p.contact_time:

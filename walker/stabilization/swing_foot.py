@@ -41,6 +41,9 @@ class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, 
     capture_roll_return_rate: Positive = 0.1
     """The same of the roll after a capture step, rad/s: a leg that rights the torso sideways at once throws it
     over the other foot, which hangs in the air meanwhile."""
+    standing_roll_return_rate: Positive = 0.3
+    """The same once the robot stands on both feet (`LandedFootBalance.stands`), rad/s: the turn must be back
+    before the feet close, since it changes the length of a leg."""
     capture_pitch_return_rate: Positive = 0.4
     """The same of the pitch after a capture step ahead, rad/s: a leg that rights the torso at once throws it
     over the heels. A step back has `return_rate`: behind the ankle the sole is too short to wait."""
@@ -121,7 +124,10 @@ class SwingFootOrientation:
         goal = (0.0, 0.0) if side == landed else self._turn[landed]
         rates = p.return_rate, p.return_rate
         if side == landed:
-            rates = p.capture_roll_return_rate, p.return_rate if back else p.capture_pitch_return_rate
+            rates = (
+                p.standing_roll_return_rate if self._balance.stands else p.capture_roll_return_rate,
+                p.return_rate if back else p.capture_pitch_return_rate,
+            )
         roll, pitch = (
             now + clip(to - now, -rate * dt, rate * dt)
             for now, to, rate in zip(self._turn[side], goal, rates, strict=True)
