@@ -69,7 +69,7 @@ def test_no_capture_step_follows_a_step_of_the_walk_before_its_foot_has_come_to_
         estimator.update(ANGLES, (0.0, -0.2), (0.0, -1.0, 0.0), WEIGHT, plan, 0.01) is not None
         for plan in [swing, *[landed] * 20]
     ]
-    cycles = 1 if capture else 1 + math.ceil(CaptureParameters().landing_time / 0.01)
+    cycles = 1 if capture else 1 + math.ceil(CaptureParameters().min_time_after_step / 0.01)
     assert found.index(True) == pytest.approx(cycles, abs=1)
     assert all(found[found.index(True) :])
 

@@ -36,7 +36,7 @@ class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
     smoothing: Positive = 0.03
     """As in `MassOverSoles`, s."""
-    landing_time: NotNegative = 0.1
+    min_time_after_step: NotNegative = 0.1
     """Time after a step of the walk in which no capture step begins, s. The encoders report a foot a latency
     late: while it still swings ahead, the centre of mass seems to go back between the soles."""
 
@@ -99,7 +99,7 @@ class CaptureEstimator:
         x, y = (com + rate / omega).tolist()
         edge = min(max(x, heel), toe)
         if rests:
-            landed = plan.capture is not None or self._since_step > self._p.landing_time
+            landed = plan.capture is not None or self._since_step > self._p.min_time_after_step
             self._lost = landed and x != edge and load > _STANDING_LOAD * self._weight
         if not self._lost:
             return None

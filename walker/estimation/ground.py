@@ -56,6 +56,7 @@ class GroundTilt:
         self._body = body
         self._tilt: Vec2 = (0.0, 0.0)
         self._past = deque([self._tilt], maxlen=1 + round(parameters.tipping_time / cycle))
+        """Of the last cycles without a capture step, the oldest first."""
 
     def update(
         self,
