@@ -48,10 +48,10 @@ test: setup
 
 # One after the other, with the machine to themselves; see docs/testing.md for when one is skipped.
 realtime-test: setup
-	$(BIN)/pytest -m realtime -rs tests/system
+	$(BIN)/pytest -m "realtime and not browser" -rs tests/system
 
 browser-test: setup
-	$(BIN)/pytest -m browser
+	$(BIN)/pytest -m browser -rs
 
 wheel-test: setup
 	.ci/wheel

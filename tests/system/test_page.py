@@ -110,6 +110,7 @@ def press(page: Page, tab: str, button: str) -> None:
     page.get_by_role("button", name=button, exact=True).click()
 
 
+@pytest.mark.realtime
 def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     start: Start, endpoint: str, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
 ) -> None:
@@ -158,6 +159,7 @@ def test_the_page_shows_a_walk_and_its_push_button_moves_the_robot(
     assert tilted > calm + math.radians(0.5)
 
 
+@pytest.mark.realtime
 def test_keys_and_a_gamepad_drive_once_they_may(
     start: Start, endpoint: str, port: int, tmp_path: Path, browser_page: Page, errors: list[str]
 ) -> None:
@@ -343,6 +345,7 @@ def wait_until_in_sight(shown: Locator, name: str) -> None:
     pytest.fail(f"{name} is covered")
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
 def test_walk_stop_push_fall_reset_and_walk_again(
     start: Start,
@@ -370,7 +373,7 @@ def test_walk_stop_push_fall_reset_and_walk_again(
     assert green.sum() > 50  # the bars on the feet
 
     page.get_by_role("button", name="Walk", exact=True).click()
-    page.wait_for_function("/step [3-9]/.test(document.body.innerText)")
+    page.wait_for_function("/step ([3-9]|[1-9][0-9])/.test(document.body.innerText)")
     check_in_sight(page, "Walk", "Stop")
     page.get_by_role("button", name="Stop", exact=True).click()
     page.wait_for_function("document.body.innerText.includes('Closes the feet')")
