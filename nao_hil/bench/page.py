@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
+from bridge.body import load_body
 from bridge.errors import LinkError
+from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
+from emulator.robot import EmulatedRobot
+from emulator.timing import CycleTimer
 from nao_hil.bench.viewers import Browser, Receiver, Viewer
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.supervisor import Child, free_endpoint
 from nao_hil.view.child import READY, LivePage
 
@@ -35,11 +42,13 @@ def measure(seconds: float = 15.0, rounds: int = 2) -> dict[str, Any]:
     """A walking robot's recording process on each engine, in turn without a page, with one, and with a browser.
 
     In the cases "page" somebody takes what is sent and draws nothing, as if a graphics card did that. The
-    browser draws in software, beside the robot.
+    browser draws in software, beside the robot. The floor is a process that makes the engine's own steps of a
+    standing robot at the same pace and priority, and no other process runs.
 
     Returns:
         Of each engine and case: p50, p99 and max of the lateness, p50 and p99 of a cycle's work, s, the worst
         of the rounds; cycles, and cycles missed, of all rounds; pictures per second, sent or drawn, the fewest.
+        Of "engine alone" the work, likewise.
 
     Raises:
         LinkError: one of the processes failed.
@@ -48,7 +57,10 @@ def measure(seconds: float = 15.0, rounds: int = 2) -> dict[str, Any]:
     results: dict[str, Any] = {"seconds": seconds, "rounds": rounds}
     for engine in ENGINES:
         walks: dict[str, list[dict[str, float]]] = {case: [] for case in CASES}
+        alone: list[dict[str, float]] = []
         for _ in range(rounds):
+            with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
+                alone.append(process.submit(_engine_alone, engine, seconds).result())
             for case, (viewer, busy) in CASES.items():
                 other = subprocess.Popen(BUSY) if busy else None
                 try:
@@ -57,8 +69,26 @@ def measure(seconds: float = 15.0, rounds: int = 2) -> dict[str, Any]:
                     if other is not None:
                         other.kill()
                         other.wait()
-        results[engine] = {case: _together(each) for case, each in walks.items()}
+        floor = {name: max(each[name] for each in alone) for name in alone[0]}
+        results[engine] = {"engine alone": floor} | {case: _together(each) for case, each in walks.items()}
     return results
+
+
+def _engine_alone(engine: str, seconds: float) -> dict[str, float]:
+    """The engine's own steps of a standing robot, cycle by cycle; for a process of its own."""
+    config = RunConfig()
+    body = load_body(config.robot)
+    with EmulatedRobot(body, seed=config.seed, engine=engine) as robot:
+        steps = round(body.cycle / robot.engine.settings.step)
+        timer = CycleTimer(body.cycle)
+        quiet_process(ROBOT_PRIORITY)
+        timer.restart()
+        for _ in range(round(seconds / body.cycle)):
+            timer.wait()
+            for _ in range(steps):
+                robot.engine.bare_step()
+        work = timer.times.work
+    return {"work_p50": work.p50, "work_p99": work.p99}
 
 
 def _walk(engine: str, seconds: float, viewer: Viewer | None) -> dict[str, float]:

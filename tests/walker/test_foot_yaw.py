@@ -63,8 +63,8 @@ def yaw(frame: np.ndarray) -> float:
 def test_half_the_angle_between_the_soles_goes_to_each_leg(half: float) -> None:
     """Thesis 2.24: both hips share one motor, so the soles turn by equal and opposite half angles."""
     left, right, _ = feet_as_placed(PoseMaker(BODY, STAND).unlimited_angles(yawed(STAND, half, -half)))
-    assert left == pytest.approx(half, abs=1e-6)
-    assert right == pytest.approx(-half, abs=1e-6)
+    assert left == pytest.approx(half, abs=1e-4)
+    assert right == pytest.approx(-half, abs=1e-4)
 
 
 def test_the_motor_angle_of_straight_legs_is_that_of_the_closed_form() -> None:

@@ -151,7 +151,8 @@ def pushed(seed, switches):
 
 
 def test_a_robot_on_the_edge_of_its_foot_comes_back_with_all_three_and_falls_without():
-    """Two seeds of twelve, of which eleven stand with and none without; fresh ones: docs/omni-measured.md."""
-    for seed in (302010, 302012):
-        assert pushed(seed, {})
-        assert not pushed(seed, dict.fromkeys(("step_hold", "counterweight", "arm_counterweight"), False))
+    """Four seeds; of the twelve of the tuning eleven stand with and none without (docs/omni-measured.md)."""
+    seeds = range(302011, 302015)
+    without = dict.fromkeys(("step_hold", "counterweight", "arm_counterweight"), False)
+    assert sum(pushed(seed, {}) for seed in seeds) >= 3
+    assert not any(pushed(seed, without) for seed in seeds)

@@ -27,7 +27,8 @@ LegAngles = tuple[float, float, float, float, float, float]
 _H: Final = math.sqrt(0.5)
 _ROUNDING: Final = 1e-12
 """Out of reach by less than this is rounding of a stretched leg, m."""
-_YAW_TOLERANCE: Final = 1e-12
+_YAW_TOLERANCE: Final = 1e-9
+"""Of the angle between the feet, rad: a millionth of an encoder's step."""
 _MAX_ITERATIONS: Final = 60
 _SCAN: Final = 32
 
@@ -185,7 +186,7 @@ def _five(target: _Target, phi_2: float) -> tuple[LegAngles, float]:
 def solve_legs(body: Body, left: FootPose, right: FootPose) -> LegPair:
     """Angles of both legs with their one HipYawPitch, from the poses of both feet.
 
-    The positions and the soles' normals are met exactly, and so is the angle between the feet (else see
+    The positions and the soles' normals are met exactly, the angle between the feet to 1e-9 rad (else see
     `LegPair.spread`). A yaw common to both feet is left (`LegPair.yaw`), zero where both point along the
     torso's x axis, as in straight walking.
 

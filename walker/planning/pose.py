@@ -28,8 +28,9 @@ from walker.planning.plan import Foothold, Plan, SolePose
 _REFINEMENTS: Final = 2
 """Rounds, at most, of placing the torso by the centre of mass of the pose, each leaves a third of 15 mm, and
 of turning it, each leaves a hundredth of the 3 degrees where the mass is not placed anew, else a quarter."""
-_TURN_TOLERANCE: Final = 1e-6
-"""Turn of both feet that is left as it is, rad: less than a thousandth of an encoder's step."""
+_TURN_TOLERANCE: Final = 1e-4
+"""Turn of both feet that is left as it is, rad: under a tenth of an encoder's step. To solve the legs anew
+takes a tenth of a tick."""
 _ROLL_RESERVE: Final = math.radians(1.0)
 """Kept free of the HipRoll's range for what the stabilizers add, rad."""
 

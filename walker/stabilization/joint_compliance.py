@@ -32,6 +32,9 @@ from walker.planning.plan import Foothold, Plan
 _HELD_BY_FRICTION: Final = [0, 1, 5]
 """HipYawPitch, HipRoll and AnkleRoll, which do not yield while both feet stand side by side."""
 
+_FROM_JOINT_TO_FOOT: Final = np.triu(np.ones((6, 6)))
+"""Sums over the links of a leg from each joint on."""
+
 
 class JointComplianceParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Compliance of the legs' drives, and how it is adapted."""
@@ -71,10 +74,13 @@ class JointCompliance:
         self._legs = {side: _Leg(body, side) for side in SIDES}
         self._com = CentreOfMass(body)
         names = self._com.tree.links
-        self._mass = np.array([body.links[name].mass for name in names])
-        self._centre = np.array([(*body.links[name].com, 1.0) for name in names])
-        self._weight = float(self._mass.sum()) * GRAVITY
-        self._rows = {s: np.array([names.index(j) for j in LEG_JOINTS[s]]) for s in SIDES}
+        weights = GRAVITY * np.array([body.links[name].mass for name in names])
+        self._weight = float(weights.sum())
+        self._weighted_centres = weights[:, None] * np.array([(*body.links[name].com, 1.0) for name in names])
+        self._rows = np.array([[names.index(j) for j in LEG_JOINTS[s]] for s in SIDES])
+        self._axes = np.array([leg.axes for leg in self._legs.values()])[..., None]
+        self._feet = np.array([leg.foot for leg in self._legs.values()])
+        self._below = weights[self._rows] @ _FROM_JOINT_TO_FOOT.T
         self._limits = {s: np.array([limits(body, j) for j in LEG_JOINTS[s]]).T for s in SIDES}
         self._cells = [np.array(places)[:, :2] for places in (body.fsr.L, body.fsr.R)]
         self._sent: deque[Sequence[float]] = deque(maxlen=1 + round(parameters.latency / cycle))
@@ -144,7 +150,7 @@ class JointCompliance:
         forces = cells.sum(axis=1)
         angles = list(frame.position)
         if (total := float(forces.sum())) > 0.5 * self._weight:
-            points = np.array([leg.foot for leg in self._legs.values()])
+            points = self._feet.copy()
             for i, places in enumerate(self._cells):
                 if forces[i] > 0.0:
                     points[i, :2] = cells[i] @ places / forces[i]
@@ -174,27 +180,22 @@ class JointCompliance:
             angles: 25 slots, rad.
             left_fraction: of the weight, on the left foot, 0..1.
         """
-        points = np.array([leg.foot for leg in self._legs.values()])
         frames = self._com.tree.frames(angles)[:, :3]
-        return self._torques(frames, np.array([left_fraction, 1.0 - left_fraction]), points)
+        return self._torques(frames, np.array([left_fraction, 1.0 - left_fraction]), self._feet)
 
     def _torques(self, frames: Array, fractions: Array, points: Array) -> Array:
         """The same, with link frames in axes with z up, and points of support in the AnkleRoll frames."""
-        moments = (np.einsum("nij,nj->ni", frames[:, :2], self._centre) * self._mass[:, None]) * GRAVITY
-        result = np.empty((2, 6))
-        for i, side in enumerate(SIDES):
-            rows, leg = self._rows[side], self._legs[side]
-            chain = frames[rows]
-            foot = chain[-1][:2, :3] @ points[i] + chain[-1][:2, 3]
-            load = float(fractions[i]) * self._weight
-            # What is borne beyond a joint: the ground's reaction less the weights from the joint to the foot.
-            force = load - GRAVITY * np.cumsum(self._mass[rows][::-1])[::-1]
-            moment = (
-                load * foot - np.cumsum(moments[rows][::-1], axis=0)[::-1] - chain[:, :2, 3] * force[:, None]
-            )
-            axes = np.einsum("nij,nj->ni", chain[:, :2, :3], leg.axes)
-            result[i] = axes[:, 1] * moment[:, 0] - axes[:, 0] * moment[:, 1]
-        return result
+        moments: Array = (frames[:, :2] @ self._weighted_centres[:, :, None])[:, :, 0]
+        chains = frames[self._rows, :2]
+        turns, places = chains[..., :3], chains[..., 3]
+        feet = (turns[:, -1] @ points[:, :, None])[:, :, 0] + places[:, -1]
+        load = self._weight * fractions[:, None]
+        # What is borne beyond a joint: the ground's reaction less the weights from the joint to the foot.
+        force = (load - self._below)[:, :, None]
+        moment = (load * feet)[:, None] - _FROM_JOINT_TO_FOOT @ moments[self._rows] - places * force
+        axes = (turns @ self._axes)[..., 0]
+        torques: Array = axes[..., 1] * moment[..., 0] - axes[..., 0] * moment[..., 1]
+        return torques
 
     def _left_fraction(self, plan: Plan) -> float:
         """Fraction of the weight that the plan puts on the left foot: the ZMP's lever between the feet."""
