@@ -28,23 +28,13 @@ from nao_hil.runs.supervisor import Child
 
 NAME: Final = "soak"
 """Robot id: beside a robot of the ordinary name this one is left alone."""
-
-
 ENDPOINT: Final = "tcp/127.0.0.1:7449"
-
-
 SCENARIO: Final = "plugged-in"
 """An hour is more than a battery."""
-
-
 DURATION: Final = 300.0
 """s, unless told otherwise."""
-
-
 SAMPLING: Final = 5.0
 """s between two looks at the processes."""
-
-
 GRACE: Final = 10.0
 
 
