@@ -17,6 +17,7 @@ from typing import Any
 
 from emulator.robot import EmulatedRobot
 from nao_hil.batch import Batch
+from nao_hil.bench.floor import bare_cycle
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 
@@ -58,12 +59,10 @@ def _name(batch: Batch) -> str:
 def _block(batch: Batch, bare: list[EmulatedRobot], cycles: int) -> dict[str, float]:
     """Cycles of a batch and, in turns with them, as many engine's steps of other robots in as many threads."""
     stand = batch.frames.position
-    steps = round(batch.cycle / bare[0].engine.settings.step)
 
     def run(mine: list[EmulatedRobot]) -> None:
         for robot in mine:
-            for _ in range(steps):
-                robot.engine.bare_step()
+            bare_cycle(robot)
 
     spent = {"": [0.0, 0.0], "floor_": [0.0, 0.0]}
 

@@ -17,6 +17,7 @@ from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.wear import WEAR, load_wear
+from nao_hil.bench.floor import bare_cycle
 
 BODY: Final = "nao-v6"
 
@@ -90,13 +91,11 @@ def measure_one(engine: str, wear: str) -> dict[str, Any]:
     body = load_body(BODY)
     full, bare = [], []
     with EmulatedRobot(body, seed=0, wear=load_wear(wear, body), engine=engine) as robot:
-        steps = round(body.cycle / robot.engine.settings.step)
         for _ in range(1000):
             began = time.perf_counter()
             robot.advance(None)
             between = time.perf_counter()
-            for _ in range(steps):
-                robot.engine.bare_step()
+            bare_cycle(robot)
             full.append(between - began)
             bare.append(time.perf_counter() - between)
     cycle = statistics.median(full)

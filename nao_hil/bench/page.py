@@ -17,6 +17,7 @@ from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
+from nao_hil.bench.floor import bare_cycle
 from nao_hil.bench.viewers import Browser, Receiver, Viewer
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.supervisor import Child, free_endpoint
@@ -79,14 +80,12 @@ def _engine_alone(engine: str, seconds: float) -> dict[str, float]:
     config = RunConfig()
     body = load_body(config.robot)
     with EmulatedRobot(body, seed=config.seed, engine=engine) as robot:
-        steps = round(body.cycle / robot.engine.settings.step)
         timer = CycleTimer(body.cycle)
         quiet_process(ROBOT_PRIORITY)
         timer.restart()
         for _ in range(round(seconds / body.cycle)):
             timer.wait()
-            for _ in range(steps):
-                robot.engine.bare_step()
+            bare_cycle(robot)
         work = timer.times.work
     return {"work_p50": work.p50, "work_p99": work.p99}
 

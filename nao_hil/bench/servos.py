@@ -26,6 +26,7 @@ from bridge.errors import ConfigurationError
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
+from nao_hil.bench.floor import bare_cycle
 
 _Turn: TypeAlias = tuple[str, Callable[[], float]]
 """Whose, and what steps once; gives the time of the processor, s."""
@@ -87,17 +88,11 @@ def _ours(stack: ExitStack, engine: str, body: str) -> _Turn:
 
 def _floor(stack: ExitStack, engine: str, body: str) -> _Turn:
     bare = stack.enter_context(EmulatedRobot(load_body(body), seed=0, wear=load_wear("nominal"), engine=engine))
-    number = round(bare.body.cycle / bare.engine.settings.step)
-
-    def steps() -> None:
-        """Those of one cycle."""
-        for _ in range(number):
-            bare.engine.bare_step()
 
     def turn() -> float:
         """Its drives hold it, which is not timed."""
         bare.advance(None)
-        return _timed(steps)
+        return _timed(lambda: bare_cycle(bare))
 
     return _FLOOR + engine, turn
 

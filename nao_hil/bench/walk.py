@@ -15,6 +15,7 @@ import msgspec
 
 from bridge.body import Body
 from emulator.engine.catalogue import ENGINES
+from nao_hil.bench.floor import bare_cycle
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from walker.model.inverse import FootPose, solve_legs
@@ -57,12 +58,6 @@ def measure_one(settings: RunConfig) -> dict[str, Any]:
     with build_robot(settings) as robot, build_robot(settings) as standing:
         body: Body = robot.body
         controller = controller_maker(settings)(body, body.cycle)
-        steps = round(body.cycle / robot.engine.settings.step)
-
-        def bare_cycle() -> None:
-            for _ in range(steps):
-                standing.engine.bare_step()
-
         feet = [FootPose.of(foot_in_torso(body, side, STANDING)) for side in ("L", "R")]
         for _ in range(FIRST):
             robot.advance(controller.tick(robot.frame))
@@ -71,7 +66,7 @@ def measure_one(settings: RunConfig) -> dict[str, Any]:
                 timed("robot", robot.advance, timed("tick", controller.tick, robot.frame))
             for _ in range(BLOCK):
                 standing.advance(None)  # its drives hold it; not timed
-                timed("engine", bare_cycle)
+                timed("engine", bare_cycle, standing)
                 timed("legs", solve_legs, body, *feet)
     medians = {name: statistics.median(values) for name, values in spent.items()}
     cycle = statistics.median(a + b for a, b in zip(spent["robot"], spent["tick"], strict=True))
