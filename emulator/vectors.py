@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from bridge.types import Vec3
 from emulator.compiled import compilable
 
@@ -24,6 +27,12 @@ def add(a: Vec3, b: Vec3) -> Vec3:
 def scaled(a: Vec3, factor: float) -> Vec3:
     """The vector times a number."""
     return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+@compilable
+def put(row: NDArray[np.float64], a: Vec3) -> None:
+    """Write a vector into the first three numbers of a row."""
+    row[0], row[1], row[2] = a
 
 
 @compilable

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bridge.types import Vec2, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.sensors.parameters import FusedAngleParameters
-from emulator.vectors import add, cross, length, scaled
+from emulator.vectors import add, cross, length, put, scaled
 
 Vector = NDArray[np.float64]
 WINDOW: Final = 0.2
@@ -141,14 +141,14 @@ def fuse(
         pull = max(rest_pull, 1.0 / now.rested)
         learnt = add(_vector(now.mean_rate), scaled(bias, -1.0))
         bias = add(bias, scaled(learnt, dt / now.rested))
-        now.bias[:] = bias
+        put(now.bias, bias)
     turn = scaled(add(rate, scaled(bias, -1.0)), dt)
     # up is fixed in the world, so in the torso it turns the other way; to second order in the angle
     before = _vector(now.up)
     way = cross(before, turn)
     up = add(before, add(way, scaled(cross(way, turn), 0.5)))
     # not the acceleration's direction: only the vectors themselves average to gravity
-    now.up[:] = _unit(add(scaled(up, 1.0 - pull * dt), scaled(acceleration, pull * dt / gravity)))
+    put(now.up, _unit(add(scaled(up, 1.0 - pull * dt), scaled(acceleration, pull * dt / gravity))))
 
 
 @compilable
@@ -160,7 +160,8 @@ def _judge_rest(now: Any, acceleration: Vec3, rate: Vec3, dt: float, gravity: fl
     off_acceleration = add(acceleration, scaled(mean_acceleration, -1.0))
     mean_rate = add(mean_rate, scaled(off_rate, weight))
     mean_acceleration = add(mean_acceleration, scaled(off_acceleration, weight))
-    now.mean_rate[:], now.mean_acceleration[:] = mean_rate, mean_acceleration
+    put(now.mean_rate, mean_rate)
+    put(now.mean_acceleration, mean_acceleration)
     now.rate_variance += weight * (_square(off_rate) - now.rate_variance)
     now.acceleration_variance += weight * (_square(off_acceleration) - now.acceleration_variance)
     quiet = (

@@ -14,7 +14,7 @@ from emulator.engine.base import Engine
 from emulator.engine.values import TorsoState
 from emulator.sensors.noise import NormalRows
 from emulator.sensors.parameters import SonarParameters
-from emulator.vectors import Rotation, add, rotate
+from emulator.vectors import Rotation, add, put, rotate
 
 MIN_DISTANCE: Final = 0.25
 MAX_DISTANCE: Final = 2.55
@@ -118,5 +118,5 @@ def _turned(rotation: Rotation, rays: Array) -> Array:
     """Vectors of the torso, (n, 3), in the world."""
     turned = np.empty_like(rays)
     for i in range(len(rays)):
-        turned[i] = rotate(rotation, (rays[i, 0], rays[i, 1], rays[i, 2]))
+        put(turned[i], rotate(rotation, (rays[i, 0], rays[i, 1], rays[i, 2])))
     return turned

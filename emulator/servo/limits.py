@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.model import CouplingRow
 from bridge.body.quantities import COUPLED_TO
-from emulator.compiled import compiled
+from emulator.compiled import compilable, compiled
 
 Vector = NDArray[np.float64]
 
@@ -64,6 +64,18 @@ def _clip(
         # clip the request of a joint by that of the other, linear between the table's rows (assumed)
         joint, other, table = places[i, 0], places[i, 1], tables[:, ends[i] : ends[i + 1]]
         at = allowed[other]
-        low, high = np.interp(at, table[0], table[1]), np.interp(at, table[0], table[2])
+        low, high = _between(at, table[0], table[1]), _between(at, table[0], table[2])
         allowed[joint] = min(max(allowed[joint], low), high)
     return allowed
+
+
+@compilable
+def _between(at: float, places: Vector, values: Vector) -> float:
+    """Linear between the rows of a table, its end values outside."""
+    if at <= places[0]:
+        return float(values[0])
+    for i in range(1, len(places)):
+        if at < places[i]:
+            slope = (values[i] - values[i - 1]) / (places[i] - places[i - 1])
+            return float(slope * (at - places[i - 1]) + values[i - 1])
+    return float(values[-1])

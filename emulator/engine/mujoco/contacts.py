@@ -19,6 +19,7 @@ from emulator.engine.mujoco.simulation import Simulation
 from emulator.engine.shapes import FOOT_LINKS
 from emulator.engine.values import GroundContacts
 from emulator.poses import matrix
+from emulator.vectors import put
 
 Vector = NDArray[np.float64]
 _LINK, _GROUND, _OTHER = 2, 3, 4
@@ -99,8 +100,11 @@ def _begin(
     touching: NDArray[np.bool_],
 ) -> None:
     _place_feet(positions, turns, feet, frames)
-    normals[:] = frames[:, 5::3]
-    sums[:], counts[:], touching[:] = 0.0, 0, False
+    for i in range(len(feet)):
+        put(normals[i], (frames[i, 5], frames[i, 8], frames[i, 11]))
+    sums.fill(0.0)
+    counts.fill(0)
+    touching.fill(False)
 
 
 @compiled
@@ -122,8 +126,11 @@ def _place_feet(positions: Vector, turns: Vector, feet: NDArray[np.int64], frame
     """The feet's frames as for `ground_contacts`, written, of MuJoCo's positions and quaternions of bodies."""
     for i in range(len(feet)):
         w, x, y, z = turns[feet[i], 0], turns[feet[i], 1], turns[feet[i], 2], turns[feet[i], 3]
-        frames[i, :3] = positions[feet[i]]
-        frames[i, 3:] = matrix((x, y, z, w))
+        rotation = matrix((x, y, z, w))
+        for axis in range(3):
+            frames[i, axis] = positions[feet[i], axis]
+        for entry in range(9):
+            frames[i, 3 + entry] = rotation[entry]
 
 
 @compilable
@@ -132,11 +139,12 @@ def _unite(sums: Vector, normals: Vector, whole: Vector) -> None:
     for i in range(len(sums)):
         weight = sums[i, 3]
         pressing = normals[i, 0] * sums[i, 0] + normals[i, 1] * sums[i, 1] + normals[i, 2] * sums[i, 2]
-        whole[i] = 0.0
+        whole[i].fill(0.0)
         if weight != 0.0:
-            whole[i, :3], whole[i, 3] = sums[i, :3], pressing
-            for axis in range(4, 7):
-                whole[i, axis] = pressing * (sums[i, axis] / weight)
+            whole[i, 3] = pressing
+            for axis in range(3):
+                whole[i, axis] = sums[i, axis]
+                whole[i, 4 + axis] = pressing * (sums[i, 4 + axis] / weight)
 
 
 @compiled

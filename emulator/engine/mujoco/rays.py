@@ -58,11 +58,14 @@ def _cast(
     found: Vector,
 ) -> None:
     # `found`: fraction of the way, point, normal
-    geom, normal, begin = np.zeros(1, dtype=np.int32), np.zeros(3), np.zeros(3)
+    geom, normal, way, begin = np.zeros(1, dtype=np.int32), np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(len(starts)):
-        way, gone = ends[i] - starts[i], 0.0
+        gone = 0.0
+        for axis in range(3):
+            way[axis] = ends[i, axis] - starts[i, axis]
         for _ in range(_LAYERS):
-            begin[:] = starts[i] + gone * way
+            for axis in range(3):
+                begin[axis] = starts[i, axis] + gone * way[axis]
             places = (
                 begin.ctypes.data,
                 way.ctypes.data,
@@ -77,7 +80,8 @@ def _cast(
             if normal[0] * way[0] + normal[1] * way[1] + normal[2] * way[2] < 0.0:
                 geoms[i] = geom[0]
                 found[i, 0] = gone
-                found[i, 1:4] = starts[i] + gone * way
-                found[i, 4:7] = normal
+                for axis in range(3):
+                    found[i, 1 + axis] = starts[i, axis] + gone * way[axis]
+                    found[i, 4 + axis] = normal[axis]
                 break
             gone += _ON  # it left a shape from inside

@@ -69,7 +69,7 @@ def run_steps(
         for i in range(len(angles)):
             force[dofs[i]] = torque[i]
         mj_step(model, data)
-        pushes[:] = 0.0
+        pushes.fill(0.0)
         add_contacts(data, layout, *contacts)
         _read_joints(angles, dofs, qpos, qvel, position, velocity)
     return position, velocity
