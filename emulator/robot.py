@@ -26,7 +26,7 @@ from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
 from emulator.start import StartPose, lay, place, start_pose, start_posture
-from emulator.truth import truth_frame
+from emulator.truth import truth_frame, upright
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
 from emulator.world.timeline import build_world, timeline
@@ -108,6 +108,7 @@ class EmulatedRobot:
         else:
             lay(self.world, body, self._start, at)
         self._require_room()
+        placed_upright = upright(engine.robot.torso())
         self._hands = Hands(body, self.posture)
         self.dcm = Dcm(body, self.posture)
         """Timed commands and aliases; actuator frames go through it too."""
@@ -118,6 +119,8 @@ class EmulatedRobot:
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
         self._let_settle()
+        self.fell_over = placed_upright and not upright(engine.robot.torso())
+        """It was placed upright and fell before its first cycle."""
         self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []

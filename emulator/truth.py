@@ -33,7 +33,6 @@ def truth_frame(
         com: Centre of mass, world frame, m.
         height: Of the torso over the floor, as a fraction of that with the legs straight.
     """
-    tilted = torso.rotation[8] < FALLEN_TILT
     return TruthFrame(
         seq=seq,
         time=time,
@@ -46,8 +45,13 @@ def truth_frame(
         zmp=contacts.zmp,
         left=_contact(contacts.feet["L"]),
         right=_contact(contacts.feet["R"]),
-        fell=bool(contacts.touching) or tilted or height < FALLEN_HEIGHT,
+        fell=bool(contacts.touching) or not upright(torso) or height < FALLEN_HEIGHT,
     )
+
+
+def upright(torso: TorsoState) -> bool:
+    """Whether the torso leans by less than the tilt of a fallen robot."""
+    return bool(torso.rotation[8] >= FALLEN_TILT)
 
 
 def _contact(load: FootLoad) -> Contact:

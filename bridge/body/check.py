@@ -33,6 +33,12 @@ def check_body(body: Body) -> None:
         if joint.motor not in body.motors:
             motors = ", ".join(sorted(body.motors))
             _refuse(body, f"joint {name}", f"motor {joint.motor!r} is not in the table of motors ({motors})")
+    for name in ("UpperArmLength", "LowerArmLength", "ThighLength", "TibiaLength", "FootHeight"):
+        if not (length := getattr(body.lengths, name)) > 0.0:
+            _refuse(body, f"lengths.{name}", f"{length} m must be above 0")
+    shapes = body.shapes
+    if not (bottom := shapes.torso_bottom) < (top := shapes.torso_top):
+        _refuse(body, "shapes", f"torso_bottom {bottom} must be below torso_top {top}")
     for name, link in body.links.items():
         _check_inertia(body, name, link)
     coupling = body.coupling

@@ -43,5 +43,8 @@ def _shipped(name: str) -> Body:
 
 def _read(path: Path) -> Body:
     body = load_toml(path, Body)
-    check_body(body)
+    try:
+        check_body(body)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
     return body

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import msgspec
 
 from bridge.config import from_dict, load_toml
+from bridge.errors import ConfigurationError
 from emulator.scenarios import load_scenario
 from nao_hil.analysis.statistics import wilson
 from nao_hil.campaigns.quantities import changed
@@ -55,7 +56,10 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
                 keep_track=self.keep_track,
             )
             for name, value in point.items():
-                task = changed(task, name, value)
+                try:
+                    task = changed(task, name, value)
+                except ConfigurationError as error:
+                    raise ConfigurationError(f"axes: {error}") from None
             found.append((point, task))
         return found
 

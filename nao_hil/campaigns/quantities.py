@@ -46,19 +46,19 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
     if head == "scenario":
         if not rest:
             return msgspec.structs.replace(task, scenario=load_scenario(_checked(name, value, str)))
-        world = _set(task.scenario, rest, value, Scenario)
+        world = _set(task.scenario, head, rest, value, Scenario)
         return msgspec.structs.replace(task, scenario=world)
     if head == "wear" and rest:
         profile = task.wear or load_wear(task.config.wear, task.body or load_body(task.config.robot))
-        return msgspec.structs.replace(task, wear=_set(profile, rest, value, WearProfile))
+        return msgspec.structs.replace(task, wear=_set(profile, head, rest, value, WearProfile))
     if head == "body" and rest:
-        body = _set(task.body or load_body(task.config.robot), rest, value, Body)
+        body = _set(task.body or load_body(task.config.robot), head, rest, value, Body)
         check_body(body)
         return msgspec.structs.replace(task, body=body)
     if head not in RunConfig.__struct_fields__:
         known = (*RunConfig.__struct_fields__, "body", *QUANTITIES)
         raise ConfigurationError(unknown_name("quantity", head, known))
-    config = _set(task.config, name, value, RunConfig)
+    config = _set(task.config, "configuration", name, value, RunConfig)
     gait_parameters(config.gait, config.parameters)
     controller_parameters(config.gait, config.controller)
     return msgspec.structs.replace(task, config=config)
@@ -71,17 +71,17 @@ def _checked(name: str, value: Any, kind: Any) -> Any:
         raise ConfigurationError(f"{name}: {error}") from None
 
 
-def _set(struct: Any, path: str, value: Any, kind: type[Any]) -> Any:
-    """The struct with the value at a path of keys."""
+def _set(struct: Any, what: str, path: str, value: Any, kind: type[Any]) -> Any:
+    """The struct, what a message calls it, with the value at a path of keys."""
     table = msgspec.to_builtins(struct)
     *tables, last = path.split(".")
     at = table
     for part in tables:
         at = at.setdefault(part, {})
         if not isinstance(at, dict):
-            raise ConfigurationError(f"{path}: {part} is no table.")
+            raise ConfigurationError(f"{what}: {path}: {part} is no table.")
     at[last] = value
-    return from_dict(table, path, kind)
+    return from_dict(table, what, kind)
 
 
 def _push(task: Walk, impulse: float) -> Walk:

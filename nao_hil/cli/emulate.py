@@ -82,13 +82,14 @@ def _run(
     from emulator.process import RobotProcess
     from emulator.scenarios import load_scenario
     from emulator.timing import CycleTimer
-    from nao_hil.runs.build import build_robot
+    from nao_hil.runs.build import build_robot, require_upright
 
     software = f"nao-hil {__version__}"
     info = robot_info(body, robot=name, side="emulator", mode=settings.mode, software=software)
     statistics = RunStatistics(settings.seed, settings.engine)
     scenario = load_scenario(settings.scenario)
     robot = build_robot(settings, scenario)
+    require_upright(robot)
     with ExitStack() as opened:
         link = opened.enter_context(RobotLink(info, listen, announced=False))
         directory = RunDirectory(out)  # the run can begin: what was in the folder stayed until here

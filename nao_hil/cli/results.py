@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated
 
@@ -29,7 +31,10 @@ def results(
         raise ConfigurationError(f"{query}: is a folder; the query comes first, then the folder.")
     answer = ask(query, folder)
     if as_json:
-        rows = [dict(zip(answer.columns, row, strict=True)) for row in answer.rows]
+        rows = [
+            {name: _in_json(value) for name, value in zip(answer.columns, row, strict=True)}
+            for row in answer.rows
+        ]
         print(json.dumps({"columns": answer.columns, "rows": rows}, default=str), flush=True)
         return 0
     table = Table(*answer.columns)
@@ -37,3 +42,9 @@ def results(
         table.add_row(*(f"{value:.6g}" if isinstance(value, float) else str(value) for value in row))
     open_console(stderr=False).print(table)
     return 0
+
+
+def _in_json(value: object) -> object:
+    """A value as JSON has it, which has no decimals, no NaN and no infinity."""
+    number = float(value) if isinstance(value, Decimal) else value
+    return None if isinstance(number, float) and not math.isfinite(number) else number

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from bridge.body import Body, load_body
+from bridge.errors import ConfigurationError
+from bridge.rotations import tilt
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
@@ -61,6 +64,20 @@ def build_robot(
         scenario=load_scenario(settings.scenario) if scenario is None else scenario,
         start=settings.start or None,
     )
+
+
+def require_upright(robot: EmulatedRobot) -> None:
+    """Refuse a robot that was placed upright and fell before its first cycle.
+
+    Raises:
+        ConfigurationError: it did.
+    """
+    if robot.fell_over:
+        lean = math.degrees(float(tilt(robot.truth().torso_orientation)))
+        raise ConfigurationError(
+            f"The robot falls before the run begins: its torso leans by {lean:.0f} degrees. A flatter floor, "
+            "more friction or more room around it would do; `--start lie-back` begins lying."
+        )
 
 
 def check_run(settings: RunConfig) -> None:

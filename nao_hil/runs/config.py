@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 
@@ -71,7 +71,8 @@ def run_config(
 ) -> RunConfig:
     """The defaults, overridden by the file, overridden by the options that are not None.
 
-    Paths become absolute, so that what is written beside a result can be run again from any folder.
+    Paths become absolute: those in the file are relative to its folder, those of options to the working
+    directory.
 
     Args:
         file: TOML.
@@ -88,7 +89,7 @@ def run_config(
     from walker.stabilization.parameters import merged
     from walker.stabilization.switches import switch_changes
 
-    base = load_toml(file, RunConfig) if file else RunConfig()
+    base = _of_file(file) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}
     if given.get("duration") or given.get("target"):
         given.setdefault("steps", 0)
@@ -97,8 +98,7 @@ def run_config(
     if config.gait not in GAITS:
         where = "options" if "gait" in given else str(file)
         raise ConfigurationError(f"{where}: {unknown_name('gait', config.gait, GAITS)}")
-    files = {field: _absolute(getattr(config, field)) for field in ("robot", "wear", "scenario")}
-    config = msgspec.structs.replace(config, **files)
+    config = _with_paths(config, Path())
     if config.steps == 1:
         raise ConfigurationError(
             "options: steps is 1; a walk has at least 2, one out and one to close the feet."
@@ -106,6 +106,21 @@ def run_config(
     return config
 
 
-def _absolute(name_or_path: str) -> str:
+FILES: Final = ("robot", "wear", "scenario")
+"""Fields of `RunConfig` that may be the path of a file."""
+
+
+def is_path(name_or_path: str) -> bool:
+    """Whether one of `FILES` is the path of a file, and not a name."""
     path = Path(name_or_path)
-    return str(path.absolute()) if path.suffix == ".toml" or path.name != name_or_path else name_or_path
+    return path.suffix == ".toml" or path.name != name_or_path
+
+
+def _of_file(file: Path) -> RunConfig:
+    return _with_paths(load_toml(file, RunConfig), file.parent)
+
+
+def _with_paths(config: RunConfig, folder: Path) -> RunConfig:
+    """The configuration with absolute paths, given those relative to a folder."""
+    paths = {f: str((folder / value).absolute()) for f in FILES if is_path(value := getattr(config, f))}
+    return msgspec.structs.replace(config, **paths)

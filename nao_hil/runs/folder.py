@@ -16,7 +16,9 @@ import msgspec
 
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import later_file
+from emulator.scenarios import load_scenario
 from nao_hil.files import write_bytes, write_text
+from nao_hil.runs.config import FILES, RunConfig, is_path
 
 try:
     import fcntl
@@ -106,9 +108,24 @@ class RunDirectory:
             self._held = None
 
     def write_config(self, settings: msgspec.Struct | dict[str, Any]) -> None:
-        """Write the configuration, and beside it the versions of what ran."""
+        """Write the configuration, and beside it the versions of what ran and the robot's own files.
+
+        A data sheet, a wear profile or a scenario that is a file is copied, and the configuration names the
+        copy: the run can be repeated when the file has changed or the folder is elsewhere.
+        """
+        if isinstance(settings, RunConfig):
+            settings = self._with_copies(settings)
         write_bytes(self.config, msgspec.toml.encode(settings))
         write_text(self.path / "versions.json", json.dumps(versions(), indent=2) + "\n")
+
+    def _with_copies(self, config: RunConfig) -> RunConfig:
+        copies = {field: f"{field}.toml" for field in FILES if is_path(getattr(config, field))}
+        for field, copy in copies.items():
+            if field == "scenario":
+                self.write_scenario(load_scenario(config.scenario))
+            else:
+                write_bytes(self.path / copy, Path(getattr(config, field)).read_bytes())
+        return msgspec.structs.replace(config, **copies)
 
     def write_scenario(self, scenario: msgspec.Struct) -> None:
         """Write the world in full, a heightfield's numbers included."""

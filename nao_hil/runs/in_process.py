@@ -10,7 +10,7 @@ from bridge.guard import Guard
 from bridge.messages import Notice
 from bridge.recording.observer import Observer
 from emulator.robot import EmulatedRobot
-from nao_hil.runs.build import build_robot, controller_maker, with_engine
+from nao_hil.runs.build import build_robot, controller_maker, require_upright, with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.summary import RunStatistics, Summary
 from walker.controller import Controller
@@ -27,11 +27,13 @@ def walk_in_process(
         stop: Asked after each cycle.
 
     Raises:
-        ConfigurationError: no such body, wear profile or scenario, or parameters that cannot be walked.
+        ConfigurationError: no such body, wear profile or scenario, parameters that cannot be walked, or a robot
+            that falls before its first cycle.
     """
     settings = with_engine(settings)
     make, statistics = controller_maker(settings), RunStatistics(settings.seed, settings.engine)
     with build_robot(settings) as robot:
+        require_upright(robot)
         controller = make(robot.body, robot.body.cycle)
         began = time.monotonic()
         run(robot, Guard(robot.body, settings.guard), controller, [statistics, *observers], ended=stop)

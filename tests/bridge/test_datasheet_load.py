@@ -44,6 +44,22 @@ def test_misspelt_key_in_a_sheet(tmp_path: Path) -> None:
     assert str(info.value) == f"{sheet}: unknown key 'lengths.TibiaLenght' (did you mean 'TibiaLength'?)"
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("ThighLength", "-0.1", "lengths.ThighLength: -0.1 m must be above 0"),
+        ("TibiaLength", "0.0", "lengths.TibiaLength: 0.0 m must be above 0"),
+        ("torso_top", "-0.2", "shapes: torso_bottom .* must be below torso_top -0.2"),
+    ],
+)
+def test_an_impossible_length_is_told_with_the_file(tmp_path: Path, key: str, value: str, words: str) -> None:
+    text = (Path(bridge.body.__file__).parent / "bodies" / "nao-v6.toml").read_text("utf-8")
+    sheet = tmp_path / "mine.toml"
+    sheet.write_text(re.sub(rf"^{key} = [^ \n]+", f"{key} = {value}", text, flags=re.MULTILINE), "utf-8")
+    with pytest.raises(ConfigurationError, match=f"^{re.escape(str(sheet))}: robot body nao-v6: {words}$"):
+        load_body(sheet)
+
+
 def _changed(**changes: object) -> Body:
     return msgspec.structs.replace(load_body("nao-v3"), **changes)
 

@@ -37,3 +37,13 @@ def test_a_velocity_beyond_the_limits_of_the_gait_is_told() -> None:
     told = clipped_velocity(RunConfig(gait="omni", velocity=(5.0, 0.0, 0.0)))
     assert "5 m/s" in told and "0.35 m/s" in told
     assert not clipped_velocity(RunConfig(gait="omni", velocity=(0.2, 0.0, 0.0)))
+
+
+def test_paths_in_a_file_are_relative_to_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mine").mkdir()
+    file = tmp_path / "mine" / "config.toml"
+    file.write_text('scenario = "ice.toml"\nwear = "worn"\n')
+    monkeypatch.chdir(tmp_path)
+    config = run_config(file, robot="long.toml")
+    assert config.scenario == str(tmp_path / "mine" / "ice.toml")
+    assert (config.robot, config.wear) == (str(tmp_path / "long.toml"), "worn")

@@ -7,8 +7,13 @@ from pathlib import Path
 
 import pytest
 
+import bridge.body
+import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.runs.folder import RunDirectory
+from tests.ports import free_endpoint
+
+UP = [sys.executable, "-m", "nao_hil.cli", "up", "--json"]
 
 
 def test_a_folder_into_which_a_run_writes_is_refused_until_it_ends(tmp_path: Path) -> None:
@@ -25,9 +30,39 @@ def test_a_folder_into_which_a_run_writes_is_refused_until_it_ends(tmp_path: Pat
 
 
 def test_a_result_has_the_configuration_that_it_was_made_with(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "nao_hil.cli", "up", "--mode", "in-process", "--steps", "2", "--seed", "7"]
-    command += ["--gait", "omni", "--engine", "mujoco", "--robot", "nao-v6", "--json", "--out", str(tmp_path)]
+    command = [*UP, "--mode", "in-process", "--steps", "2", "--seed", "7"]
+    command += ["--gait", "omni", "--engine", "mujoco", "--robot", "nao-v6", "--out", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     config = json.loads(ended.stdout)["config"]
     assert (config["robot"], config["seed"], config["gait"]) == ("nao-v6", 7, "omni")
     assert json.loads((tmp_path / "summary.json").read_text())["config"] == config
+
+
+def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_folder_has_moved(
+    tmp_path: Path,
+) -> None:
+    sheet, wear, ground = (tmp_path / name for name in ("sheet.toml", "knees.toml", "tiles.toml"))
+    sheet.write_text((Path(bridge.body.__file__).parent / "bodies" / "nao-v6.toml").read_text("utf-8"), "utf-8")
+    wear.write_text((Path(emulator.wear.__file__).parent / "worn.toml").read_text("utf-8"), "utf-8")
+    ground.write_text("[floor]\nroll = 2\n")
+    options = ["--robot", str(sheet), "--wear", str(wear), "--scenario", str(ground), "--gait", "omni"]
+    options += ["--mode", "in-process", "--engine", "mujoco", "--duration", "1", "--out", str(tmp_path / "a")]
+    first = subprocess.run([*UP, *options], capture_output=True, text=True, timeout=120, check=True)
+    ground.write_text("[floor]\nroll = 0\n")
+    wear.unlink()
+    sheet.unlink()
+    (tmp_path / "a").rename(tmp_path / "b")
+    again = [*UP, "--config", str(tmp_path / "b" / "config.toml"), "--out", str(tmp_path / "c")]
+    second = subprocess.run(again, capture_output=True, text=True, timeout=120, check=True)
+    assert json.loads(first.stdout)["frames_sha256"] == json.loads(second.stdout)["frames_sha256"]
+
+
+@pytest.mark.parametrize("mode", ["in-process", "lockstep"])
+def test_a_robot_that_falls_before_the_run_begins_is_refused(tmp_path: Path, mode: str) -> None:
+    (tmp_path / "steep.toml").write_text("[floor]\npitch = 25\n")
+    options = ["--robot", "nao-v3", "--scenario", str(tmp_path / "steep.toml"), "--mode", mode, "--steps", "2"]
+    options += ["--engine", "mujoco", "--listen", free_endpoint(), "--out", str(tmp_path / "run")]
+    ended = subprocess.run([*UP, *options], capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 2
+    (sentence,) = [line for line in ended.stderr.splitlines() if "falls before the run begins" in line]
+    assert "flatter floor" in sentence and "Traceback" not in ended.stderr

@@ -126,6 +126,16 @@ def test_a_cell_that_cannot_be_walked_is_named_and_the_others_count(
     assert "TibiaLength 0.06" in said.err
 
 
+def test_an_impossible_value_of_an_axis_is_told_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "steep.toml"
+    file.write_text('seeds = 2\nduration = 1\n[base]\ngait = "omni"\n[axes]\n"scenario.floor.roll" = [0, 50]\n')
+    assert run(["campaign", str(file), "--out", str(tmp_path / "out"), "--cluster", "inline"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "axes: scenario: floor.roll: expected a number <= 34" in said and said.count("floor.roll") == 1
+
+
 def test_a_walk_that_ends_before_its_push_is_no_result() -> None:
     short = Walk(name="short", config=RunConfig(engine="mujoco", gait="dynamic"), duration=0.1)
     with pytest.raises(ConfigurationError, match=r"before the push at 4 s; walk longer than 0\.1 s\.$"):
