@@ -119,7 +119,7 @@ class EmulatedRobot:
         self.absent = self._sampler.absent
         """Joints of the frame that this body does not have."""
         self._let_settle()
-        self.fell_over = placed_upright and not upright(engine.robot.torso())
+        self.fell_over = placed_upright and not upright(self._torso)
         """It was placed upright and fell before its first cycle."""
         self._contacts = engine.contacts()
         self._seq = 0
@@ -277,6 +277,11 @@ class EmulatedRobot:
     def time(self) -> float:
         """Robot time at the present boundary, s."""
         return self._seq * self.body.cycle
+
+    @property
+    def tilt(self) -> float:
+        """Angle of the torso's z axis to the vertical, rad."""
+        return math.acos(max(-1.0, min(1.0, self._torso.rotation[8])))
 
     def _say(self, code: str, text: str) -> None:
         self._notices.append(Notice(seq=self._seq, level="info", code=code, text=text))

@@ -16,6 +16,6 @@ def run_title(recording: str | Path) -> str:
     config = recorded_config(recording)
     if not isinstance(config, dict):
         return ""
-    words = [str(config[key]) for key in ("robot",) if config.get(key)]
+    words = [str(config["robot"])] if config.get("robot") else []
     words += [f"{key} {config[key]}" for key in ("wear", "gait", "seed") if config.get(key) not in (None, "")]
     return ", ".join(words)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +14,7 @@ from bridge.errors import NaoHilError
 from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import RunDirectory
 
 
@@ -40,8 +39,7 @@ def campaign(
     cells = asked.cells()
     directory = RunDirectory(out)
     directory.write_config(msgspec.to_builtins(asked))
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     console = open_console()
     counts = [CampaignCell(point) for point, _ in cells]
     failure: NaoHilError | None = None

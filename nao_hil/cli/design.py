@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +15,7 @@ from nao_hil.cli.assignments import Assignments, assignments
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 
 if TYPE_CHECKING:
@@ -109,8 +108,7 @@ def ensemble(
     file = out or Path(f"ensemble-{body.name}.toml")
     command = f"nao-hil design ensemble --robot {settings.robot} --members {members} --seed {seed}"
     command += f" --engine {settings.engine}"
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
 
     def keep(so_far: RobotEnsemble) -> None:
         write_ensemble(file, so_far)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -17,7 +16,7 @@ from bridge.link.walk_client import WalkClient
 from bridge.types import Vec3
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.drive.driver import HELP
 from nao_hil.drive.inputs import Inputs
 
@@ -52,8 +51,7 @@ def drive(
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.drive.session import Session
 
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     with Inputs(gamepad) as inputs, WalkClient(name, connect) as client:
         session = Session(client)
         with Live(console=open_console(), auto_refresh=False) as live:

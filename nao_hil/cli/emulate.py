@@ -25,7 +25,7 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.run_options import takes_run
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.summary import RunStatistics
@@ -57,8 +57,7 @@ def emulate(
         raise ConfigurationError("mode in-process needs the walker too: `nao-hil up --mode in-process`.")
     console = open_console()
     settings = chosen_engine(settings, console)
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     body = check_robot(settings)
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
     summary = _run(settings, body, guard, name, listen, realtime_priority, out, stop, console)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +15,7 @@ from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory
@@ -103,8 +102,7 @@ def experiment(
     changes = chosen_engine(_changes(config, robot, wear, engine, gait), open_console())
     directory = RunDirectory(out)
     directory.write_config(changes)
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     # Imported late: physics, figures and the template are for those who run one.
     from nao_hil.experiments.runner import Runner
     from nao_hil.runs.campaign import Campaign

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from typing import Annotated
 
 import msgspec
@@ -20,7 +19,7 @@ from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.logs import log_to_stderr
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 
 _ANYBODY = Identity()
@@ -49,8 +48,7 @@ def serve(
     identity = Identity(body_id=body_id, head_id=head_id).check()
     address = parse_address(socket)
     log_to_stderr()
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     priority = CONTROLLER_PRIORITY if realtime_priority else None
     with ControllerLink(name, connect, "lola", direct=True) as link, listen(address) as listener:
         try:
@@ -90,8 +88,7 @@ def bridge(
     )
     address = parse_address(socket)
     log_to_stderr()
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     bridged = LolaBridge(address, settings, stop).run()
     if as_json:
         print(json.dumps(msgspec.to_builtins(bridged)), flush=True)

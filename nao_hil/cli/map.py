@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from typing import Annotated
 
 import msgspec
@@ -14,7 +13,7 @@ from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
 
@@ -60,8 +59,7 @@ def map_(
     task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
     directory = RunDirectory(out)
     directory.write_config(settings)
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,

@@ -24,7 +24,7 @@ from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.logs import log_to_stderr
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import on_signals, stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child
 
@@ -163,8 +163,7 @@ def bridge(
         priority=ROBOT_PRIORITY if realtime_priority else None,
     )
     log_to_stderr()
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     bridged = NaoqiBridge(url, look_ahead / 1000.0, settings, stop).run()
     if as_json:
         print(json.dumps(msgspec.to_builtins(bridged)), flush=True)

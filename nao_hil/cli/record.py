@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +14,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 
 _TAKE = 0.2
 """s between two looks whether to end."""
@@ -50,8 +49,7 @@ def record(
     if out is not None and out.exists():
         raise ConfigurationError(f"{out}: there is such a file already; give another with --out, or remove it.")
     console = open_console()
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     waiting = f"waiting for robot `{name}` at {connect}"
     if not console.is_terminal:  # where `status` shows nothing
         console.print(waiting)

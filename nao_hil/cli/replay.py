@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from typing import Annotated
 
 import typer
@@ -13,7 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.playback import recorded_config
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 
 
 def replay(
@@ -39,8 +38,7 @@ def replay(
 
     options.check_stretch(begin, end)
     console = open_console()
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     last = float("inf") if end is None else end
     frames = 0
     with Replay(file, name, listen, robot) as player, console.status("playing") as status:

@@ -38,6 +38,13 @@ def on_signals(stop: Callable[[], None]) -> None:
         threading.Thread(target=_interrupt_at_end_of_stdin, name="supervised", daemon=True).start()
 
 
+def stop_event() -> threading.Event:
+    """An event that the first Ctrl-C or SIGTERM sets, as in `on_signals`."""
+    stop = threading.Event()
+    on_signals(stop.set)
+    return stop
+
+
 def _interrupt_at_end_of_stdin() -> None:
     sys.stdin.buffer.read()
     os.kill(os.getpid(), signal.SIGINT)

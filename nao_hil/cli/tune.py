@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +15,7 @@ from nao_hil.cli import options
 from nao_hil.cli.campaign_progress import CampaignProgress
 from nao_hil.cli.console import open_console
 from nao_hil.cli.engine import chosen_engine
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
 
@@ -94,8 +93,7 @@ def tune(
     kept = studies.open_study(storage, dimensions, ensemble)
     if (before := studies.shipped(dimensions, ensemble)) is not None:
         studies.enqueue(kept, before)
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     with (
         CampaignProgress(console) as progress,
         Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import msgspec
@@ -19,7 +18,7 @@ from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.outcome import conclude
 from nao_hil.cli.progress import WalkProgress
 from nao_hil.cli.run_options import takes_run
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.demo import Demo
 from nao_hil.runs.folder import RunDirectory
@@ -121,8 +120,7 @@ def both_sides(
     """
     file = str(directory.config)
     directory.release()  # the robot's process takes it
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     common = ["--name", name, "--config", file, "--json"]
     emulator = Child(
         "robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common], directory.path
@@ -165,8 +163,7 @@ def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> 
     from nao_hil.runs.in_process import walk_in_process
 
     directory.write_scenario(load_scenario(settings.scenario))
-    stop, console = threading.Event(), open_console()
-    on_signals(stop.set)
+    stop, console = stop_event(), open_console()
     with Recorder(directory.recording, settings) as recorder, console.status("walking in this process"):
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()

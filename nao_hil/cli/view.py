@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.playback import read_recording
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import recording_of
 from nao_hil.view.child import READY
 from nao_hil.view.door import open_door
@@ -52,8 +51,7 @@ def view(
     if replay is not None:
         replay = recording_of(replay)
         read_recording(replay)  # says so where it is none, before there is a page
-    stop = threading.Event()
-    on_signals(stop.set)
+    stop = stop_event()
     console = open_console()
     door = open_door(host)
     server = open_server(host, port, "nao-hil", door.access, door.tls)

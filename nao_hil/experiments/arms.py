@@ -95,7 +95,7 @@ def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome]) -> Paire
 
 
 def pair_words(pair: Paired) -> str:
-    """For people."""
+    """As text for the report."""
     return (
         f"Same seeds: {pair.both} walk on in both arms, {pair.only_with} only with, {pair.only_without} only "
         f"without, {pair.neither} in neither; exact McNemar p = {pair.p_value:.2g}."

@@ -26,7 +26,7 @@ class Value(msgspec.Struct, frozen=True, kw_only=True):
     """Runs; of a drive on the bench, 1."""
 
     def words(self) -> str:
-        """For people."""
+        """As text for the report."""
         if self.value is None:
             return "none"
         if self.low is None or self.high is None:
@@ -43,7 +43,7 @@ class Count(msgspec.Struct, frozen=True, kw_only=True):
     n: int
 
     def words(self) -> str:
-        """For people."""
+        """As text for the report."""
         return f"{self.count} of {self.n} ({100.0 * self.low:.0f} to {100.0 * self.high:.0f} %)"
 
 

@@ -11,7 +11,16 @@ import numpy as np
 from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls_run import EVERY, FELLING, IMPULSE, WALKS, Fall, PushedWalk, pushed_walk, pushes
+from nao_hil.experiments.falls_run import (
+    FELLING,
+    IMPULSE,
+    PUSH_PERIOD,
+    WALKS,
+    Fall,
+    PushedWalk,
+    pushed_walk,
+    pushes,
+)
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.campaign import Interrupted
 
@@ -72,7 +81,7 @@ def judge(falls: Sequence[Fall]) -> FallsResult:
 
 
 def claims(result: FallsResult) -> tuple[Claim, ...]:
-    """What is to come out, beside what did."""
+    """The claims, each with the measured value."""
     low, high = result.foreseen_interval
     hardest = max(result.speed_max.values(), default=0.0)
     return (
@@ -119,7 +128,7 @@ def experiment(context: Context) -> Outcome:
     result = judge([each for walk in walks for each in walk])
     push = f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s"
     if context.duration is not None:
-        push = f"{FELLING:g} N s every {EVERY:g} s of {context.duration:g} s"
+        push = f"{FELLING:g} N s every {PUSH_PERIOD:g} s of {context.duration:g} s"
     rows = tuple(
         (
             str(each.seed),

@@ -16,6 +16,7 @@ from bridge.messages.world import Push
 from emulator.engine.shapes import link_shapes, lowest_point
 from emulator.robot import EmulatedRobot
 from emulator.world.queries import carry_out
+from nao_hil.analysis.diagnosis.symptom import FALLEN
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 from walker.controller import Controller
@@ -26,13 +27,12 @@ FELLING: Final = 4.0
 """N s of each push of a long walk, likewise."""
 PUSHED: Final = (5.0, 8.0)
 """s after the beginning in which a single push comes."""
-EVERY: Final = 60.0
+PUSH_PERIOD: Final = 60.0
 """s between two pushes of a long walk, and before the first."""
 WALKS: Final = 6.0
 """s that the robot is to be on its feet and walk again after it got up."""
 LONGEST: Final = 42.0
 """s after a push in which that must begin and end."""
-FALLEN: Final = math.radians(45.0)
 _TOUCH: Final = 0.002
 """m over the ground at which a part has reached it."""
 _PARTS: Final = ("Torso", "HeadPitch")
@@ -66,7 +66,7 @@ class _PushTrial:
 
     at: float
     """s"""
-    way: float
+    direction: float
     """rad; 0: forward."""
     impulse: float
     """N s"""
@@ -81,7 +81,7 @@ class _PushTrial:
 
     def look(self, robot: EmulatedRobot, controller: Controller, before: str) -> None:
         """One cycle; `before` is the walker's state before it."""
-        now, tilt = robot.time, _tilt(robot)
+        now, tilt = robot.time, robot.tilt
         notice = controller.state == "fallen" and before not in ("fallen", "motion")
         if now < self.at:
             self.walked += robot.body.cycle * (controller.state == "walk")
@@ -133,9 +133,11 @@ def pushes(duration: float) -> int:
     Raises:
         ConfigurationError: it is too short for one.
     """
-    if duration < EVERY:
-        raise ConfigurationError(f"falls: --duration must be at least {EVERY:g} s, the time between pushes.")
-    return int(duration / EVERY)
+    if duration < PUSH_PERIOD:
+        raise ConfigurationError(
+            f"falls: --duration must be at least {PUSH_PERIOD:g} s, the time between pushes."
+        )
+    return int(duration / PUSH_PERIOD)
 
 
 def pushed_walk(task: PushedWalk) -> list[Fall]:
@@ -147,7 +149,7 @@ def pushed_walk(task: PushedWalk) -> list[Fall]:
         trials = [_PushTrial(at, way, float(random.uniform(*IMPULSE)))]
     else:
         ways = random.uniform(-math.pi, math.pi, pushes(duration)).tolist()
-        trials = [_PushTrial(EVERY * (i + 1), way, FELLING) for i, way in enumerate(ways)]
+        trials = [_PushTrial(PUSH_PERIOD * (i + 1), way, FELLING) for i, way in enumerate(ways)]
     last = trials[-1].at + LONGEST
     walk = msgspec.structs.replace(config, steps=0, duration=last, recover=True)
     body = load_body(config.robot)
@@ -160,15 +162,11 @@ def pushed_walk(task: PushedWalk) -> list[Fall]:
                 answer = controller.tick(frame)
                 robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
                 if robot.time - body.cycle < trial.at <= robot.time:
-                    x, y = trial.impulse * math.cos(trial.way), trial.impulse * math.sin(trial.way)
+                    x, y = trial.impulse * math.cos(trial.direction), trial.impulse * math.sin(trial.direction)
                     carry_out(robot, Push(target="Torso", impulse=(x, y, 0.0), duration=0.05))
                 trial.look(robot, controller, before)
             falls.append(trial.fall(config.seed, robot.time))
     return falls
-
-
-def _tilt(robot: EmulatedRobot) -> float:
-    return math.acos(max(-1.0, min(1.0, robot.engine.robot.torso().rotation[8])))
 
 
 def _impacts(robot: EmulatedRobot, heights: dict[str, float], speed: dict[str, float]) -> None:

@@ -96,7 +96,7 @@ def judge(wear: str, drops: Sequence[Drop]) -> GetUpResult:
 
 
 def claims(wear: str, result: GetUpResult) -> tuple[Claim, ...]:
-    """What is to come out, beside what did."""
+    """The claims, each with the measured value."""
     share, low = SHARE.get(wear, USUAL), result.all.interval[0]
     stood = f"{result.all.survived} of {result.all.n} (95 % interval {low:.0%} to {result.all.interval[1]:.0%})"
     return (

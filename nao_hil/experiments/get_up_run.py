@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final, NamedTuple
 
 import msgspec
@@ -76,10 +75,6 @@ def dropped(config: RunConfig) -> EmulatedRobot:
     return robot
 
 
-def _tilt(robot: EmulatedRobot) -> float:
-    return math.acos(max(-1.0, min(1.0, robot.engine.robot.torso().rotation[8])))
-
-
 def get_up(config: RunConfig) -> Course:
     """Drop a robot and let it get up.
 
@@ -92,7 +87,7 @@ def get_up(config: RunConfig) -> Course:
 
         def watch(now: EmulatedRobot) -> None:
             truth = now.truth()
-            path.append((now.time - start, truth.torso_position[2], _tilt(now)))
+            path.append((now.time - start, truth.torso_position[2], now.tilt))
 
         player = GetUp(motions, robot.body)
         result = play(robot, "get-up", player, longest=WITHIN, watch=watch)

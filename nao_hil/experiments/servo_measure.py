@@ -18,23 +18,14 @@ from nao_hil.experiments.servo_figures import plot_heat, plot_loops, plot_speeds
 
 STEP: Final = math.radians(10.0)
 """Of the step response, rad; half of it for HipYawPitch, whose hips turn together."""
-
-
-LOOP_REACH: Final = math.radians(4.0)
-
-
+LOOP_AMPLITUDE: Final = math.radians(4.0)
+"""Of the loop of slow reversals, rad."""
 LOOP_SPEED: Final = math.radians(1.0)
 """rad/s: slow beside delay and loop, so that the loop's width is backlash."""
-
-
 LEAST_FALL: Final = math.radians(15.0)
 """Of hips and knees without stiffness; an ankle has too light a foot for the friction of its gear."""
-
-
 HEAT_TIME: Final = 60.0
 """s"""
-
-
 CRUISE: Final = (0.4, 0.8)
 """Part of the way in which a joint has reached its speed and does not brake yet."""
 
@@ -109,7 +100,7 @@ def measure(body: Body, wear: WearProfile, engine: str, out: Path | None = None)
     """All leg motors on the bench, with figures in `out`."""
     speeds = {joint: servo_bench.run_through(body, wear, engine, joint) for joint in LEGS}
     steps = {joint: servo_bench.step_response(body, wear, engine, joint, _step_of(joint)) for joint in LEGS}
-    loop = servo_bench.slow_reversal(body, wear, engine, LOOP_REACH, LOOP_SPEED)
+    loop = servo_bench.slow_reversal(body, wear, engine, LOOP_AMPLITUDE, LOOP_SPEED)
     slack = part(loop, 2) - part(loop, 1)
     (full, current), (half, _), (none, _) = (
         servo_bench.clamped(body, wear, engine, s) for s in (1.0, 0.5, 0.0)

@@ -13,7 +13,7 @@ def setup_rows(context: Context, rows: Sequence[tuple[str, str]]) -> tuple[tuple
     """An experiment's own rows, then robot, wear, seeds, and what was changed of the shipped parameters."""
     changes = context.changes
     changed = {
-        f"{table}": values
+        table: values
         for table, values in (("parameters", changes.parameters), ("controller", changes.controller))
         if values
     }

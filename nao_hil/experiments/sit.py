@@ -25,7 +25,7 @@ HOLD: Final = 1.0
 """s that it is to stand at the end."""
 LONGEST: Final = 40.0
 """s after which a run ends."""
-EVERY: Final = wilson(100, 100)[0]
+LOWEST_BOUND: Final = wilson(100, 100)[0]
 """A share counts as "100 of 100" when the lower bound of its interval is at least that one's."""
 
 
@@ -97,10 +97,10 @@ def sit(config: RunConfig) -> Sit:
 
 
 def claims(result: SitResult) -> tuple[Claim, ...]:
-    """What is to come out, beside what did."""
+    """The claims, each with the measured value."""
     low, high = result.interval
     shown = f"{result.survived} of {result.n} (95 % interval {low:.0%} to {high:.0%})"
-    return (Claim("100 of 100 sit down and stand up again", shown, low >= EVERY),)
+    return (Claim("100 of 100 sit down and stand up again", shown, low >= LOWEST_BOUND),)
 
 
 def experiment(context: Context) -> Outcome:

@@ -28,11 +28,11 @@ class MeanInterval(msgspec.Struct, frozen=True, kw_only=True):
     interval: Vec2
 
     def within(self, low: float, high: float) -> bool:
-        """Whether the whole interval is."""
+        """Whether the whole interval lies between `low` and `high`."""
         return self.interval[0] >= low and self.interval[1] <= high
 
     def words(self, scale: float = 1.0, digits: int = 2) -> str:
-        """For people."""
+        """As text for the report."""
         low, high = (scale * bound for bound in self.interval)
         return f"{scale * self.value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 

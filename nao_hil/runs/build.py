@@ -9,7 +9,6 @@ import msgspec
 
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
-from bridge.rotations import tilt
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
@@ -73,7 +72,7 @@ def require_upright(robot: EmulatedRobot) -> None:
         ConfigurationError: it did.
     """
     if robot.fell_over:
-        lean = math.degrees(float(tilt(robot.truth().torso_orientation)))
+        lean = math.degrees(robot.tilt)
         raise ConfigurationError(
             f"The robot falls before the run begins: its torso leans by {lean:.0f} degrees. A flatter floor, "
             "more friction or more room around it would do; `--start lie-back` begins lying."

@@ -63,7 +63,7 @@ class Fallen:
         self.settled = 0.0
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
-        """Go into the pose, then lie where the joints are; nobody gets up by himself here."""
+        """Go into the pose, then lie where the joints are; getting up is not begun here."""
         self.settled += dt
         if not self._braces or self.settled >= self._p.brace_time:
             self._braces = False

@@ -40,7 +40,7 @@ class Extractor:
         events: that it raises are declared there.
         raised: names of its events.
         keys: further keys of ALMemory that it writes.
-        period: between two results, ms, of who asks for none.
+        period: between two results, ms, of a subscriber that gives none.
     """
 
     def __init__(

@@ -58,7 +58,7 @@ class Memory:
         self._live.update(values)
 
     def put(self, key: str, value: Any) -> None:
-        """Store a value under a key of the robot's own, and let go the calls that wait for it."""
+        """Store a value under a key of the robot's own, and answer the calls that wait for it."""
         self._data[key] = value
         self._stamps[key] = time.time()
         for waiting in self._waiting.pop(key, []):

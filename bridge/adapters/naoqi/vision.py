@@ -15,7 +15,7 @@ from bridge.messages.world import ThingKind as Kind
 
 CAMERAS: Final = ("CameraTop", "CameraBottom")
 PERIOD: Final = 100
-"""ms between two results of who asks for none (assumed)."""
+"""ms between two results, for a subscriber that gives no period (assumed)."""
 
 
 class Detection:

@@ -38,7 +38,7 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """For people."""
+        """As text for the terminal."""
         text = f"The robot fell at {self.fell:.2f} s"
         if self.first is None:
             return f"{text}, without a sign before."

@@ -29,7 +29,7 @@ class Job(NamedTuple):
     """A call to make somewhere."""
 
     name: str
-    """For people."""
+    """As text for the terminal."""
     function: Callable[[Any], Any]
     """At the top level of a module."""
     argument: Any

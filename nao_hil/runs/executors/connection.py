@@ -39,7 +39,7 @@ class SchedulerConnection(Protocol):
     """Makes clients of one scheduler."""
 
     address: str
-    """For people."""
+    """As text for the terminal."""
 
     def open(self) -> Any:
         """A client.

@@ -40,7 +40,7 @@ def test_every_fall_must_be_foreseen_in_time_softly_and_without_alarms() -> None
 
 
 def test_a_push_in_each_part_of_a_long_walk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(falls_run, "EVERY", 12.0)
+    monkeypatch.setattr(falls_run, "PUSH_PERIOD", 12.0)
     changes = RunConfig(robot="nao-v6", engine="mujoco", gait="omni")
     with Campaign(cluster="inline") as campaign:
         context = Context(campaign, tmp_path, (3,), changes, duration=12.0)
