@@ -32,7 +32,12 @@ class Hands:
         self._stiffness = dict.fromkeys(self.slots, 1.0)
 
     def latch(self, position: Sequence[float], stiffness: Sequence[float]) -> None:
-        """Take over a request in frame order; openings are clipped to 0..1."""
+        """Take over a request.
+
+        Args:
+            position: 25 in frame order; those of the hands are openings, clipped to 0..1.
+            stiffness: 25 in frame order; a hand whose stiffness is not above 0 stays where it is.
+        """
         for slot in self.slots:
             self._request[slot] = min(1.0, max(0.0, position[slot]))
             self._stiffness[slot] = min(1.0, stiffness[slot])

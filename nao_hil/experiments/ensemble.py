@@ -59,7 +59,15 @@ class Draw(msgspec.Struct, frozen=True):
 def torso_figures(
     body: Body, wear: WearProfile, engine: str, seed: int = RUN_SEED, periods: int = PERIODS
 ) -> dict[str, float] | None:
-    """The figures of (4.12) by the names of `BOUNDS`; None: the stance on one leg fell."""
+    """The figures of (4.12) by the names of `BOUNDS`; None: the stance on one leg fell.
+
+    Args:
+        body: Of the robot.
+        wear: Of its drives and sensors.
+        engine: `pybullet` or `mujoco`.
+        seed: Of the run.
+        periods: Of the square wave, over which responses are averaged.
+    """
     responses = run_once(body, wear, seed, AMPLITUDE, engine, periods)
     if responses is None:
         return None

@@ -36,6 +36,10 @@ class ZmpMatch(msgspec.Struct, frozen=True, kw_only=True):
 def in_stance_sole(track: Track, body: Body) -> tuple[Array, Array, Array]:
     """Planned and true ZMP in the frame of the stance sole in single support, y outwards.
 
+    Args:
+        track: Of the walk.
+        body: Of the robot.
+
     Returns:
         Rows of the track, shape (n,); plan and truth, each (n, 2), m.
     """

@@ -40,6 +40,13 @@ def lift_spline(start: float, middle: float, end: float, duration: float, t: flo
 
     The clamped spline on three equidistant knots has the slope 3 (end - start) / (2 duration) at the middle
     knot; each half is then the cubic Hermite piece between its knots.
+
+    Args:
+        start: At t = 0, m.
+        middle: At half of the duration, m.
+        end: From `duration` on, m.
+        duration: s.
+        t: Time since the beginning, s.
     """
     half = 0.5 * duration
     slope = 1.5 * (end - start) / duration

@@ -112,7 +112,19 @@ class Cartesian:
         self._send(effectors, _codes(spaces, count), places, _masks(masks, count), share)
 
     def change(self, name: Any, space: Any, value: Any, speed: Any, mask: Any, *, transforms: bool) -> None:
-        """As `go` for one effector, relative to where it is sent now."""
+        """As `go` for one effector, relative to where it is sent now.
+
+        Args:
+            name: Of the effector.
+            space: Its code: 0 torso, 1 world, 2 robot.
+            value: Change of the place, six numbers, m and rad, or a transform of 12 or 16.
+            speed: Fraction of the joints' maximum speed.
+            mask: Axes that count, sum of 1 (x), 2 (y), 4 (z), 8, 16, 32 (turns about them).
+            transforms: The value is a transform.
+
+        Raises:
+            NaoqiRefused: more than one effector, or a wrong value.
+        """
         effectors = _effectors(name)
         if len(effectors) != 1:
             raise NaoqiRefused("ALMotion: one effector is expected.")
@@ -135,7 +147,13 @@ class Cartesian:
             self._joints.put_position(joint, [(seconds, angle)])
 
     def solved(self, name: str, code: int, place: Array) -> list[float]:
-        """The 25 positions with an effector at a place of a space, rad."""
+        """The 25 positions with an effector at a place of a space, rad.
+
+        Args:
+            name: Of the effector.
+            code: Of the space: 0 torso, 1 world, 2 robot.
+            place: Of the effector in it, (4, 4), m.
+        """
         return self._solved([name], self._spaces([code]), [place], [63], ITERATIONS)
 
     def feet(self) -> dict[str, Array]:

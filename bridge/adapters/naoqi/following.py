@@ -202,7 +202,12 @@ def _is_length(x: Any) -> bool:
 
 
 def point_of(sighting: Sighting, size: float) -> Array:
-    """Where a thing of this diameter is, in the camera's frame, (4,), m."""
+    """Where a thing is, in the camera's frame, homogeneous, (4,), m.
+
+    Args:
+        sighting: Its angles and its angular size in the picture, rad.
+        size: Its diameter, m.
+    """
     distance = 0.5 * size / math.sin(0.5 * sighting.size)
     across, down = math.tan(sighting.alpha), math.tan(sighting.beta)
     depth = distance / math.sqrt(1.0 + across * across + down * down)

@@ -204,7 +204,16 @@ class RobotFrames:
         return world
 
     def transform(self, name: Any, code: Any, use_sensors: Any) -> Array:
-        """Frame of a joint, chain or sensor in a space, (4, 4)."""
+        """Frame of a joint, chain or sensor in a space, (4, 4), m.
+
+        Args:
+            name: Of the joint, chain or sensor.
+            code: Of the space: 0 torso, 1 world, 2 robot.
+            use_sensors: By the measured joint positions, not by the commanded ones.
+
+        Raises:
+            NaoqiRefused: no such name or space.
+        """
         effector = self.effector(name)
         measured = flag(use_sensors, "useSensors")
         links = self.links(self.position(measured))
@@ -212,7 +221,16 @@ class RobotFrames:
         return H
 
     def centre_of_mass(self, name: Any, code: Any, use_sensors: Any) -> list[float]:
-        """Centre of mass of a joint's link, a chain or the whole body in a space, m."""
+        """Centre of mass of a joint's link, a chain or the whole body in a space, (3,), m.
+
+        Args:
+            name: Of the joint or chain; `Body` is the whole robot.
+            code: Of the space, as in `transform`.
+            use_sensors: Likewise.
+
+        Raises:
+            NaoqiRefused: no such name or space, or a part without mass.
+        """
         measured = flag(use_sensors, "useSensors")
         return self.com_at(name, self.position(measured), code, measured=measured)
 

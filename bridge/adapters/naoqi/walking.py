@@ -98,7 +98,12 @@ class WalkingMethods:
         return self.handover.go_to(lambda: self._way(target, full_speed("", ())))
 
     def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
-        """As `setFootSteps`, and wait for the end."""
+        """As `setFootSteps`, and wait for the end.
+
+        Args:
+            legs: `LLeg` or `RLeg` for each step.
+            steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
+        """
         target = self._end_of("ALMotion.setFootStepsWithSpeed", legs, steps)
         return self._walk_to(target, full_speed("", ()))
 

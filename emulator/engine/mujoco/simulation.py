@@ -71,7 +71,12 @@ class Simulation:
         self._stale = True
 
     def start_at(self, joint: str, position: float) -> None:
-        """Give a new joint an angle, rad, other than 0."""
+        """Give a joint that is not compiled yet an angle other than 0.
+
+        Args:
+            joint: Name in the description.
+            position: rad.
+        """
         self._starts[joint] = position
         self.changed()
 
