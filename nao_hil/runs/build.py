@@ -94,7 +94,7 @@ def check_robot(settings: RunConfig) -> Body:
 
     Raises:
         ConfigurationError: no such body, wear profile or scenario, a wrong one, a box inside the robot,
-            or a cycle that the physics cannot fill.
+            a robot that falls before its first cycle, or a cycle that the physics cannot fill.
     """
     # imported here: as in `build_robot`
     from emulator.engine.values import SETTINGS
@@ -105,8 +105,9 @@ def check_robot(settings: RunConfig) -> Body:
     SETTINGS.steps(body)
     wear = load_wear(settings.wear, body)
     scenario = load_scenario(settings.scenario)
-    if scenario.boxes:  # only an engine knows whether they leave the robot its place
-        build_robot(settings, scenario, body, wear).close()
+    if settings.scenario != "flat":  # only an engine knows whether the robot has its place and stands there
+        with build_robot(settings, scenario, body, wear) as robot:
+            require_upright(robot)
     return body
 
 

@@ -239,7 +239,9 @@ def test_what_there_is_comes_as_one_json_object_by_name(
     ],
 )
 def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, says: list[str]) -> None:
-    script = f"set -o pipefail; {sys.executable} -m nao_hil.cli config show {redirection}"
+    # a world that is not flat: the robot is placed in it, by an engine that prints when it is loaded
+    show = f"{sys.executable} -m nao_hil.cli config show --scenario step --engine pybullet"
+    script = f"set -o pipefail; {show} {redirection}"
     done = subprocess.run(
         ["bash", "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT, check=False
     )

@@ -60,9 +60,12 @@ def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_fol
 @pytest.mark.parametrize("mode", ["in-process", "lockstep"])
 def test_a_robot_that_falls_before_the_run_begins_is_refused(tmp_path: Path, mode: str) -> None:
     (tmp_path / "steep.toml").write_text("[floor]\npitch = 25\n")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "summary.json").write_text("{}")
     options = ["--robot", "nao-v3", "--scenario", str(tmp_path / "steep.toml"), "--mode", mode, "--steps", "2"]
     options += ["--engine", "mujoco", "--listen", free_endpoint(), "--out", str(tmp_path / "run")]
     ended = subprocess.run([*UP, *options], capture_output=True, text=True, timeout=120)
     assert ended.returncode == 2
     (sentence,) = [line for line in ended.stderr.splitlines() if "falls before the run begins" in line]
     assert "flatter floor" in sentence and "Traceback" not in ended.stderr
+    assert (tmp_path / "run" / "summary.json").exists()  # the run that was there stays

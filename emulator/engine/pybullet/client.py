@@ -12,17 +12,20 @@ from bridge.errors import LinkError
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
     """Suppress output of compiled code on the standard streams: PyBullet prints its build time."""
-    kept = [os.dup(descriptor) for descriptor in (1, 2)]
+    kept: dict[int, int] = {}
+    for descriptor in (1, 2):
+        with contextlib.suppress(OSError):  # closed by whoever started this
+            kept[descriptor] = os.dup(descriptor)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
-        for descriptor in (1, 2):
+        for descriptor in kept:
             os.dup2(nowhere, descriptor)
         yield
     finally:
-        for descriptor, copy in zip((1, 2), kept, strict=True):
+        for descriptor, copy in kept.items():
             os.dup2(copy, descriptor)
-        for descriptor in (nowhere, *kept):
-            os.close(descriptor)
+            os.close(copy)
+        os.close(nowhere)
 
 
 with _silent():
