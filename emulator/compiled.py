@@ -3,9 +3,8 @@
 The machine code is kept beside the sources, or in the user's cache folder where the sources cannot be written;
 `NUMBA_CACHE_DIR` names another folder. Where no folder can be written, every process compiles anew.
 
-The first start of a fresh installation waits for all of them. They are written as loops for that: the first
-tuple assigned to a slice, the first expression of whole arrays and `np.interp` take one to two seconds each to
-compile.
+The first start of a fresh installation waits until all are compiled. So they are written as loops: the first
+tuple assigned to a slice, the first expression of whole arrays and `np.interp` take one to two seconds each.
 """
 
 from __future__ import annotations

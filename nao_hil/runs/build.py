@@ -74,8 +74,8 @@ def require_upright(robot: EmulatedRobot) -> None:
     if robot.fell_over:
         lean = math.degrees(robot.tilt)
         raise ConfigurationError(
-            f"The robot falls before the run begins: its torso leans by {lean:.0f} degrees. A flatter floor, "
-            "more friction or more room around it would do; `--start lie-back` begins lying."
+            f"{robot.body.name} falls before the run begins: its torso leans by {lean:.0f} degrees. A flatter "
+            "floor, more friction or more room around it would do; `--start lie-back` begins lying."
         )
 
 

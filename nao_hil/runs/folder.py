@@ -8,15 +8,18 @@ import platform
 import re
 import sys
 import time
+from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 
+from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import later_file
 from emulator.scenarios import load_scenario
+from emulator.wear import load_wear
 from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.config import FILES, RunConfig, is_path
 
@@ -28,6 +31,12 @@ except ModuleNotFoundError:  # no POSIX system: folders are not locked
 _RESULT: Final = re.compile(r"summary\.json|frames(-\d+)?\.mcap")
 """Files of a run that do not exist before it."""
 RECORDING: Final = "frames.mcap"
+_LOADERS: Final[dict[str, Callable[[str], msgspec.Struct]]] = {
+    "robot": load_body,
+    "wear": load_wear,
+    "scenario": load_scenario,
+}
+"""Of `FILES`."""
 PACKAGES: Final = ("nao-hil", "pybullet", "mujoco", "numba", "numpy", "scipy", "eclipse-zenoh", "msgspec")
 
 
@@ -112,6 +121,9 @@ class RunDirectory:
 
         A data sheet, a wear profile or a scenario that is a file is copied, and the configuration names the
         copy: the run can be repeated when the file has changed or the folder is elsewhere.
+
+        Raises:
+            ConfigurationError: one of these files cannot be read or is wrong.
         """
         if isinstance(settings, RunConfig):
             settings = self._with_copies(settings)
@@ -119,13 +131,14 @@ class RunDirectory:
         write_text(self.path / "versions.json", json.dumps(versions(), indent=2) + "\n")
 
     def _with_copies(self, config: RunConfig) -> RunConfig:
-        copies = {field: f"{field}.toml" for field in FILES if is_path(getattr(config, field))}
-        for field, copy in copies.items():
+        files = [field for field in FILES if is_path(getattr(config, field))]
+        read = {field: _LOADERS[field](getattr(config, field)) for field in files}  # refuses a wrong file
+        for field in files:
             if field == "scenario":
-                self.write_scenario(load_scenario(config.scenario))
+                self.write_scenario(read[field])  # a heightfield's file is elsewhere
             else:
-                write_bytes(self.path / copy, Path(getattr(config, field)).read_bytes())
-        return msgspec.structs.replace(config, **copies)
+                write_bytes(self.path / f"{field}.toml", Path(getattr(config, field)).read_bytes())
+        return msgspec.structs.replace(config, **{field: f"{field}.toml" for field in files})
 
     def write_scenario(self, scenario: msgspec.Struct) -> None:
         """Write the world in full, a heightfield's numbers included."""

@@ -10,6 +10,7 @@ import pytest
 import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from tests.ports import free_endpoint
 
@@ -55,6 +56,14 @@ def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_fol
     again = [*UP, "--config", str(tmp_path / "b" / "config.toml"), "--out", str(tmp_path / "c")]
     second = subprocess.run(again, capture_output=True, text=True, timeout=120, check=True)
     assert json.loads(first.stdout)["frames_sha256"] == json.loads(second.stdout)["frames_sha256"]
+
+
+@pytest.mark.parametrize("field", ["robot", "wear", "scenario"])
+def test_a_configuration_with_a_file_that_is_not_there_is_refused(tmp_path: Path, field: str) -> None:
+    config = RunConfig(**{field: str(tmp_path / "missing.toml")})
+    with pytest.raises(ConfigurationError, match=r"missing\.toml: cannot be read"):
+        RunDirectory(tmp_path).write_config(config)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("mode", ["in-process", "lockstep"])
