@@ -16,6 +16,9 @@ def run_title(recording: str | Path) -> str:
     config = recorded_config(recording)
     if not isinstance(config, dict):
         return ""
-    words = [str(config["robot"])] if config.get("robot") else []
-    words += [f"{key} {config[key]}" for key in ("wear", "gait", "seed") if config.get(key) not in (None, "")]
+    words = []
+    for key in ("robot", "wear", "gait", "seed"):
+        if config.get(key) not in (None, ""):
+            name = Path(str(config[key])).name  # of a file without its folder
+            words.append(name if key == "robot" else f"{key} {name}")
     return ", ".join(words)

@@ -10,6 +10,7 @@ import pytest
 import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
+from nao_hil.analysis.run_title import run_title
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from tests.ports import free_endpoint
@@ -56,6 +57,8 @@ def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_fol
     again = [*UP, "--config", str(tmp_path / "b" / "config.toml"), "--out", str(tmp_path / "c")]
     second = subprocess.run(again, capture_output=True, text=True, timeout=120, check=True)
     assert json.loads(first.stdout)["frames_sha256"] == json.loads(second.stdout)["frames_sha256"]
+    title = "sheet.toml, wear knees.toml, gait omni, seed 0"  # no folders
+    assert run_title(tmp_path / "b" / "frames.mcap") == title
 
 
 @pytest.mark.parametrize("field", ["robot", "wear", "scenario"])
