@@ -13,7 +13,7 @@ from typing import Final
 
 from emulator.engine.values import Surface
 
-WOOD: Final = Surface(friction=0.8, stiffness_per_area=4.0e7, relaxation=0.005)
+WOOD: Final = Surface(friction=0.8, stiffness_per_area=6.0e7, relaxation=0.005)
 """The emulator's own: a hard floor."""
 SURFACES: Final = {
     "wood": WOOD,

@@ -30,7 +30,7 @@ from nao_hil.experiments.torso_responses import PERIOD, Responses, TorsoStepTask
 from nao_hil.experiments.torso_step_figures import plot, plot_wave
 from nao_hil.files import write_bytes
 
-AMPLITUDE: Final = 0.062
+AMPLITUDE: Final = 0.064
 """Of the square wave about the operating point, rad: calibrated, since 0.7 rad is a misprint. The sole
 rocks."""
 

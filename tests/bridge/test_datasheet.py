@@ -240,7 +240,10 @@ def test_inertial_unit_and_cycle() -> None:
         assert unit.gyroscope == (-0.008, 0.006, 0.029)
         assert unit.accelerometer_range == pytest.approx(2 * 9.81)
         assert unit.gyroscope_range == pytest.approx(math.radians(500))
-        assert unit.accelerometer_step == pytest.approx(0.019 * 9.81 if name in V3X else 9.81 / 1024)
+        assert unit.accelerometer_step == pytest.approx(0.0175 * 9.81 if name in V3X else 9.81 / 1024)
+        # grids of AngleX and AngleY in recordings of a V3 and of an H25 of NAOqi 2; none is known of a V6
+        steps = {**dict.fromkeys(V3X, math.radians(0.1)), "nao-v6": 0.0}
+        assert unit.angle_step == pytest.approx(steps.get(name, 2.0 * math.pi / 32768))
         old_gyroscope = name in (*V3X, "nao-v4")
         assert unit.gyroscope_step == pytest.approx(12 / 1600 if old_gyroscope else 2.66316e-4, rel=1e-5)
 

@@ -159,15 +159,24 @@ def test_the_offsets_change_at_a_bounded_rate_whatever_role_and_progress_do(
         before = offsets
 
 
-def test_a_tilt_is_held_through_stance_and_released_while_the_foot_rises() -> None:
-    ankle = AnkleAdmittance(AnkleParameters(), BODY, "L")
+def test_a_tilt_is_held_through_stance_and_decays_in_swing_with_its_own_spring() -> None:
+    """Thesis 4.1.2 names no release: a free foot without load returns with D / K, 2.5 s in pitch."""
+    p = AnkleParameters()
+    ankle = AnkleAdmittance(p, BODY, "L")
     for _ in range(10):
         tilted = ankle.update((4.0, 4.0, 0.0, 0.0), "swing", DT, FREE)
     for _ in range(100):
         assert ankle.update((10.0, 1.0, 8.0, 0.0), "stance", DT, FREE) == tilted
-    way = [ankle.update((5.0, 0.0, 0.0, 0.0), "swing", DT, FREE, progress=k / 60)[1] for k in range(30)]
-    assert np.all(np.diff(np.abs(way)) <= 0.0)
-    assert abs(way[-1]) < 0.05 * abs(tilted[1])
+    for _ in range(60):
+        left = ankle.update((0.0,) * 4, "swing", DT, FREE)
+    assert left[1] == pytest.approx(tilted[1] * math.exp(-0.6 * p.K_pitch / p.D_pitch), rel=0.03)
+
+
+def test_before_its_start_in_the_swing_the_admittance_holds() -> None:
+    ankle = AnkleAdmittance(AnkleParameters(start=0.5), BODY, "L")
+    for k in range(50):
+        assert ankle.update((5.0, 0.0, 0.0, 0.0), "swing", DT, FREE, progress=k / 100) == (0.0, 0.0)
+    assert ankle.update((5.0, 0.0, 0.0, 0.0), "swing", DT, FREE, progress=0.5) != (0.0, 0.0)
 
 
 def test_a_foot_that_meets_a_slope_turns_until_it_lies_on_it() -> None:

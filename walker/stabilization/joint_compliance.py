@@ -41,9 +41,9 @@ class JointComplianceParameters(msgspec.Struct, frozen=True, kw_only=True, forbi
 
     gain: Fraction = 1.0
     """Fraction of the deflection that is compensated."""
-    coefficient: NotNegative = 0.018
+    coefficient: NotNegative = 0.0094
     """Compliance of a joint, loop and gear together, rad/(N m)."""
-    half_backlash: NotNegative = 0.011
+    half_backlash: NotNegative = 0.0107
     """Half the backlash of a joint, rad."""
     backlash_torque: Positive = 0.15
     """Torque over which a joint passes from one side of its backlash to the other, N m."""
