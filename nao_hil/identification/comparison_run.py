@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import msgspec
+import numpy as np
 
 from emulator.wear import load_wear
 from nao_hil.identification.comparison import Comparison, JointComparison, SensorComparison, compare
@@ -17,6 +18,8 @@ from nao_hil.runs.config import RunConfig
 
 _READ = ("robot", "wear", "engine", "scenario", "start", "seed")
 """What of a configuration a replay reads."""
+_LYING = 1.0
+"""Roll or pitch from which on a torso lies, rad."""
 _NO_COMMANDS = (
     "No commands were recorded: the emulated robot follows the recorded angles, and only sensors are compared."
 )
@@ -63,6 +66,7 @@ def compare_recording(
         other = msgspec.structs.replace(settings, seed=settings.seed + 1)
         second = replay(source, other, lambda done: progress(0.5 + half * done))
         joints, sensors = compare(recorded.body, recorded.signals, first, second)
+        note = (*note, *_fall(recorded.signals, first))
     parameters = load_wear(settings.wear, recorded.body).sensors.fused_angle
     result = Comparison(
         recording=name,
@@ -76,6 +80,16 @@ def compare_recording(
         encoder_grid=recorded.encoder_grid,
     )
     return result, first
+
+
+def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
+    """A sentence if the emulated robot lies where the recorded one is not known to."""
+    lies, lay = (np.abs(signals.angle).max(axis=1) > _LYING for signals in (replayed, recorded))
+    rows = np.flatnonzero(lies & ~lay)
+    if not len(rows):
+        return ()
+    begin = replayed.time[rows[0]]
+    return (f"The emulated robot fell before {begin:.2f} s; compare what is before with --to.",)
 
 
 def _comparable(recorded: RecordedSignals) -> tuple[RecordedSignals, RecordedSignals | None, tuple[str, ...]]:

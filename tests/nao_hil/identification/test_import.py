@@ -1,4 +1,4 @@
-"""Recordings of others: logs of B-Human, MCAP of HULKs, uneven CSV, other clocks, sensors alone, encoders' grid.
+"""Recordings of others: logs of B-Human, MCAP of HULKs, uneven CSV, other clocks, sensors alone.
 
 All files are put together here, from the formats' sources.
 """
@@ -25,7 +25,9 @@ from nao_hil.identification.bhuman_log import read_bhuman
 from nao_hil.identification.clock import on_one_clock
 from nao_hil.identification.csv_file import read_csv
 from nao_hil.identification.encoder_grid import encoder_grid
+from nao_hil.identification.fit import GLOBAL, Fit
 from nao_hil.identification.hulks_mcap import is_hulks
+from nao_hil.identification.identification import result
 from nao_hil.identification.readings import Readings, on_grid, timing_notes
 from nao_hil.identification.recorded import read_signals
 from nao_hil.identification.sensors_only import at_rest, compare_fused_angle
@@ -219,6 +221,25 @@ def test_hulks_commands_an_hour_away_are_put_on_the_sensors_clock(tmp_path: Path
     command = recorded.signals.command[:, KNEE]
     assert command[50] == pytest.approx(0.3 * math.sin(0.05 * 50) ** 3, abs=0.016)  # less than a cycle
     assert any("-3600.00" in note or "-3599.99" in note for note in recorded.notes)
+
+
+def test_the_delay_is_not_identified_from_commands_on_another_clock(tmp_path: Path) -> None:
+    count, nominal = len(GLOBAL), load_wear("nominal")
+    for away, identified in ((0.0, True), (3600.0, False)):
+        recorded = read_signals(hulks_file(tmp_path / "outputs.mcap", commands_at=away), "nao-v6")
+        found = Fit(
+            servo=nominal.servo,
+            names=GLOBAL,
+            values=np.full(count, 0.01),
+            covariance=np.eye(count),
+            freedom=np.full(count, 9.0),
+            joints=(),
+            predicted=np.empty((0, 0)),
+            samples=np.empty((0, 0)),
+        )
+        values = result(recorded, found, recorded.signals, nominal, "outputs.mcap", "mine.toml")
+        assert ("delay" in values.parameters) is identified and ("delay" in values.assumed) is not identified
+        assert "lead" in values.parameters
 
 
 def test_a_hulks_file_without_names_or_sensors_is_refused(tmp_path: Path) -> None:
