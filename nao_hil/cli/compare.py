@@ -17,7 +17,7 @@ from nao_hil.runs.folder import RunDirectory, recording_of
 RecordingOrCsv = Annotated[
     Path,
     typer.Argument(
-        help="Recording (.mcap or .csv), or the folder of a run.",
+        help="Recording (.mcap, .csv, .csv.gz; .log of B-Human; .mcap of HULKs), or the folder of a run.",
         metavar="RECORDING",
         show_default=False,
         callback=recording_of,
@@ -35,13 +35,14 @@ def compare(
     seed: options.Seed = None,
     begin: options.Begin = 0.0,
     end: options.End = None,
+    columns: options.Columns = None,
     out: options.Out = None,
     as_json: options.Json = False,
 ) -> int:
     """Replay a recording's commands through the emulated robot, and report what differs.
 
     Body, world and start are those that the recording names, unless options say otherwise; drives and sensors
-    are `nominal`. The folder gets report.html and summary.json.
+    are `nominal`. Without commands only sensors are compared. The folder gets report.html and summary.json.
 
     Example: nao-hil compare frames.mcap --wear worn
 
@@ -56,7 +57,7 @@ def compare(
 
     options.check_stretch(begin, end)
     console = open_console()
-    recorded = read_signals(recording, robot, begin, end)
+    recorded = read_signals(recording, robot, begin, end, columns)
     named: dict[str, Any] = {
         name: given if given is not None else recorded.config.get(name)
         for name, given in (("robot", robot), ("scenario", scenario), ("start", start))
@@ -72,6 +73,8 @@ def compare(
     directory.write_summary(msgspec.to_builtins(result))
     page = directory.path / "report.html"
     write_comparison(page, result, recorded.signals, replayed)
+    for note in result.notes:
+        console.print(note, highlight=False, soft_wrap=True)
     console.print(f"{result.sentence}\nreport: {page}", highlight=False, soft_wrap=True)
     if as_json:
         print(msgspec.json.encode(result).decode(), flush=True)

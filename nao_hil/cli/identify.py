@@ -29,6 +29,7 @@ def identify(
     ] = "nominal",
     begin: options.Begin = 0.0,
     end: options.End = None,
+    columns: options.Columns = None,
     as_json: options.Json = False,
 ) -> int:
     """Fit backlash, delay, stiffness and friction to a recording of `nao-hil excite`.
@@ -51,7 +52,7 @@ def identify(
     if out.suffix != ".toml":
         raise ConfigurationError(f"--out {out}: the name of a wear profile ends with .toml.")
     console = open_console()
-    recorded = read_signals(recording, robot, begin, end)
+    recorded = read_signals(recording, robot, begin, end, columns)
     profile = load_wear(base, recorded.body)
     with console.status("fitting") as status:
         found, signals = identify(recorded, profile, lambda n: status.update(f"fitting: simulation {n}"))
@@ -61,6 +62,8 @@ def identify(
     write_bytes(out.with_suffix(".json"), msgspec.json.format(encoded))
     page = out.with_name(f"{out.stem}-report.html")
     write_identification(page, values, found, signals)
+    for note in values.notes:
+        console.print(note, highlight=False, soft_wrap=True)
     for name, each in values.parameters.items():
         value, interval = in_words(name, each)
         console.print(f"{name:26} {value:>20}   {interval}", highlight=False)

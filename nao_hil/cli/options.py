@@ -220,6 +220,12 @@ Recording = Annotated[
         callback=recording_of,
     ),
 ]
+Columns = Annotated[
+    Path | None,
+    typer.Option(
+        "--columns", help="TOML file that maps the columns of a CSV with other names.", metavar="FILE"
+    ),
+]
 Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.", min=0.0, metavar="S")]
 End = Annotated[
     float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")

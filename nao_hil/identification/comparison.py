@@ -13,6 +13,8 @@ from bridge.body import Body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS, absent_joints
 from nao_hil.identification import measures
+from nao_hil.identification.encoder_grid import EncoderGrid
+from nao_hil.identification.sensors_only import FusedAngleComparison
 from nao_hil.identification.signals import NAMES, Array, Signals
 
 SENSORS: Final = ("gyroscope", "accelerometer", "fsr")
@@ -68,16 +70,27 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     recording: str
     config: dict[str, Any]
     """Of the replay, with the seed."""
+    notes: tuple[str, ...]
+    """What of the recording was converted or assumed, and what cannot be compared."""
     seconds: float
+    """Of what was compared."""
     first: str
     """The joint that differs most; empty: none is beyond the noise floor."""
     joints: tuple[JointComparison, ...]
-    """Those that differ most come first."""
+    """Those that differ most come first; none without commands."""
     sensors: tuple[SensorComparison, ...]
+    fused_angle: FusedAngleComparison | None
+    """None: gyroscope, accelerometer and fused angle were not all recorded."""
+    encoder_grid: EncoderGrid
 
     @property
     def sentence(self) -> str:
         """The result in words."""
+        if not self.joints:
+            if self.fused_angle is None:
+                return f"Joints are not compared; {len(self.sensors)} values of sensors are."
+            worst = math.degrees(max(self.fused_angle.difference))
+            return f"Joints are not compared; the fused angle differs by {worst:.2f} degrees RMS."
         if not self.first:
             return "No joint differs beyond the noise floor."
         most = math.degrees(self.joints[0].excess)
@@ -95,7 +108,7 @@ def compare(
         replayed: The emulated robot under its commands.
         again: The same with another seed: the difference of the two is the noise floor.
     """
-    absent = (*absent_joints(body), *HANDS)
+    absent = (*absent_joints(body), *HANDS)  # differences count where something was measured
     quantum = 2.0 * math.pi / body.encoder_steps
     joints = [
         _joint(number, recorded, replayed, again, quantum)
@@ -111,7 +124,7 @@ def compare(
 def _joint(
     number: int, recorded: Signals, replayed: Signals, again: Signals, quantum: float
 ) -> JointComparison:
-    angles = [signals.position[:, number] for signals in (recorded, replayed, again)]
+    angles = [signals.position[recorded.measured, number] for signals in (recorded, replayed, again)]
     difference = measures.rms(angles[0] - angles[1])
     floor = max(measures.rms(angles[1] - angles[2]), quantum)
     return JointComparison(
@@ -138,24 +151,27 @@ def _following(number: int, signals: Signals) -> JointFollowing:
 
 def _sensors(recorded: Signals, replayed: Signals, again: Signals) -> Sequence[SensorComparison]:
     found = []
+    rows = recorded.measured
+    highest = 0.5 * rows.mean() / recorded.cycle
     for name in SENSORS:
         for column, label in enumerate(NAMES[name]):
             values: list[Array] = [getattr(each, name)[:, column] for each in (recorded, replayed, again)]
             if not np.isfinite(values[0]).all() or not np.isfinite(values[1]).all():
                 continue
             spectra = [measures.spectrum(each, recorded.cycle) for each in values[:2]]
-            rms = [float(np.std(each)) for each in values]
+            rms = [float(np.std(each[rows])) for each in values]
+            shown = spectra[0][0] <= highest * (1.0 + 1e-9)
             found.append(
                 SensorComparison(
                     sensor=f"{name}.{label}",
-                    recorded_mean=float(values[0].mean()),
-                    replayed_mean=float(values[1].mean()),
+                    recorded_mean=float(values[0][rows].mean()),
+                    replayed_mean=float(values[1][rows].mean()),
                     recorded_rms=rms[0],
                     replayed_rms=rms[1],
                     floor_rms=rms[2],
-                    frequency=tuple(spectra[0][0].tolist()),
-                    recorded_density=tuple(spectra[0][1].tolist()),
-                    replayed_density=tuple(spectra[1][1].tolist()),
+                    frequency=tuple(spectra[0][0][shown].tolist()),
+                    recorded_density=tuple(spectra[0][1][shown].tolist()),
+                    replayed_density=tuple(spectra[1][1][shown].tolist()),
                 )
             )
     return found

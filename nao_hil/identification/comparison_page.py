@@ -47,25 +47,29 @@ def write_comparison(path: Path, result: Comparison, recorded: Signals, replayed
         setup=tuple((name, str(value)) for name, value in config.items() if value not in ("", None)),
         claims=(),
         pictures=tuple(_pictures(path.parent, result, recorded, replayed)),
-        tables=(_joints(result), _sensors(result)),
+        tables=tuple(table for table in (_joints(result), _sensors(result), _fused(result)) if table.rows),
     )
     robot = f"{config['robot']}, {config['wear']} drives and sensors, on {config['engine']}"
-    facts = [("recording", result.recording), ("replayed on", robot), ("seconds", f"{result.seconds:.2f}")]
+    facts = [
+        ("recording", result.recording),
+        ("replayed on", robot),
+        ("seconds", f"{result.seconds:.2f}"),
+        *(("note", note) for note in result.notes),
+    ]
     write_report(path, Report("A recording beside the emulated robot", [page], facts, about=_ABOUT))
 
 
 def _pictures(folder: Path, result: Comparison, recorded: Signals, replayed: Signals) -> list[Picture]:
-    ranking, joints = folder / "ranking.png", folder / "joints.png"
-    plot_ranking(ranking, result.joints)
-    plot_joints(joints, result.joints[:SHOWN], recorded, replayed)
-    pictures = [
-        Picture(ranking, "Difference by joint", "RMS of the angle recorded less that of the replay."),
-        Picture(
-            joints,
-            "The joints that differ most",
-            "Left: the stretch in which they differ most. Right: all samples, the loop of hysteresis.",
-        ),
-    ]
+    pictures = []
+    if result.joints:
+        ranking, joints = folder / "ranking.png", folder / "joints.png"
+        plot_ranking(ranking, result.joints)
+        plot_joints(joints, result.joints[:SHOWN], recorded, replayed)
+        about = "Left: the stretch in which they differ most. Right: all samples, the loop of hysteresis."
+        pictures += [
+            Picture(ranking, "Difference by joint", "RMS of the angle recorded less that of the replay."),
+            Picture(joints, "The joints that differ most", about),
+        ]
     for name, title in (("gyroscope", "Gyroscope"), ("accelerometer", "Accelerometer"), ("fsr", "Force cells")):
         sensors = [sensor for sensor in result.sensors if sensor.sensor.startswith(name)]
         if sensors:
@@ -112,3 +116,15 @@ def _sensors(result: Comparison) -> ReportTable:
     ]
     head = ("sensor", "mean, recorded / replayed", "RMS about it, recorded / replayed / second replay")
     return ReportTable("Gyroscope (rad/s), accelerometer (m/s^2), force cells (N)", head, tuple(rows))
+
+
+def _fused(result: Comparison) -> ReportTable:
+    head = ("angle", "difference RMS, deg", "recorded RMS, deg", "largest step, recorded / emulated, deg")
+    rows = []
+    if (found := result.fused_angle) is not None:
+        columns = (found.difference, found.recorded_rms, found.recorded_step, found.emulated_step)
+        for name, values in zip(("roll", "pitch"), zip(*columns, strict=True), strict=True):
+            difference, rms, recorded, emulated = (f"{math.degrees(value):.2f}" for value in values)
+            rows.append((name, difference, rms, f"{recorded} / {emulated}"))
+    title = "Fused angle, and the emulated filter's from the recorded gyroscope and accelerometer"
+    return ReportTable(title, head, tuple(rows))

@@ -41,6 +41,8 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     profile: str
     """File that was written."""
     confidence: float
+    notes: tuple[str, ...]
+    """What of the recording was converted or assumed."""
     seconds: float
     parameters: dict[str, Identified]
     """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
@@ -65,8 +67,13 @@ def identify(
         The fit, and the part of the recording that it was made on.
 
     Raises:
-        ConfigurationError: the torso moves, or no joint moves by itself.
+        ConfigurationError: only sensors were recorded, the torso moves, or no joint moves by itself.
     """
+    if not (recorded.commanded and recorded.has_angles):
+        raise ConfigurationError(
+            "Only sensors were recorded; identification needs the command of each joint beside its angle, as "
+            "`nao-hil excite` records them."
+        )
     tilt = recorded.signals.angle
     if np.isfinite(tilt).all() and np.ptp(tilt, axis=0).max() > STEADY:
         raise ConfigurationError(
@@ -109,15 +116,19 @@ def result(
         recording: Its file.
         profile: File of the profile.
     """
+    identified = parameters(recorded.body, found)
+    if recorded.readings.own_clock:  # only the sum of delay and offset is known
+        del identified["delay"]
     return Identification(
         recording=recording,
         robot=recorded.body.name,
         base=base.name,
         profile=profile,
         confidence=CONFIDENCE,
+        notes=recorded.notes,
         seconds=float(signals.time[-1]),
-        parameters=parameters(recorded.body, found),
-        assumed=tuple(_assumed(found.names)),
+        parameters=identified,
+        assumed=tuple(_assumed(list(identified))),
         residual={joint: _residual(found, signals, i) for i, joint in enumerate(found.joints)},
     )
 
@@ -144,8 +155,6 @@ def _under_command(body: Body, signals: Signals) -> Signals:
     present = [number for number, joint in enumerate(JOINTS) if joint not in absent]
     known = np.isfinite(signals.command[:, present])
     ever = known.any(axis=0)
-    if not ever.any():
-        raise ConfigurationError("The recording has no command.")
     signals = signals.part(slice(int(known[:, ever].all(axis=1).argmax()), None))
     position = np.nan_to_num(signals.position)
     command = np.where(np.isfinite(signals.command), signals.command, position[0])

@@ -58,6 +58,7 @@ def write_identification(path: Path, result: Identification, found: Fit, signals
         ("recording", result.recording),
         ("seconds", f"{result.seconds:.1f}"),
         ("confidence", f"{result.confidence:.0%}"),
+        *(("note", note) for note in result.notes),
     ]
     write_report(path, Report("An identified robot", [page], facts, about=_ABOUT))
 

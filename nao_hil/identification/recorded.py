@@ -1,19 +1,26 @@
-"""Signals of a recording: ours (.mcap), or a CSV."""
+"""Signals of a recording: ours (.mcap), a CSV, or a log of another team's software."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
-from nao_hil.identification.csv_file import read_csv
-from nao_hil.identification.signals import Array, Signals, on_grid
+from nao_hil.identification.bhuman_log import read_bhuman
+from nao_hil.identification.clock import on_one_clock
+from nao_hil.identification.csv_file import MEASURED, read_csv
+from nao_hil.identification.encoder_grid import EncoderGrid, encoder_grid
+from nao_hil.identification.hulks_mcap import is_hulks, read_hulks
+from nao_hil.identification.readings import Readings, on_grid, timing_notes
+from nao_hil.identification.signals import Array, Signals
 from nao_hil.recording import load
 from nao_hil.runs.replay import recorded_body
+
+_CSV: Final = (".csv", ".csv.gz")
 
 
 @dataclass(frozen=True)
@@ -22,54 +29,91 @@ class RecordedSignals:
 
     body: Body
     signals: Signals
+    readings: Readings
+    """The same measurements at their own times."""
     config: dict[str, Any]
     """Configuration that the recording was made with; empty: it holds none."""
     whole: bool
     """It begins with the robot's first cycle."""
+    encoder_grid: EncoderGrid
+    notes: tuple[str, ...]
+    """Sentences about its times, clocks, units and angles."""
+
+    @property
+    def commanded(self) -> bool:
+        """It has a command at least."""
+        return bool(np.isfinite(self.signals.command).any())
+
+    @property
+    def has_angles(self) -> bool:
+        """It has measured joint angles."""
+        return bool(np.isfinite(self.signals.position).any())
 
 
 def read_signals(
-    path: Path, robot: str | None, begin: float = 0.0, end: float | None = None
+    path: Path, robot: str | None, begin: float = 0.0, end: float | None = None, columns: Path | None = None
 ) -> RecordedSignals:
     """Read a recording.
 
     Args:
-        path: .mcap or .csv.
+        path: .mcap of ours or of HULKs, .csv, .csv.gz, or .log of B-Human.
         robot: Body; None: the one that the recording names.
         begin: First second of the recording to take.
         end: Last one; None: its end.
+        columns: TOML that maps a CSV's columns, see `csv_file.ColumnMap`.
 
     Raises:
-        ConfigurationError: unreadable, malformed, no body known, or no commands in it.
+        ConfigurationError: unreadable, malformed, no body known, or no measurements in it.
     """
-    if path.suffix.lower() == ".csv":
-        if robot is None:
-            raise ConfigurationError(
-                f"{path}: a CSV does not say which body was recorded; name it with --robot."
-            )
-        body = load_body(robot)
-        time, columns = read_csv(path)
-        signals, config, whole = on_grid(time, columns, body.cycle), {}, False
+    config: dict[str, Any] = {}
+    whole = False
+    if path.name.lower().endswith(_CSV):
+        body, readings = _named_body(path, robot), read_csv(path, columns)
+    elif columns is not None:
+        raise ConfigurationError(f"--columns {columns}: maps the columns of a CSV; {path} is none.")
+    elif path.suffix.lower() == ".log":
+        body, readings = _named_body(path, robot), read_bhuman(path)
+    elif is_hulks(path):
+        body, readings = _named_body(path, robot), read_hulks(path)
     else:
         body = recorded_body(path, robot)
-        recording = load(path)
-        for topic, what in (("sensors", "sensor frame"), ("actuators", "command")):
-            if topic not in recording or recording[topic].rows < 2:
-                raise ConfigurationError(f"{path}: holds no {what}; a recording of a robot under command does.")
-        sensors = recording["sensors"]
-        columns = {
-            name: sensors[name] for name in ("position", "accelerometer", "gyroscope", "angle", "fsr")
-        } | _commands(sensors, recording["actuators"])
-        signals = on_grid(np.asarray(sensors["time"]), columns, body.cycle)
-        config = recording.config if isinstance(recording.config, dict) else {}
-        whole = int(sensors["seq"][0]) == 0
+        readings, config, whole = _own(path)
+    if readings.own_clock and readings.commands:
+        readings = on_one_clock(readings, body, path)
+    signals = on_grid(readings, body.cycle)
     first = round(begin / body.cycle)
     last = len(signals.time) if end is None else min(round(end / body.cycle) + 1, len(signals.time))
-    if last - first < 2:
+    if last - first < 2 or np.sum(signals.measured[first:last]) < 2:
         raise ConfigurationError(
             f"{path}: has {signals.time[-1]:.2f} s; --from and --to leave nothing of them."
         )
-    return RecordedSignals(body, signals.part(slice(first, last)), config, whole and first == 0)
+    half = 0.5 * body.cycle
+    readings = readings.from_to(signals.time[first] - half, signals.time[last - 1] + half)
+    signals = signals.part(slice(first, last))
+    grid = encoder_grid(body, readings.measured)
+    notes = (*readings.notes, *timing_notes(readings, body.cycle), *([grid.sentence] if grid.joints else []))
+    return RecordedSignals(body, signals, readings, config, whole and first == 0, grid, notes)
+
+
+def _named_body(path: Path, robot: str | None) -> Body:
+    if robot is None:
+        raise ConfigurationError(
+            f"{path}: does not say which body was recorded; name it with --robot, as `--robot nao-v6`."
+        )
+    return load_body(robot)
+
+
+def _own(path: Path) -> tuple[Readings, dict[str, Any], bool]:
+    """Readings, configuration, and whether it begins with the robot's first cycle."""
+    recording = load(path)
+    if "sensors" not in recording or recording["sensors"].rows < 2:
+        raise ConfigurationError(f"{path}: holds no sensor frame; a recording of a robot does.")
+    sensors = recording["sensors"]
+    time = np.asarray(sensors["time"])
+    commands = _commands(sensors, recording["actuators"]) if "actuators" in recording else {}
+    config = recording.config if isinstance(recording.config, dict) else {}
+    measured = {name: sensors[name] for name in MEASURED}
+    return Readings(time, measured, time, commands), config, int(sensors["seq"][0]) == 0
 
 
 def _commands(sensors: Any, actuators: Any) -> dict[str, Array]:

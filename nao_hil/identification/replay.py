@@ -13,13 +13,11 @@ from emulator.scenarios import load_scenario
 from emulator.start import STAND
 from emulator.wear import load_wear
 from nao_hil.identification.recorded import RecordedSignals
-from nao_hil.identification.signals import NAMES, Signals
+from nao_hil.identification.signals import COMMANDS, NAMES, Signals
 from nao_hil.identification.support import hangs
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 
-_ASKED: Final = ("command", "stiffness")
-"""Signals that a replay takes over."""
 HANG: Final = "hang"
 _CLEARANCE: Final = 0.1
 """Height of a hanging robot's soles over the floor, m."""
@@ -31,7 +29,7 @@ def replay(
     """Run the emulated robot under the recorded commands, open loop.
 
     It begins as the recording's robot did where the recording says how, else at rest in the first measured
-    posture, hanging if the settings say so or its feet carry nothing.
+    posture, hanging if the settings say so or its feet carry nothing; without angles, as the settings say.
 
     Args:
         recorded: Commands; a joint without one holds its first measured angle.
@@ -58,13 +56,14 @@ def replay(
             robot.advance(command)
             progress(k + 1)
     measured = {
-        name: np.array([getattr(frame, name) for frame in frames]) for name in NAMES if name not in _ASKED
+        name: np.array([getattr(frame, name) for frame in frames]) for name in NAMES if name not in COMMANDS
     }
-    return Signals(signals.time, signals.command, signals.stiffness, **measured)
+    return Signals(signals.time, signals.command, signals.stiffness, **measured, measured=signals.measured)
 
 
 def _robot(recorded: RecordedSignals, settings: RunConfig) -> EmulatedRobot:
-    if recorded.whole and settings.start == recorded.config.get("start", settings.start):
+    as_recorded = recorded.whole and settings.start == recorded.config.get("start", settings.start)
+    if as_recorded or not recorded.has_angles:
         return build_robot(settings, body=recorded.body)
     first = recorded.signals.position[0]
     posture = tuple(np.where(np.isfinite(first), first, 0.0))

@@ -51,7 +51,7 @@ def useful(body: Body, signals: Signals, joints: Sequence[str]) -> NDArray[np.bo
     limbs = [_limb(body, joint) for joint in joints]
     stiffness = signals.stiffness[:, columns]
     steady = np.abs(stiffness - np.median(stiffness, axis=0)) < _STEADY
-    found = moving & steady & np.isfinite(command) & np.isfinite(position)
+    found = moving & steady & np.isfinite(command) & np.isfinite(position) & signals.measured[:, None]
     if hangs(body, signals) is False:
         found[:, [i for i, joint in enumerate(joints) if joint in LEGS]] = False
     for i, joint in enumerate(joints):

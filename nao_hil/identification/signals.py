@@ -19,8 +19,8 @@ NAMES: Final = {
     },
 }
 """Columns of each signal by their names."""
-_HELD: Final = ("command", "stiffness")
-"""Signals that keep their value until the next one."""
+COMMANDS: Final = ("command", "stiffness")
+"""Signals that are asked for; the others are measured."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,8 @@ class Signals:
     """Fused roll and pitch of the torso, (n, 2)."""
     fsr: Array
     """Force cells, left foot first, (n, 8), N."""
+    measured: NDArray[np.bool_]
+    """Rows at which something was measured, (n,); the measurements of the others are interpolated."""
 
     @property
     def cycle(self) -> float:
@@ -57,26 +59,3 @@ class Signals:
         values: dict[str, Any] = {field.name: getattr(self, field.name)[rows] for field in fields(self)}
         values["time"] = values["time"] - values["time"][0]
         return Signals(**values)
-
-
-def on_grid(time: Array, columns: dict[str, Array], cycle: float) -> Signals:
-    """Signals on an even grid: measurements are interpolated, commands keep their value until the next.
-
-    Args:
-        time: Of the rows, s, (n,), rising.
-        columns: Of `NAMES`, each (n, width); one that is missing becomes NaN.
-        cycle: Distance of the grid's rows, s.
-    """
-    grid = np.arange(round((time[-1] - time[0]) / cycle) + 1) * cycle
-    source = time - time[0]
-    before = np.maximum(np.searchsorted(source, grid + 0.5 * cycle) - 1, 0)
-    values: dict[str, Array] = {"time": grid}
-    for name, labels in NAMES.items():
-        rows = columns.get(name)
-        if rows is None:
-            values[name] = np.full((len(grid), len(labels)), np.nan)
-        elif name in _HELD:
-            values[name] = rows[before]
-        else:
-            values[name] = np.stack([np.interp(grid, source, column) for column in rows.T], axis=1)
-    return Signals(**values)

@@ -1,0 +1,140 @@
+"""Content of a recording's file at times of its own, and the same on the grid of the robot's cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from nao_hil.identification.signals import COMMANDS, NAMES, Array, Signals
+from walker.model.gravity import GRAVITY
+
+_GAP: Final = 1.0
+"""Shortest time without a sample that is reported, s."""
+_JITTER: Final = 0.2
+"""Fraction of the usual interval by which samples of an even recording may be early or late."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Samples of a file, SI units and radians; NaN where a row holds no value."""
+
+    time: Array
+    """Of the measurements, s, (n,), rising."""
+    measured: Mapping[str, Array]
+    """Measured signals of `NAMES` that the file has, (n, width) each."""
+    command_time: Array
+    """Of the commands, s, (m,), rising."""
+    commands: Mapping[str, Array]
+    """`command` and `stiffness`, (m, 25) each; none: the file has no commands."""
+    own_clock: bool = False
+    """The commands' clock has an unknown offset to that of the measurements."""
+    notes: tuple[str, ...] = ()
+    """Sentences about the conversion."""
+
+    def from_to(self, begin: float, end: float) -> Readings:
+        """The measurements of a stretch, s after the first sample; the commands stay whole."""
+        source = self.time - self.time[0]
+        rows = (source >= begin) & (source <= end)
+        measured = {name: values[rows] for name, values in self.measured.items()}
+        return replace(self, time=self.time[rows], measured=measured)
+
+
+def on_grid(readings: Readings, cycle: float) -> Signals:
+    """Signals on an even grid that begins at the first measurement.
+
+    Commands keep their value until the next. Joint angles are interpolated. So are the other sensors, but the
+    rows next to a sample have its value: interpolation would lower their noise.
+
+    Args:
+        readings: Samples at times of their own.
+        cycle: Distance of the grid's rows, s.
+    """
+    source = readings.time - readings.time[0]
+    grid = np.arange(round(source[-1] / cycle) + 1) * cycle
+    nearest = np.minimum(np.rint(source / cycle).astype(int), len(grid) - 1)
+    measured = np.zeros(len(grid), dtype=bool)
+    measured[nearest] = True
+    values: dict[str, Any] = {"time": grid, "measured": measured}
+    for name, labels in NAMES.items():
+        empty = np.full((len(grid), len(labels)), np.nan)
+        if name in COMMANDS:
+            asked = readings.commands.get(name)
+            values[name] = empty if asked is None else _held(readings, asked, grid + 0.5 * cycle)
+        elif (rows := readings.measured.get(name)) is None:
+            values[name] = empty
+        else:
+            values[name] = np.stack([_interpolated(grid, source, column) for column in rows.T], axis=1)
+            if name != "position":
+                known = np.isfinite(rows)
+                for column in range(len(labels)):
+                    values[name][nearest[known[:, column]], column] = rows[known[:, column], column]
+    return Signals(**values)
+
+
+def timing_notes(readings: Readings, cycle: float) -> tuple[str, ...]:
+    """Sentences about uneven samples and gaps; none for samples of every cycle.
+
+    Args:
+        readings: Samples.
+        cycle: Of the robot, s.
+    """
+    intervals = np.diff(readings.time)
+    usual = float(np.median(intervals))
+    notes = []
+    if usual > 1.5 * cycle or np.mean(np.abs(intervals - usual) > _JITTER * usual) > 0.01:
+        notes.append(
+            f"There are {len(readings.time)} samples, {1e3 * usual:.0f} ms apart in the median and "
+            f"{1e3 * intervals.max():.0f} ms at most; the cycle is {1e3 * cycle:g} ms. Values between them are "
+            "interpolated and do not count."
+        )
+    if intervals.max() > _GAP:
+        at = int(intervals.argmax())
+        begin = readings.time[at] - readings.time[0]
+        number = int((intervals > _GAP).sum())
+        notes.append(
+            f"Gaps of more than {_GAP:g} s: {number}, the longest from {begin:.2f} s to "
+            f"{begin + intervals[at]:.2f} s."
+        )
+    return tuple(notes)
+
+
+def specific_force(accelerometer: Array, angle: Array | None) -> tuple[Array, tuple[str, ...]]:
+    """The accelerometer as specific force, of one that may show gravity instead or count in g.
+
+    Args:
+        accelerometer: (n, 3), m/s^2 or g.
+        angle: Fused roll and pitch, (n, 2), rad; None: not known, the torso is upright.
+
+    Returns:
+        (n, 3), m/s^2, and sentences about the changes.
+    """
+    notes = []
+    if 0.5 < np.nanmedian(np.linalg.norm(accelerometer, axis=1)) < 2.0:
+        accelerometer = accelerometer * GRAVITY
+        notes.append("The accelerometer is in g; it was multiplied by 9.81 m/s^2.")
+    roll, pitch = (0.0, 0.0) if angle is None else np.nan_to_num(np.nanmedian(angle, axis=0))
+    up = np.array([-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)])
+    if np.nanmedian(accelerometer, axis=0) @ up < 0.0:
+        accelerometer = -accelerometer
+        notes.append("The accelerometer shows gravity; it was negated into specific force.")
+    return accelerometer, tuple(notes)
+
+
+def _held(readings: Readings, asked: Array, until: Array) -> Array:
+    """The last value at each of the times, (rows, width); NaN before the first."""
+    before = np.searchsorted(readings.command_time - readings.time[0], until) - 1
+    rows = np.where(np.isfinite(asked), np.arange(len(asked))[:, None], -1)
+    rows = np.maximum.accumulate(rows, axis=0)[np.maximum(before, 0)]
+    found = np.where(rows >= 0, np.take_along_axis(asked, np.maximum(rows, 0), axis=0), np.nan)
+    found[before < 0] = np.nan
+    return np.asarray(found)
+
+
+def _interpolated(grid: Array, source: Array, column: Array) -> Array:
+    known = np.isfinite(column)
+    if not known.any():
+        return np.full(len(grid), np.nan)
+    return np.asarray(np.interp(grid, source[known], column[known]))
