@@ -12,9 +12,10 @@ import hmac
 from dataclasses import dataclass
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from ipaddress import ip_address
 from typing import Final
 from urllib.parse import parse_qs, urlsplit
+
+from bridge.link.session import is_loopback
 
 COOKIE: Final = "nao-hil-page"
 ALIVE: Final = "/alive"
@@ -86,16 +87,6 @@ class Access:
 
     def _knows(self, given: str) -> bool:
         return self.token is not None and hmac.compare_digest(given.encode(), self.token.encode())
-
-
-def is_loopback(name: str) -> bool:
-    """Whether a host's name or address is this machine's own."""
-    if name == "localhost":
-        return True
-    try:
-        return ip_address(name).is_loopback
-    except ValueError:
-        return False
 
 
 def _name(host: str) -> str:

@@ -12,8 +12,13 @@ from typing import Any
 
 import pytest
 
+from bridge.errors import WalkRefused
+from bridge.link import ControllerLink
+from bridge.link.guard_client import GuardClient
+from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
 from bridge.messages import SensorFrame
+from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push, Reset
 from bridge.recording.playback import read_recording
 from nao_hil.analysis.diagnosis import diagnose
@@ -361,3 +366,31 @@ def test_a_misspelt_key_in_a_file_gets_a_suggestion(
     file.write_text('robot = "nao-v4"\nstepps = 3\n')
     assert run([command, "--config", str(file)]) == 2
     assert "run.toml: unknown key 'stepps' (did you mean 'steps'?)" in one_sentence(capsys.readouterr().err)
+
+
+def test_a_stranger_who_takes_the_robot_of_an_open_link_ends_nothing_and_the_walker_takes_it_back(
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
+) -> None:
+    served = ["--serve", "--engine", "mujoco", "--mode", "lockstep", "--listen", endpoint]
+    command = start("up", *served, "--out", str(tmp_path / "run"))
+    log = tmp_path / "run" / "walker.log"
+    until(heard(monitor, lambda frame: frame.command > 5), "the walker")
+    with (
+        GuardClient("nao", endpoint) as guard,
+        ControllerLink("nao", endpoint, "thief") as thief,
+        WalkClient("nao", endpoint) as walker,
+    ):
+        assert thief.wait_robot() is not None
+        guard.stop()
+        guard.arm()
+        thief.acquire()
+        until(lambda: "held by controller `thief`" in log.read_text(), "the walker to say who has the robot")
+        until(lambda: monitor.status and monitor.status.holder == "thief", "the robot to say so")
+        with pytest.raises(WalkRefused, match="held by controller `thief`"):
+            walker.send(WalkCommand(op="walk"))
+        assert command.process.poll() is None
+        thief.release()
+        until(lambda: monitor.status and monitor.status.holder == "walker", "the walker to take it back")
+        until(lambda: monitor.status and monitor.status.under_command, "the robot to obey it")
+    command.interrupt()
+    assert command.process.returncode == 0, command.stderr
