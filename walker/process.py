@@ -98,6 +98,8 @@ class WalkerProcess:
         """The guard, or another controller, took the robot from the walk."""
         self._last: ActuatorFrame | None = None
         self._warned_at = -math.inf
+        self._gone: float | None = None
+        """Since when the robot is gone; monotonic, s."""
         self._refusal = ""
         """Why the lease was refused last."""
 
@@ -130,7 +132,12 @@ class WalkerProcess:
             if self._taken:
                 logger.warning("the robot had been taken from the walk, which begins anew")
                 self._taken = False
-            if self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
+            if not self._acquire():
+                continue
+            if self._gone is not None:
+                logger.warning("the robot is back after %.1f s", time.monotonic() - self._gone)
+                self._gone = None
+            if self._serve(lockstep=info.mode == "lockstep"):
                 self._link.release()
                 break
         return self._result()
@@ -202,13 +209,19 @@ class WalkerProcess:
                 self._boot, self._taken = None, True
                 return False
             try:
+                asked = time.monotonic()
                 frame = receive(SILENCE)
+                if (stalled := time.monotonic() - asked - SILENCE) > SILENCE:
+                    self._warn(
+                        f"this process stood still for {stalled:.1f} s (suspended, or starved by other work)"
+                    )
             except FrameError as error:
                 self._warn(str(error))  # a stranger on the robot's key; the robot's own version was checked
                 continue
             if not self._link.lease:
                 if not self._stop():
                     logger.warning("the robot is gone; waiting for it to come back")
+                    self._gone = time.monotonic()
                 return False
             if frame is None:
                 # a sign of life, so that a robot that pauses does not give the lease away

@@ -27,6 +27,9 @@ RETRY: Final = {"period_init_ms": 10, "period_max_ms": 50, "period_increase_fact
 """Reconnects within tens of milliseconds instead of Zenoh's seconds."""
 MAX_RECEIVED: Final = 1 << 20
 """bytes; Zenoh itself drops longer messages, so that nobody can fill the memory of the robot side."""
+SESSION_LEASE: Final = 30_000
+"""ms of silence of a party after which its session ends; longer than a pause in which a machine swaps or all
+processes are stopped. A party that dies ends its session at once."""
 OPEN_TIMEOUT: Final = 1000
 """ms an attempt to connect may take."""
 _LOOK: Final = 1.0
@@ -43,6 +46,7 @@ def _config(settings: dict[str, Any]) -> zenoh.Config:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "scouting/delay": 0,
+        "transport/link/tx/lease": SESSION_LEASE,
         "transport/link/rx/max_message_size": MAX_RECEIVED,
         "transport/shared_memory/enabled": False,
     }

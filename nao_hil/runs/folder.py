@@ -22,6 +22,7 @@ from emulator.scenarios import load_scenario
 from emulator.wear import load_wear
 from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.config import FILES, RunConfig, is_path
+from nao_hil.runs.fingerprint import kernels
 
 try:
     import fcntl
@@ -81,22 +82,27 @@ class RunDirectory:
         """The run's configuration, which `--config` takes back."""
         return self.path / "config.toml"
 
-    def clear(self) -> bool:
-        """Take the folder for a run of this process, and remove what an earlier run left in it.
+    def clear(self, *, overwrite: bool) -> None:
+        """Take the folder for a run of this process.
 
-        Returns:
-            Whether an earlier run left recordings or a summary.
+        Args:
+            overwrite: remove the recordings and the summary of an earlier run.
 
         Raises:
-            ConfigurationError: another process has it for a run.
+            ConfigurationError: another process has it for a run, or an earlier run is in it.
         """
         self.release()
         if fcntl is not None:
             self._lock()
         left = [path for path in self.path.iterdir() if _RESULT.fullmatch(path.name)]
+        if left and not overwrite:
+            self.release()
+            raise ConfigurationError(
+                f"{self.path}: holds a run already ({left[0].name}); give another folder with --out, or "
+                "replace the run with --overwrite."
+            )
         for path in left:
             path.unlink()
-        return bool(left)
 
     def _lock(self) -> None:
         self._held = os.open(self.path, os.O_RDONLY)
@@ -162,8 +168,8 @@ def _fresh(parent: Path) -> Path:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, the platform and the packages a result depends on."""
-    found = {"python": sys.version.split()[0], "platform": platform.platform()}
+    """Versions of Python, the platform, the packages a result depends on, and their kernels."""
+    found = {"python": sys.version.split()[0], "platform": platform.platform()} | kernels()
     for package in PACKAGES:
         try:
             found[package] = version(package)

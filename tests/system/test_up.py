@@ -220,17 +220,17 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
     assert command.result["cycles"] > 100
 
 
-def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
-    start: Start, endpoint: str, tmp_path: Path
-) -> None:
+def test_a_run_replaces_another_when_it_is_told_to(start: Start, endpoint: str, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     folder.mkdir()
     for name in ("frames.mcap", "frames-2.mcap", "summary.json", "notes.txt"):
         (folder / name).write_text("old")
     up = ["up", "--engine", "mujoco", "--mode", "lockstep", "--gait", "dynamic", "--steps", "2"]
     command = start(*up, "--listen", endpoint, "--out", str(folder), "--json")
+    assert command.wait() == 2
+    assert "holds a run already" in one_sentence(command.stderr)
+    command = start(*up, "--listen", endpoint, "--out", str(folder), "--json", "--overwrite")
     assert command.wait() == 0
-    assert " ".join(command.stderr.split()).count("is replaced") == 1
     assert not (folder / "frames-2.mcap").exists()
     assert (folder / "notes.txt").read_text() == "old"
     assert inspect(folder / "frames.mcap").frames_sha256 == command.result["frames_sha256"]
@@ -394,3 +394,37 @@ def test_a_stranger_who_takes_the_robot_of_an_open_link_ends_nothing_and_the_wal
         until(lambda: monitor.status and monitor.status.under_command, "the robot to obey it")
     command.interrupt()
     assert command.process.returncode == 0, command.stderr
+
+
+def test_a_pause_of_all_processes_is_told_and_the_run_goes_on(
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
+) -> None:
+    command = start(
+        *(
+            "up",
+            "--engine",
+            "mujoco",
+            "--steps",
+            "0",
+            "--listen",
+            endpoint,
+            "--out",
+            str(tmp_path / "run"),
+            "--json",
+        )
+    )
+    walking = until(heard(monitor, lambda frame: frame.command > 50), "the walk")
+    assert walking is not None
+    pids = [command.process.pid, *command.children()]
+    for pid in pids:
+        os.kill(pid, signal.SIGSTOP)
+    time.sleep(1.5)
+    for pid in pids:
+        os.kill(pid, signal.SIGCONT)
+    until(heard(monitor, lambda frame: frame.command > walking.seq + 50), "the walk after the pause")
+    command.interrupt()
+    told = " ".join(command.stderr.split())
+    assert "the robot says: The robot's process stood still for 1." in told
+    assert "this process stood still for 1." in " ".join((tmp_path / "run" / "walker.log").read_text().split())
+    assert "The run did not keep real time" in told
+    assert "The run did not keep real time" in command.result["starved"]
