@@ -92,7 +92,7 @@ def numerics() -> str:
 
 
 def kernels() -> dict[str, str]:
-    """Names of what `numerics` depends on: processor, C library, OpenBLAS's kernel, NumPy's instruction sets."""
+    """Names of what `numerics` depends on: processor, libm, OpenBLAS's kernel, NumPy's instruction sets."""
     from numpy._core._multiarray_umath import __cpu_features__ as features  # loaded with NumPy; not public
 
     names = (

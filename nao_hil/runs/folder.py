@@ -11,14 +11,14 @@ import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import msgspec
 
 from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import later_file
-from emulator.scenarios import load_scenario
+from emulator.scenarios import Scenario, load_scenario
 from emulator.wear import load_wear
 from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.config import FILES, RunConfig, is_path
@@ -141,13 +141,19 @@ class RunDirectory:
         read = {field: _LOADERS[field](getattr(config, field)) for field in files}  # refuses a wrong file
         for field in files:
             if field == "scenario":
-                self.write_scenario(read[field])  # a heightfield's file is elsewhere
+                self.write_scenario(cast(Scenario, read[field]))  # a heightfield's file is elsewhere
             else:
                 write_bytes(self.path / f"{field}.toml", Path(getattr(config, field)).read_bytes())
         return msgspec.structs.replace(config, **{field: f"{field}.toml" for field in files})
 
-    def write_scenario(self, scenario: msgspec.Struct) -> None:
-        """Write the world in full, a heightfield's numbers included."""
+    def write_scenario(self, scenario: Scenario) -> None:
+        """Write the world in full, given heights of a heightfield as a CSV file of their own."""
+        field = scenario.heightfield
+        if field is not None and field.heights:
+            rows = (",".join(map(repr, row)) for row in field.heights)
+            write_text(self.path / "heights.csv", "\n".join(rows) + "\n")
+            field = msgspec.structs.replace(field, heights=(), file="heights.csv")
+            scenario = msgspec.structs.replace(scenario, heightfield=field)
         write_bytes(self.path / "scenario.toml", msgspec.toml.encode(scenario))
 
     def write_summary(self, summary: dict[str, Any]) -> None:

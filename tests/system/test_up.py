@@ -148,7 +148,7 @@ def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
     assert cut_off[-1].time > 0.5
 
     restarted = time.time_ns()
-    start(*emulate)
+    start(*emulate, "--overwrite")
     until(heard(monitor, lambda frame: frame.wall > restarted and frame.command > 200), "the new walk")
     walker.interrupt()
     assert walker.process.returncode == 130
