@@ -141,17 +141,17 @@ class RobotProcess:
             self._link.publish_sensors(self._robot.frame)
         elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
             accepted = self._host.admit([command], self._robot.frame.seq)
-            if accepted is not None:
-                self._run(accepted, supervised=False)
+            # one that the guard refuses is an answer too: its sender waits for the next frame
+            self._run(accepted, supervised=False, answered=True)
 
     def _cycle(self, commands: Sequence[ActuatorFrame], *, supervised: bool) -> None:
         """One cycle whether or not a command came."""
         self._run(self._host.admit(commands, self._robot.frame.seq), supervised=supervised)
 
-    def _run(self, command: ActuatorFrame | None, *, supervised: bool) -> None:
+    def _run(self, command: ActuatorFrame | None, *, supervised: bool, answered: bool = False) -> None:
         if self._began is None:
             self._began = time.monotonic()
-        expected = self._host.expected
+        expected = self._host.expected and not answered
         if self._robot.dcm.busy:
             self._host.guard.timed_waiting()
         given = self._host.decide(self._robot.frame, command, supervised=supervised)
