@@ -69,7 +69,7 @@ class Access:
             given = parse_qs(address.query).get("token", [""])[0]
             if self._knows(given):
                 cookie = f"{COOKIE}={given}; Path=/; HttpOnly; SameSite=Strict" + "; Secure" * self.tls
-                return Answer(HTTPStatus.SEE_OTHER, "", (("Set-Cookie", cookie), ("Location", "/")))
+                return Answer(HTTPStatus.SEE_OTHER, "", (("Set-Cookie", cookie), ("Location", ".")))
             if not self._knows(_cookie(asked.cookie)):
                 return Answer(
                     HTTPStatus.UNAUTHORIZED, "Open the address with the token that `nao-hil view` printed.\n"
