@@ -109,6 +109,25 @@ def _require_guarded(listen: str) -> None:
         )
 
 
+def _require_network(locator: str) -> None:
+    """See that this machine has a way to its own loopback, where an endpoint is there.
+
+    Raises:
+        LinkError: the interface is down.
+    """
+    host = locator.partition("/")[2].rpartition(":")[0].strip("[]")
+    if not is_loopback(host):
+        return
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((host, 9))  # looks for a route, sends nothing
+        except OSError as error:
+            raise LinkError(
+                f"{locator} cannot be reached: {error.strerror}; this machine's loopback interface is down, "
+                "`ip link set lo up` starts it."
+            ) from None
+
+
 def open_robot(listen: str) -> zenoh.Session:
     """The robot side's session.
 
@@ -119,6 +138,7 @@ def open_robot(listen: str) -> zenoh.Session:
     """
     locator, folder = split_endpoint(check_endpoint(listen))
     _require_guarded(listen)
+    _require_network(locator)
     settings: dict[str, Any] = {
         "mode": "router",
         "listen/endpoints": [locator],
@@ -165,6 +185,7 @@ def check_free(listen: str) -> None:
     """
     locator, _ = split_endpoint(check_endpoint(listen))
     _require_guarded(listen)
+    _require_network(locator)
     protocol, _, address = locator.partition("/")
     if protocol not in ("tcp", "tls"):
         return
@@ -190,7 +211,7 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
 
     Raises:
         ConfigurationError: not an endpoint, or its certificates cannot be used.
-        LinkError: robot and certificates do not trust each other; says why.
+        LinkError: robot and certificates do not trust each other, or loopback is down; says why.
     """
     locator, folder = split_endpoint(check_endpoint(connect))
     files = None if folder is None else load_certificates(folder, role)
@@ -213,6 +234,7 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
     try:
         return zenoh.open(_config(settings))
     except zenoh.ZError:
+        _require_network(locator)
         if files is not None:
             check_peer(locator, files)
         return None

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -428,3 +430,16 @@ def test_a_pause_of_all_processes_is_told_and_the_run_goes_on(
     assert "this process stood still for 1." in " ".join((tmp_path / "run" / "walker.log").read_text().split())
     assert "The run did not keep real time" in told
     assert "The run did not keep real time" in command.result["starved"]
+
+
+@pytest.mark.parametrize("command", ["up --steps 2", "emulate", "walk", "stop", "view", "serve lola"])
+def test_without_loopback_a_command_says_so_at_once(command: str, tmp_path: Path) -> None:
+    alone = ["unshare", "--map-root-user", "--net"]
+    if subprocess.run([*alone, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("this machine gives no network of its own")
+    nao_hil = [sys.executable, "-m", "nao_hil.cli", *command.split()]
+    ended = subprocess.run(
+        [*alone, *nao_hil], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
+    )
+    assert ended.returncode == 3
+    assert "loopback interface is down, `ip link set lo up` starts it" in one_sentence(ended.stderr)
