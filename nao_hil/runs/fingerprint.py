@@ -12,6 +12,7 @@ import math
 import platform
 from collections.abc import Sequence
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
@@ -93,8 +94,7 @@ def numerics() -> str:
 
 def kernels() -> dict[str, str]:
     """Names of what `numerics` depends on: processor, libm, OpenBLAS's kernel, NumPy's instruction sets."""
-    from numpy._core._multiarray_umath import __cpu_features__ as features  # loaded with NumPy; not public
-
+    features = import_module("numpy._core._multiarray_umath").__cpu_features__  # loaded with NumPy; not public
     names = (
         line.partition(":")[2].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")
     )

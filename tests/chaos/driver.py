@@ -11,6 +11,7 @@ import os
 import random
 import signal
 import socket
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -137,6 +138,7 @@ class Chaos:
         sentence = f"{text} (after {self._last})"
         if sentence not in self._violations:
             self._violations.append(sentence)
+            print(f"violation: {sentence}", file=sys.stderr, flush=True)
 
     # Events: each says what it does, and excuses its victims.
 
@@ -349,6 +351,7 @@ class Chaos:
             self._last = act.__name__
             self._last = f"{act.__name__} of {act()}"
             self._events[act.__name__] += 1
+            print(f"{time.monotonic() - began:6.0f} s: {self._last}", file=sys.stderr, flush=True)
             self._watch(self._random.uniform(*PAUSE))
             self._look_at_processes()
         self._end()
