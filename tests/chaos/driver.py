@@ -45,7 +45,7 @@ EXCUSE: Final = 150.0
 LIMP: Final = 0.15
 """Stiffness of a robot that rests."""
 GROWTH: Final = 5.0
-"""MB that a process may grow after its first `SETTLED` s."""
+"""MB that a process may grow from its first `SETTLED` s on, seen after twice as long."""
 SETTLED: Final = 120.0
 LOOK: Final = 0.5
 """s between two looks at robots and processes."""
@@ -324,9 +324,11 @@ class Chaos:
             )
 
     def _note_growth(self, member: Member) -> None:
-        settled = int(SETTLED / 4.0)
-        if len(member.memory) > 2 * settled:
-            grown = max(member.memory[-5:]) - max(member.memory[:settled])
+        looks = member.memory
+        early = [size for at, size in looks if at - looks[0][0] <= SETTLED]
+        late = [size for at, size in looks if at - looks[0][0] > 2.0 * SETTLED]
+        if early and late:
+            grown = max(late[-5:]) - max(early)
             self._growth[member.name] = max(round(grown, 1), self._growth.get(member.name, -1e9))
             if grown > GROWTH:
                 self._violate(f"{member.name} has grown by {grown:.1f} MB")

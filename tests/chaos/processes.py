@@ -17,6 +17,8 @@ from nao_hil.runs.supervisor import Child
 
 PACKET: Final = 896
 """bytes of a packet of LoLA."""
+READY_WORDS: Final = ("recording to", "recording `", " found: ", "the page is at")
+"""Of which each process says one when it has loaded."""
 TAG: Final = 0.3
 """rad of HeadYaw, which the client of LoLA alone asks for."""
 
@@ -37,8 +39,8 @@ class Member:
         self._starts = 0
         self.excused = 0.0
         """Monotonic time until which it may end with a sentence: something was done to it, or to its robot."""
-        self.memory: list[float] = []
-        """MB of its present start, one per look."""
+        self.memory: list[tuple[float, float]] = []
+        """Monotonic time and MB of its present start, one per look since it was ready."""
         self.start()
 
     def start(self) -> None:
@@ -60,10 +62,12 @@ class Member:
             self.child._process.send_signal(number)
 
     def look(self) -> None:
-        """Note its memory."""
+        """Note its memory, once it has loaded: that takes minutes on a machine without time for it."""
+        if not any(word in self.log for word in READY_WORDS):
+            return
         with contextlib.suppress(OSError):
             pages = Path(f"/proc/{self.child.pid}/statm").read_text().split()[1]
-            self.memory.append(int(pages) * 4096 / 1e6)
+            self.memory.append((time.monotonic(), int(pages) * 4096 / 1e6))
 
 
 class LolaProgram:
