@@ -79,10 +79,8 @@ def as_csv(file: Path, target: Path) -> None:
 
 def compared(capsys: pytest.CaptureFixture[str], file: Path, *options: str) -> dict:
     out = file.parent / "compared"
-    assert (
-        run(["compare", str(file), "--engine", "mujoco", "--seed", "3", "--out", str(out), "--json", *options])
-        == 0
-    )
+    given = ["--engine", "mujoco", "--seed", "3", "--out", str(out), "--overwrite", "--json", *options]
+    assert run(["compare", str(file), *given]) == 0
     assert (out / "report.html").exists() and (out / "summary.json").exists()
     return json.loads(capsys.readouterr().out)
 
