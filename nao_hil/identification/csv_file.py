@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import difflib
 import gzip
+import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -13,11 +14,13 @@ from typing import Final, NamedTuple, TextIO
 import msgspec
 import numpy as np
 
-from bridge.config import load_toml
+from bridge.config import load_toml, read_limited
 from bridge.errors import ConfigurationError
 from nao_hil.identification.readings import Readings
 from nao_hil.identification.signals import COMMANDS, NAMES, Array
 
+MAX_CSV: Final = 1 << 26
+"""Bytes of a file of measurements, unpacked."""
 COLUMNS: Final = {
     f"{name}.{label}": (name, number) for name, labels in NAMES.items() for number, label in enumerate(labels)
 }
@@ -85,9 +88,14 @@ def read_csv(path: Path, mapping: Path | None = None) -> Readings:
 
 
 def _open(path: Path) -> TextIO:
+    """Text of a file within its bound."""
+    advice = f"give a CSV file of at most {MAX_CSV} bytes"
+    data = read_limited(path, MAX_CSV, advice)
     if path.suffix.lower() == ".gz":
-        return gzip.open(path, "rt", newline="", encoding="utf-8-sig")
-    return path.open(newline="", encoding="utf-8-sig")
+        data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(MAX_CSV + 1)
+        if len(data) > MAX_CSV:
+            raise ConfigurationError(f"{path}: is longer than {MAX_CSV} bytes unpacked; {advice}.")
+    return io.StringIO(data.decode("utf-8-sig"), newline="")
 
 
 def _read_table(path: Path, file: TextIO, given: ColumnMap | None, mapping: Path | None) -> _Table:

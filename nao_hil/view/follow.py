@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ from bridge.messages.world import Status
 from nao_hil.analysis.diagnosis import MomentBuilder
 from nao_hil.runs.demo import CAPTION
 from nao_hil.view.controls import Controls
-from nao_hil.view.downloads import add_downloads, newest_recording
+from nao_hil.view.downloads import add_downloads, latest_recording
 from nao_hil.view.driving import Driving
 from nao_hil.view.hand import Hand
 from nao_hil.view.live import Commands, Subscriber
@@ -116,7 +117,8 @@ class Follower:
         page.add_view_tab()
         if (folder := self._folder) is not None:
             with page.tabs.add_tab("Save"):
-                add_downloads(page.gui, lambda: newest_recording(folder), page.say)
+                newest, before = partial(latest_recording, folder), partial(latest_recording, folder, 1)
+                add_downloads(page.gui, newest, page.say, before)
         self._page.say("answers to the buttons appear here")
         self._watcher = threading.Thread(
             target=self._watch, args=(controls, emulated), name="watch", daemon=True

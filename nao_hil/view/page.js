@@ -76,7 +76,7 @@ const writeField = (input, text) => {
     }
   };
   setInterval(async () => {
-    missed = await fetch("/alive").then(() => 0, () => missed + 1);
+    missed = await fetch("alive").then(() => 0, () => missed + 1);
     tell(missed > 1);
   }, PATIENCE);
 })();
@@ -234,4 +234,15 @@ const writeField = (input, text) => {
     button.textContent = copied ? "Copied" : "The link is in the address bar";
     setTimeout(() => Object.assign(button, { textContent: label, disabled: false }), SAID);
   });
+})();
+
+// Under a path of a proxy: the library leaves out the slash at the end of its own address, which a proxy needs.
+(() => {
+  const own = location.href.replace(/^http/, "ws").split(/[?#]/)[0];
+  if (location.pathname === "/" || !own.endsWith("/")) return;
+  const post = Worker.prototype.postMessage;
+  Worker.prototype.postMessage = function (message, ...rest) {
+    const slashed = message?.server === own.slice(0, -1) ? { ...message, server: own } : message;
+    return post.call(this, slashed, ...rest);
+  };
 })();

@@ -56,7 +56,7 @@ def open_server(
         ) from None
     _check_free(host, port)
     # viser announces itself on stdout, which belongs to `--json`.
-    with _own_door(access or Access(), _page(label), tls), contextlib.redirect_stdout(io.StringIO()):
+    with _owndoor(access or Access(), _page(label), tls), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     # What a browser can ask for: a tunnel from viser's own site on the internet to this page.
     server.request_share_url = lambda *_, **__: None
@@ -76,7 +76,7 @@ def _check_free(host: str, port: int) -> None:
 
 
 @contextlib.contextmanager
-def _own_door(access: Access, page: str, tls: ssl.SSLContext | None) -> Iterator[None]:
+def _owndoor(access: Access, page: str, tls: ssl.SSLContext | None) -> Iterator[None]:
     """While the server opens: its connections are checked, its only file is `page`, and it logs no probe."""
     from websockets.asyncio import server
 
@@ -85,7 +85,7 @@ def _own_door(access: Access, page: str, tls: ssl.SSLContext | None) -> Iterator
     silent.setLevel(logging.CRITICAL)
 
     def serve(*arguments: Any, **options: Any) -> Any:
-        own = {"process_request": _door(access, page), "ssl": tls, "logger": silent}
+        own = {"process_request": door(access, page), "ssl": tls, "logger": silent}
         return original(*arguments, **(options | own))
 
     server.serve = serve  # type: ignore[misc, assignment]
@@ -95,7 +95,7 @@ def _own_door(access: Access, page: str, tls: ssl.SSLContext | None) -> Iterator
         server.serve = original  # type: ignore[misc, assignment]
 
 
-def _door(access: Access, page: str) -> Callable[[Any, Any], Any]:
+def door(access: Access, page: str) -> Callable[[Any, Any], Any]:
     """What websockets asks about each request."""
     from websockets.datastructures import Headers
     from websockets.http11 import Response
@@ -106,7 +106,7 @@ def _door(access: Access, page: str) -> Callable[[Any, Any], Any]:
         headers["Content-Length"] = str(len(body))
         return Response(answer.status.value, answer.status.phrase, Headers(headers), body)
 
-    def door(_: Any, request: Any) -> Response | None:
+    def check(_: Any, request: Any) -> Response | None:
         """The refusal of a request; None: it may pass."""
 
         def only(name: str) -> str:
@@ -117,7 +117,7 @@ def _door(access: Access, page: str) -> Callable[[Any, Any], Any]:
         answer = access.check(asked, page)
         return None if answer is None else response(answer)
 
-    return door
+    return check
 
 
 def _page(title: str) -> str:

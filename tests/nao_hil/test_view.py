@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import re
 import subprocess
 import sys
 import threading
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator
+from functools import partial
+from http.client import HTTPConnection
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -48,6 +51,7 @@ from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, SPEED_STEPS, TURN
 from nao_hil.view.charts import CHARTS, MARKS, Charts, mark
 from nao_hil.view.controls import FAULTS, Controls
+from nao_hil.view.downloads import add_downloads, latest_recording
 from nao_hil.view.driving import KEYS, Driving
 from nao_hil.view.gaps import with_breaks, with_gaps
 from nao_hil.view.hand import SPEED, Hand
@@ -57,6 +61,7 @@ from nao_hil.view.looks import link_parts, terrain_meshes
 from nao_hil.view.page import verdict, walks_again
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.scene.push import level_way
+from nao_hil.view.server import open_server
 from nao_hil.view.slow_motion import SlowMotion
 from nao_hil.view.surroundings import initial_world
 from tests.loops import TIMEOUT, until
@@ -714,3 +719,39 @@ def test_a_held_robot_s_joints_go_where_their_sliders_are_no_faster_than_said(
     assert np.diff(knee).max() == pytest.approx(SPEED * BODY.cycle)
     assert np.ptp(np.delete(asked, JOINTS.index("LKneePitch"), axis=1)) == 0.0
     until(lambda: not gui.widgets["Joints, deg"].visible, "the sliders to go")
+
+
+def test_the_recording_of_a_fall_is_offered_after_a_reset(tmp_path: Path) -> None:
+    pressed: dict[str, Callable[[Any], None]] = {}
+    given: list[tuple[str, bytes]] = []
+    said: list[str] = []
+
+    def add_button(label: str, **_: Any) -> SimpleNamespace:
+        return SimpleNamespace(on_click=partial(pressed.__setitem__, label))
+
+    client = SimpleNamespace(send_file_download=lambda name, content, **_: given.append((name, content)))
+    newest, before = partial(latest_recording, tmp_path), partial(latest_recording, tmp_path, 1)
+    add_downloads(SimpleNamespace(add_button=add_button), newest, said.append, before)
+    button = pressed["Recording before the reset"]
+    (tmp_path / "frames.mcap").write_bytes(b"the fall")
+    button(SimpleNamespace(client=client))
+    assert not given and "was not reset" in said[-1]
+    (tmp_path / "frames-2.mcap").write_bytes(b"what followed")
+    os.utime(tmp_path / "frames.mcap", (0.0, 0.0))
+    button(SimpleNamespace(client=client))
+    pressed["Download the recording"](SimpleNamespace(client=client))
+    assert given == [("frames.mcap", b"the fall"), ("frames-2.mcap", b"what followed")]
+
+
+def test_every_answer_of_the_page_has_a_content_security_policy() -> None:
+    port = free_port()
+    server = open_server("127.0.0.1", port, "policy")
+    try:
+        for path in ("/", "/alive", "/nothing"):
+            connection = HTTPConnection("127.0.0.1", port, timeout=10.0)
+            connection.request("GET", path)
+            policy = connection.getresponse().headers["Content-Security-Policy"]
+            assert "default-src 'self'" in policy and "frame-ancestors 'none'" in policy
+            connection.close()
+    finally:
+        server.stop()

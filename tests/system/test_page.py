@@ -21,7 +21,10 @@ from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.drive.driver import SPEED_STEPS
 from nao_hil.runs.config import RunConfig
+from nao_hil.view.server import open_server
+from tests.loops import until
 from tests.ports import free_endpoint
+from tests.proxy import proxy
 from walker.planning import gait_parameters
 
 Start = Callable[..., Any]
@@ -448,3 +451,14 @@ def test_another_site_in_the_same_browser_cannot_connect(
         browser_page.route("http://evil.example/", lambda route: route.fulfill(body="<p>another site"))
         browser_page.goto(site)
         assert browser_page.evaluate(CONNECT, own) == "refused"
+
+
+def test_the_page_works_under_a_path_of_a_proxy(port: int, browser_page: Page) -> None:
+    server = open_server("127.0.0.1", port, "behind a proxy")
+    try:
+        with proxy("/nao/", port) as address, browser_page.expect_response("**/nao/alive") as alive:
+            browser_page.goto(address)
+            until(lambda: browser_page.wait_for_timeout(100) or server.get_clients(), "the page to connect")
+        assert alive.value.status == 204
+    finally:
+        server.stop()
