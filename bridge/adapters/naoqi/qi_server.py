@@ -27,6 +27,7 @@ from bridge.adapters.naoqi.qi_directory import (
     Service,
     meta_object,
 )
+from bridge.adapters.naoqi.qi_log import LISTENER, LISTENER_META, LOG_MANAGER, METHODS, LogEvents
 from bridge.adapters.naoqi.qi_values import ObjectReference, QiError, encode
 from bridge.errors import LinkError, NaoHilError
 
@@ -69,6 +70,7 @@ class QiServer:
             if name == _MEMORY:
                 table[_FIRST_METHOD + len(table)] = ("subscriber", "(s)", "o")
             self._directory.add(name, table)
+        self._directory.add(LOG_MANAGER, METHODS)
         self._subscribers: dict[str, int] = {}
         """Event -> number of the object with its signal."""
         self._loop = asyncio.new_event_loop()
@@ -90,8 +92,11 @@ class QiServer:
             )
             return
         self._spawn(self._call_modules())
+        log = LogEvents(lambda *event: self._soon(self._send_log, *event))
+        logging.getLogger("bridge").addHandler(log)
         started.set_result(None)
         self._loop.run_forever()
+        logging.getLogger("bridge").removeHandler(log)
         server.close()
         for task in self._tasks:
             task.cancel()
@@ -133,12 +138,17 @@ class QiServer:
     def _publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
         number = self._subscribers.get(event)
         if number is not None:
-            address = (self._directory.names[_MEMORY].number, number, _SIGNAL)
-            payload = encode("(m)", [value])
-            for connection in self._connections:
-                connection.event(address, payload)
+            self._send_event(_MEMORY, number, _SIGNAL, encode("(m)", [value]))
         if callbacks:
             self._modules.put_nowait((event, value, callbacks))
+
+    def _send_event(self, service: str, number: int, action: int, payload: bytes) -> None:
+        address = (self._directory.names[service].number, number, action)
+        for connection in self._connections:
+            connection.event(address, payload)
+
+    def _send_log(self, number: int, action: int, payload: bytes) -> None:
+        self._send_event(LOG_MANAGER, number, action, payload)
 
     async def _call_modules(self) -> None:
         """Call the modules that subscribed to events, in the events' order; one that is gone is left out."""
@@ -168,12 +178,18 @@ class QiServer:
         if message.action in OF_OBJECTS:
             connection.reply(message, self._of_object(connection, service, message))
             return
+        if service.name == LOG_MANAGER and message.object == LISTENER:
+            connection.reply(message, b"")
+            return
         if message.object != MAIN or message.action not in service.methods:
             raise QiError(f"{service.name} has no method {message.action} on object {message.object}")
         name, parameters, result = service.methods[message.action]
         arguments = message.values(parameters)
         if service.number == DIRECTORY:
             connection.reply(message, encode(result, self._directory.call(connection, name, arguments)))
+        elif service.name == LOG_MANAGER:
+            listener = ObjectReference(LISTENER_META, service.number, LISTENER)
+            connection.reply(message, encode(result, listener))
         elif result == "o":
             connection.reply(message, encode(result, self._subscriber(service, *arguments)))
         elif service.name == _MEMORY and name in SUBSCRIBING:
@@ -185,7 +201,9 @@ class QiServer:
         _, parameters, result = OF_OBJECTS[message.action]
         arguments = message.values(parameters)
         if message.action == META_OBJECT:
-            return service.meta_object if message.object == MAIN else _SUBSCRIBER
+            if message.object == MAIN:
+                return service.meta_object
+            return LISTENER_META if service.name == LOG_MANAGER else _SUBSCRIBER
         if message.action in (REGISTER, REGISTER_WITH_SIGNATURE):
             connection.link(arguments[2], (service.number, message.object, arguments[1]))
             return encode(result, arguments[2])
