@@ -36,6 +36,7 @@ _COMMANDS: Final = {
     "walk": "walk:walk",
     "drive": "drive:drive",
     "view": "view:view",
+    "ros": "ros:ros",
     "record": "record:record",
     "replay": "replay:replay",
     "info": "info:info",

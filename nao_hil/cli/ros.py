@@ -1,0 +1,80 @@
+"""`nao-hil ros`: a robot of the link on ROS 2, without ROS."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Annotated
+
+import msgspec
+import typer
+
+from bridge.errors import ConfigurationError
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.link.session import try_client
+from nao_hil.cli import options
+from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.signals import stop_event
+
+RETRY = 0.1
+"""s between two looks for a router"""
+
+
+def ros(
+    domain: Annotated[int, typer.Option("--domain", help="ROS_DOMAIN_ID of the other nodes.", metavar="N")] = 0,
+    distro: Annotated[
+        str, typer.Option("--distro", help="ROS distribution of the other nodes: humble, jazzy or kilted.")
+    ] = "jazzy",
+    router: Annotated[
+        str | None,
+        typer.Option(
+            "--router",
+            help="Zenoh router of the other nodes, for example rmw_zenohd; default: the robot itself is one.",
+            metavar="ENDPOINT",
+        ),
+    ] = None,
+    picture_rate: Annotated[
+        float,
+        typer.Option(
+            "--picture-rate", help="Pictures a second of a camera that is listened to.", min=0.1, max=30.0
+        ),
+    ] = 10.0,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Put a robot on ROS 2 for nodes with rmw_zenoh; ROS need not be installed here.
+
+    Example: nao-hil ros --domain 3
+    """
+    try:
+        from bridge.adapters.ros.bridge import RosBridge
+        from bridge.adapters.ros.wire import RosNode
+    except ImportError as error:
+        raise ConfigurationError(f"{error}; pip install 'nao-hil[ros]'.") from None
+
+    log_to_stderr()
+    stop = stop_event()
+    while (session := try_client(router or connect, timestamps=True)) is None:
+        if stop.wait(RETRY):
+            return 130
+    node = RosNode(session, name, domain, distro)
+    try:
+        counts = RosBridge(
+            name, connect, node, _describe, [sys.executable, "-m", "emulator.camera"], picture_rate, stop
+        ).run()
+    finally:
+        node.close()
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(counts)), flush=True)
+    return 0
+
+
+def _describe(body: object) -> str:
+    # Imported late: a few seconds.
+    from bridge.body import Body
+    from emulator.export.urdf import to_urdf
+    from emulator.wear import load_wear
+
+    assert isinstance(body, Body)
+    return to_urdf(body, load_wear("nominal", body), f"{body.name}, by nao-hil")
