@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
 import typer
 
+from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import try_client
 from nao_hil.cli import options
+from nao_hil.cli.console import open_console
 from nao_hil.cli.logs import log_to_stderr
 from nao_hil.cli.signals import stop_event
 
@@ -70,11 +73,36 @@ def ros(
     return 0
 
 
-def _describe(body: object) -> str:
+def rosbag(
+    recording: options.Recording,
+    out: Annotated[Path, typer.Option("--out", help="Folder to make for the bag.", metavar="DIR")],
+    distro: Annotated[
+        str, typer.Option("--distro", help="ROS distribution: humble, jazzy or kilted.")
+    ] = "jazzy",
+    as_json: options.Json = False,
+) -> int:
+    """Write a recorded run as a ROS 2 bag: joint states, inertial unit, odometry, transforms, URDF.
+
+    Example: nao-hil export rosbag runs/20260101T120000Z --out walk-bag
+    """
+    try:
+        from bridge.adapters.ros.bag import write_bag
+        from bridge.adapters.ros.wire import check_distro
+    except ImportError as error:
+        raise ConfigurationError(f"{error}; pip install 'nao-hil[ros]'.") from None
+    from nao_hil.runs.replay import recorded_body
+
+    body = recorded_body(recording)
+    counts = write_bag(recording, out, body, _describe(body), check_distro(distro))
+    open_console().print(f"{sum(counts.values())} messages are in {out}.", highlight=False)
+    if as_json:
+        print(json.dumps({"bag": str(out), "messages": counts}), flush=True)
+    return 0
+
+
+def _describe(body: Body) -> str:
     # Imported late: a few seconds.
-    from bridge.body import Body
     from emulator.export.urdf import to_urdf
     from emulator.wear import load_wear
 
-    assert isinstance(body, Body)
     return to_urdf(body, load_wear("nominal", body), f"{body.name}, by nao-hil")

@@ -86,6 +86,7 @@ class QiServer:
         try:
             server = self._loop.run_until_complete(self._loop.create_server(self._connect, *check_url(url)))
         except OSError as error:
+            self._loop.close()
             reason = (error.strerror or str(error)).lower()
             started.set_exception(
                 LinkError(f"Cannot listen on {url}: {reason}; stop what is there, or take another --listen.")

@@ -34,7 +34,7 @@ _QUEUE: Final = 64
 RGB: Final = 11
 """NAOqi's number of the colour space of ROS's `rgb8`."""
 CAMERAS: Final = {"camera/top": 0, "camera/bottom": 1}
-_WIDTH: Final = 640
+_WIDTH: Final = 320
 
 
 class RosBridge:
@@ -169,25 +169,28 @@ class RosBridge:
             )
             for name in CAMERAS
         }
-        due = time.monotonic()
+        due, asked = time.monotonic(), dict[str, Future[Any]]()
         while not self._stop.wait(max(0.0, due - time.monotonic())):
             due = max(due + self._period, time.monotonic())
             heard = {one.topic for one in self._node.listening}
-            wanted = [name for name in CAMERAS if {f"{name}/image_raw", f"{name}/camera_info"} & heard]
-            taken: list[tuple[str, Future[Any]]] = [
-                (name, eyes.picture(CAMERAS[name], _WIDTH, 3 * _WIDTH // 4, RGB)) for name in wanted
-            ]
-            for name, picture in taken:
-                try:
-                    moment, pixels = picture.result(_SILENCE)
-                except Exception as error:
-                    logger.warning("no picture of %s: %s", name, error or "none came in time")
-                    continue
-                for publisher, message in zip(
-                    publishers[name],
-                    messages.image(CAMERAS[name], _WIDTH, pixels, round(1e9 * moment)),
-                    strict=True,
-                ):
-                    publisher.publish(message)
-                self.counts.pictures += 1
+            for name, camera in CAMERAS.items():
+                picture = asked.get(name)
+                if picture is not None and picture.done():
+                    self._send_picture(name, picture, publishers[name], messages)
+                if picture is None or picture.done():
+                    asked.pop(name, None)
+                    if {f"{name}/image_raw", f"{name}/camera_info"} & heard:
+                        asked[name] = eyes.picture(camera, _WIDTH, 3 * _WIDTH // 4, RGB)
         eyes.close()
+
+    def _send_picture(
+        self, name: str, picture: Future[Any], publishers: Sequence[Publisher], messages: RosMessages
+    ) -> None:
+        if (error := picture.exception()) is not None:
+            logger.warning("no picture of %s: %s", name, error)
+            return
+        moment, pixels = picture.result()
+        found = messages.image(CAMERAS[name], _WIDTH, pixels, round(1e9 * moment))
+        for publisher, message in zip(publishers, found, strict=True):
+            publisher.publish(message)
+        self.counts.pictures += 1

@@ -47,6 +47,17 @@ class Listening(NamedTuple):
     topic: str
 
 
+def check_distro(distro: str) -> str:
+    """The distribution, if its types are known.
+
+    Raises:
+        ConfigurationError: they are not.
+    """
+    if distro not in DISTROS:
+        raise ConfigurationError(unknown_name("ROS distribution", distro, DISTROS))
+    return distro
+
+
 def dds_name(type_name: str) -> str:
     """`std_msgs::msg::dds_::String_` for `std_msgs/msg/String`."""
     *package, name = type_name.split("/")
@@ -67,11 +78,9 @@ class RosNode:
     """
 
     def __init__(self, session: zenoh.Session, name: str, domain: int = 0, distro: str = "jazzy") -> None:
-        if distro not in DISTROS:
-            raise ConfigurationError(unknown_name("ROS distribution", distro, DISTROS))
         if not 0 <= domain <= MAX_DOMAIN:
             raise ConfigurationError(f"ROS domain {domain} is none; 0 to {MAX_DOMAIN} are.")
-        self.store = get_typestore(DISTROS[distro])
+        self.store = get_typestore(DISTROS[check_distro(distro)])
         self._hashes = distro != "humble"
         self._name, self._domain = name, domain
         self._session = session
