@@ -10,7 +10,6 @@ from typing import Annotated
 import msgspec
 import typer
 
-from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import try_client
@@ -18,6 +17,7 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.logs import log_to_stderr
 from nao_hil.cli.signals import stop_event
+from nao_hil.runs.description import describe
 
 RETRY = 0.1
 """s between two looks for a router"""
@@ -64,7 +64,7 @@ def ros(
     node = RosNode(session, name, domain, distro)
     try:
         counts = RosBridge(
-            name, connect, node, _describe, [sys.executable, "-m", "emulator.camera"], picture_rate, stop
+            name, connect, node, describe, [sys.executable, "-m", "emulator.camera"], picture_rate, stop
         ).run()
     finally:
         node.close()
@@ -93,16 +93,8 @@ def rosbag(
     from nao_hil.runs.replay import recorded_body
 
     body = recorded_body(recording)
-    counts = write_bag(recording, out, body, _describe(body), check_distro(distro))
+    counts = write_bag(recording, out, body, describe(body), check_distro(distro))
     open_console().print(f"{sum(counts.values())} messages are in {out}.", highlight=False)
     if as_json:
         print(json.dumps({"bag": str(out), "messages": counts}), flush=True)
     return 0
-
-
-def _describe(body: Body) -> str:
-    # Imported late: a few seconds.
-    from emulator.export.urdf import to_urdf
-    from emulator.wear import load_wear
-
-    return to_urdf(body, load_wear("nominal", body), f"{body.name}, by nao-hil")
