@@ -100,7 +100,7 @@ def test_joint_states_and_urdf_have_the_names_of_the_links(tmp_path: Path) -> No
 
 
 def test_a_footstep_lies_under_each_new_place_of_a_loaded_foot(tmp_path: Path) -> None:
-    """40 cm in 10 messages: each is a new place; the foot stands from the second message on."""
+    """50 cm in 10 messages: each is a new place; the foot stands from the second message on."""
     updates = record(tmp_path / "frames.mcap")["3d/footsteps"]
     steps = [entity for update in updates for entity in update["entities"]]
     assert len(steps) == 9
