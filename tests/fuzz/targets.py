@@ -14,13 +14,16 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 import msgspec
+from rosbags.typesys import Stores, get_typestore
 
 from bridge.adapters.lola.codec import MapStream
 from bridge.adapters.lola.identity import identity_of
 from bridge.adapters.lola.packets import sensor_frame
 from bridge.adapters.lola.setpoints import Setpoints
+from bridge.adapters.naoqi import qi_values
 from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.services import Services
+from bridge.adapters.ros.orders import Way
 from bridge.body import Body, load_body
 from bridge.body.joints import N_JOINTS
 from bridge.config import load_toml, parse_toml
@@ -69,6 +72,7 @@ COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest, WorldCommand)
 DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_request)
 TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
 
+ROS_TYPES: Final = get_typestore(Stores.ROS2_JAZZY)
 NAOQI_ROBOT: Final = RobotConfig(load_body("nao-v5"), "nao")
 
 
@@ -177,9 +181,32 @@ def naoqi(data: bytes) -> None:
         assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
 
 
+def qi(data: bytes) -> None:
+    """A value of the qi protocol; one that is read is written again."""
+    try:
+        value = qi_values.decode("m", data)
+    except qi_values.QiError:
+        return
+    qi_values.encode("m", value)
+
+
+def ros(data: bytes) -> None:
+    """A `JointTrajectory` in CDR, and the way that it makes."""
+    try:
+        message = ROS_TYPES.deserialize_cdr(data, "trajectory_msgs/msg/JointTrajectory")
+    except Exception:
+        return  # rosbags raises what its generated code raises; `RosNode.subscribe` leaves such messages out
+    try:
+        order, _ = Way(message).now(0.0)
+    except ValueError as error:
+        assert str(error)
+        return
+    assert all(map(math.isfinite, order.position))
+
+
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     target.__name__: target
-    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi)
+    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, qi, ros)
 }
 
 

@@ -28,7 +28,7 @@ _FLOAT_RANGE: Final = 1e7
 """Larger magnitudes, for example times of day, are sent in 64 bits: 32 have 24 for the mantissa."""
 _COUNT: Final = struct.Struct("<I")
 _FLOAT, _DOUBLE = struct.Struct("<I1sf"), struct.Struct("<I1sd")
-_INT, _LONG = struct.Struct("<I1si"), struct.Struct("<I1sq")
+_INT, _LONG, _UNSIGNED = (struct.Struct(f"<I1s{code}") for code in "iqQ")
 _VOID: Final = b"\1\0\0\0v"
 _TRUE, _FALSE = b"\1\0\0\0b\1", b"\1\0\0\0b\0"
 _TEXT, _RAW, _OBJECT = b"\1\0\0\0s", b"\1\0\0\0r", b"\1\0\0\0o"
@@ -279,8 +279,11 @@ def encode_dynamic(out: bytearray, value: Any) -> None:
     elif kind is bool:
         out += _TRUE if value else _FALSE
     elif kind is int:
-        layout, letter = (_INT, b"i") if -(1 << 31) <= value < 1 << 31 else (_LONG, b"l")
-        out += layout.pack(1, letter, value)
+        if -(1 << 31) <= value < 1 << 31:
+            out += _INT.pack(1, b"i", value)
+        else:
+            layout, letter = (_LONG, b"l") if value < 1 << 63 else (_UNSIGNED, b"L")
+            out += layout.pack(1, letter, value)
     elif isinstance(value, list | tuple):
         out += _LIST
         out += _COUNT.pack(len(value))

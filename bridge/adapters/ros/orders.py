@@ -68,7 +68,7 @@ class Orders:
         self._ended = threading.Event()
         self._velocity: Vec3 | None = None
         """The newest one that the walker was not told."""
-        self._way: _Way | None = None
+        self._way: Way | None = None
         node.subscribe("cmd_vel", "geometry_msgs/msg/Twist", self._on_velocity)
         node.subscribe("joint_trajectory", "trajectory_msgs/msg/JointTrajectory", self._on_way)
         node.subscribe("posture", "std_msgs/msg/String", self._on_posture)
@@ -99,7 +99,7 @@ class Orders:
 
     def _on_way(self, message: Any) -> None:
         try:
-            self._way = _Way(message)
+            self._way = Way(message)
         except ValueError as error:
             logger.warning("joint_trajectory: %s", error)
         else:
@@ -145,7 +145,7 @@ class Orders:
         self._walker.close()
 
 
-class _Way:
+class Way:
     """A `JointTrajectory` of head and arms, linear between its points, from the first call of `now` on.
 
     Raises:
