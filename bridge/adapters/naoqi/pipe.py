@@ -1,4 +1,4 @@
-"""Messages between the serving process and the one that draws its cameras: msgpack arrays over a socket pair."""
+"""Messages between the serving process and the one that draws for its cameras, over a socket pair."""
 
 from __future__ import annotations
 
