@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import Recorder
 from nao_hil.arguments import file_path, require_names, whole_seed
 from nao_hil.runs.build import check_run, with_engine
 from nao_hil.runs.config import run_config
+from nao_hil.runs.description import robot_scene
 from nao_hil.runs.in_process import walk_in_process
 from nao_hil.runs.summary import Summary
 
@@ -60,5 +62,5 @@ def walk(
     if file is None:
         return walk_in_process(settings)
     check_run(settings)  # before a file that is there is written anew
-    with Recorder(file, settings) as recorder:
+    with Recorder(file, settings, robot_scene(load_body(settings.robot))) as recorder:
         return walk_in_process(settings, [recorder])

@@ -199,7 +199,7 @@ def check_free(listen: str) -> None:
                 raise _cannot_listen(listen, "Address already in use") from None
 
 
-def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
+def try_client(connect: str, role: str = "listener", *, timestamps: bool = False) -> zenoh.Session | None:
     """A session of anyone else, or None when nobody listens there (yet).
 
     One attempt, a millisecond on one machine: Zenoh's own wait for the first connection sees no Ctrl-C. Once
@@ -208,6 +208,7 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
     Args:
         connect: endpoint of the robot.
         role: of `bridge.link.certificates.ROLES`; with certificates, those of this role are shown.
+        timestamps: Zenoh puts the time on each message, as publishers that keep messages need.
 
     Raises:
         ConfigurationError: not an endpoint, or its certificates cannot be used.
@@ -221,6 +222,7 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
         "connect/timeout_ms": 0,
         "connect/retry": RETRY,
         "transport/unicast/open_timeout": OPEN_TIMEOUT,
+        "timestamping/enabled": timestamps,
     }
     if files is not None:
         settings |= {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -10,6 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from bridge.errors import ConfigurationError, LinkError
 from bridge.recording.canonical import LEFT_OUT, TOPICS, Recordable, canonical_json
+from bridge.recording.foxglove import SHOWN, Shown
 from bridge.recording.json_schema import object_schema
 
 METADATA: Final = "run"
@@ -45,29 +47,37 @@ class McapFile:
                 f"{path}: a recording cannot be written there ({error.strerror}); give a writable place."
             ) from None
         self._chunk_began = 0
-        self._sequence = dict.fromkeys(TOPICS, 0)
+        self._sequence: dict[type, int] = dict.fromkeys((*TOPICS, *SHOWN), 0)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
         # The library's own default would write its version into every file.
         self._writer.start(profile="", library="nao-hil")
         self._writer.add_metadata(METADATA, {"config": config})
-        self._channels = {kind: self._register(kind, topic) for kind, topic in TOPICS.items()}
+        self._channels: dict[type, int] = {
+            kind: self._register(kind, topic, f"nao.{kind.__name__}") for kind, topic in TOPICS.items()
+        }
         self._file.flush()
 
-    def _register(self, kind: type[Recordable], topic: str) -> int:
+    def show(self, kinds: Mapping[type[Shown], str]) -> None:
+        """Add channels for what Foxglove draws: kind of message -> topic."""
+        self._channels |= {
+            kind: self._register(kind, topic, f"foxglove.{kind.__name__}") for kind, topic in kinds.items()
+        }
+
+    def _register(self, kind: type[msgspec.Struct], topic: str, name: str) -> int:
         schema = msgspec.json.encode(object_schema(kind, LEFT_OUT))
-        schema_id = self._writer.register_schema(f"nao.{kind.__name__}", "jsonschema", schema)
+        schema_id = self._writer.register_schema(name, "jsonschema", schema)
         channel: int = self._writer.register_channel(topic, "json", schema_id)
         return channel
 
-    def write(self, message: Recordable, time: int) -> None:
+    def write(self, message: Recordable | Shown, time: int) -> None:
         """Record a message.
 
         Args:
-            message: of one of the `TOPICS`.
+            message: of one of the `TOPICS`, or of one of the kinds that are shown.
             time: robot time, ns.
         """
         kind = type(message)
-        data = canonical_json(message)
+        data = canonical_json(message) if isinstance(message, Recordable) else msgspec.json.encode(message)
         try:
             self._writer.add_message(
                 self._channels[kind],

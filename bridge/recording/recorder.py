@@ -1,12 +1,14 @@
 """Recordings: all frames of a run in one MCAP file that Foxglove and PlotJuggler open.
 
-Messages are JSON with a JSON schema; their log and publish time is robot time. What is not the same in two
-runs of one seed is left out: the wall-clock fields and the number of the lease. Two lockstep runs therefore
-give byte-identical files. `bridge.recording.playback` reads them back.
+Messages are JSON with a JSON schema, and so is the robot for Foxglove's 3-D panel (`foxglove`); their log and
+publish time is robot time. What is not the same in two runs of one seed is left out: the wall-clock fields and
+the number of the lease. Two lockstep runs therefore give byte-identical files. `bridge.recording.playback`
+reads them back.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -15,6 +17,7 @@ import msgspec
 
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.canonical import Recordable
+from bridge.recording.foxglove import SHOWN, RobotScene
 from bridge.recording.mcap_file import McapFile
 from bridge.recording.observer import Observer
 
@@ -40,18 +43,27 @@ class Recorder(Observer):
         path: file to write; an existing one is replaced.
         config: configuration of the run with its seed, anything msgspec can turn into JSON. For
             byte-identical recordings it holds nothing that differs between two equal runs, such as paths.
+        scene: makes what Foxglove's 3-D panel draws, for each file a new one; None: nothing.
 
     Raises:
         ConfigurationError: the file cannot be created.
     """
 
-    def __init__(self, path: str | Path, config: Any) -> None:
+    def __init__(self, path: str | Path, config: Any, scene: Callable[[], RobotScene] | None = None) -> None:
         self._config = msgspec.json.encode(config, order="deterministic").decode()
         self._time = 0
         self._seq = -1
-        self._file = McapFile(Path(path), self._config)
+        self._make_scene = scene
+        self._file = self._open(Path(path))
         self.paths = [self._file.path]
         """Files written so far."""
+
+    def _open(self, path: Path) -> McapFile:
+        file = McapFile(path, self._config)
+        self._scene = self._make_scene() if self._make_scene is not None else None
+        if self._scene is not None:
+            file.show(SHOWN)
+        return file
 
     def write(self, message: Recordable) -> None:
         """Record a message; the time of a sensor frame is also the time of the messages that follow."""
@@ -61,10 +73,13 @@ class Recorder(Observer):
             self._seq = message.seq
             self._time = round(message.time * 1e9)
         self._file.write(message, self._time)
+        if self._scene is not None:
+            for shown in self._scene.add(message):
+                self._file.write(shown, self._time)
 
     def _next_file(self) -> None:
         self._file.close()
-        self._file = McapFile(later_file(self.paths[0], len(self.paths) + 1), self._config)
+        self._file = self._open(later_file(self.paths[0], len(self.paths) + 1))
         self.paths.append(self._file.path)
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:

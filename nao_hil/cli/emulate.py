@@ -27,6 +27,7 @@ from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
+from nao_hil.runs.description import robot_scene
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.summary import RunStatistics, starved
 
@@ -94,8 +95,14 @@ def _run(
     with ExitStack() as opened:
         link = opened.enter_context(RobotLink(info, listen, announced=False))
         directory = RunDirectory(out)  # the run can begin: what was in the folder stayed until here
+<<<<<<< HEAD
         directory.clear(overwrite=overwrite)
         recorder = opened.enter_context(Recorder(directory.recording, settings))
+=======
+        if directory.clear():
+            console.print(f"the run that was in {directory.path} is replaced", highlight=False)
+        recorder = opened.enter_context(Recorder(directory.recording, settings, robot_scene(body)))
+>>>>>>> ros
         directory.write_config(settings)
         directory.write_scenario(scenario)
         observers: list[Observer] = [statistics, recorder]

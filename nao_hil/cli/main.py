@@ -36,6 +36,7 @@ _COMMANDS: Final = {
     "walk": "walk:walk",
     "drive": "drive:drive",
     "view": "view:view",
+    "ros": "ros:ros",
     "record": "record:record",
     "replay": "replay:replay",
     "info": "info:info",
@@ -83,8 +84,8 @@ _GROUPS: Final = {
         },
     ),
     "export": (
-        "Write a recorded run as a page or a video, or the calibrated robot for other simulators.",
-        {"run": "export_run:export_run", "mjcf": "export:mjcf", "urdf": "export:urdf"},
+        "Write a recorded run as a page, a video or a ROS bag, or the calibrated robot for other simulators.",
+        {"run": "export_run:export_run", "rosbag": "ros:rosbag", "mjcf": "export:mjcf", "urdf": "export:urdf"},
     ),
     "config": (
         "Show or check the configuration of a run.",

@@ -9,12 +9,14 @@ from typing import Annotated
 
 import typer
 
+from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import stop_event
+from nao_hil.runs.description import robot_scene
 
 _TAKE = 0.2
 """s between two looks whether to end."""
@@ -57,7 +59,9 @@ def record(
         info = capture.wait_robot(stop.is_set)
         if info is None:
             return 130
-        with Recorder(out or free_name(Path(), name), described(info)) as recorder:
+        with Recorder(
+            out or free_name(Path(), name), described(info), robot_scene(load_body(info.body))
+        ) as recorder:
             console.print(f"recording `{name}` ({info.body}, {info.side}) to {recorder.paths[0]}")
             while not stop.is_set() and (duration is None or capture.seconds < duration):
                 capture.record(recorder, _TAKE)

@@ -21,6 +21,7 @@ from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.demo import Demo
+from nao_hil.runs.description import robot_scene
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 from nao_hil.runs.supervisor import Child, ChildResult
@@ -165,7 +166,8 @@ def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> 
 
     directory.write_scenario(load_scenario(settings.scenario))
     stop, console = stop_event(), open_console()
-    with Recorder(directory.recording, settings) as recorder, console.status("walking in this process"):
+    scene = robot_scene(load_body(settings.robot))
+    with Recorder(directory.recording, settings, scene) as recorder, console.status("walking in this process"):
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()
     conclude(

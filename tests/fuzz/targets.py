@@ -14,15 +14,21 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 import msgspec
+<<<<<<< HEAD
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
+=======
+from rosbags.typesys import Stores, get_typestore
+>>>>>>> ros
 
 from bridge.adapters.lola.codec import MapStream
 from bridge.adapters.lola.identity import identity_of
 from bridge.adapters.lola.packets import sensor_frame
 from bridge.adapters.lola.setpoints import Setpoints
+from bridge.adapters.naoqi import qi_values
 from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.services import Services
+from bridge.adapters.ros.orders import Way
 from bridge.body import Body, load_body
 from bridge.body.joints import N_JOINTS
 from bridge.config import load_toml, parse_toml
@@ -73,6 +79,7 @@ COMMANDS: Final = (WalkCommand, ArmRequest, StopRequest, WorldCommand)
 DCM: Final = (requests.alias_request, requests.set_request, requests.set_alias_request)
 TABLES: Final = (RunConfig, Scenario, WearProfile, Body, GuardSettings)
 
+ROS_TYPES: Final = get_typestore(Stores.ROS2_JAZZY)
 NAOQI_ROBOT: Final = RobotConfig(load_body("nao-v5"), "nao")
 
 
@@ -181,6 +188,7 @@ def naoqi(data: bytes) -> None:
         assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
 
 
+<<<<<<< HEAD
 def page(data: bytes) -> None:
     """A request to the page's server, and what a browser sends once it is connected."""
     for access in (Access(), Access("k3y", tls=True)):
@@ -191,11 +199,38 @@ def page(data: bytes) -> None:
                 answer = door(access, "<html>")(None, event)
                 protocol.send_response(answer or protocol.accept(event))
         protocol.data_to_send()
+=======
+def qi(data: bytes) -> None:
+    """A value of the qi protocol; one that is read is written again."""
+    try:
+        value = qi_values.decode("m", data)
+    except qi_values.QiError:
+        return
+    qi_values.encode("m", value)
+
+
+def ros(data: bytes) -> None:
+    """A `JointTrajectory` in CDR, and the way that it makes."""
+    try:
+        message = ROS_TYPES.deserialize_cdr(data, "trajectory_msgs/msg/JointTrajectory")
+    except Exception:
+        return  # rosbags raises what its generated code raises; `RosNode.subscribe` leaves such messages out
+    try:
+        order, _ = Way(message).now(0.0)
+    except ValueError as error:
+        assert str(error)
+        return
+    assert all(map(math.isfinite, order.position))
+>>>>>>> ros
 
 
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     target.__name__: target
+<<<<<<< HEAD
     for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, page)
+=======
+    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, qi, ros)
+>>>>>>> ros
 }
 
 

@@ -18,6 +18,14 @@ _VERSIONS: Final = {
 """Data sheet -> version of head and body, and of a NAOqi that ran on it (assumed: one of several)."""
 
 
+_BODY: Final = ("Device/LeftArm", "Device/RightArm", "Device/Hand/Left", "Device/Hand/Right", "Device/Legs")
+_VERSIONED: Final = ("Head", "Body", *(f"Body/{part}" for part in _BODY))
+"""Parts whose version is known by a key (confirmed: a log of NAOqi 2.1, and the keys of ROS drivers); here the
+body's."""
+MICROPHONES: Final = "2"
+"""Version of the microphones (confirmed: a log of NAOqi 2.1)."""
+
+
 @dataclass(frozen=True)
 class RobotConfig:
     """Facts about the served robot that never change.
@@ -54,6 +62,8 @@ class RobotConfig:
             "RobotConfig/Body/BaseVersion": version,
             "RobotConfig/Head/BaseVersion": version,
             "RobotConfig/Head/FullHeadId": serial,
+            **{f"RobotConfig/{part}/Version": version[1:] for part in _VERSIONED},
+            "RobotConfig/Head/Device/Micro/Version": MICROPHONES,
             "RobotConfig/Body/SoftwareRequirement": self.naoqi_version,
             "Device/DeviceList/ChestBoard/BodyId": serial,
             "Device/DeviceList/ChestBoard/BodyNickName": self.name,

@@ -113,6 +113,7 @@ class SpeechRecognition:
             "getLanguage": lambda: self._language,
             "getAvailableLanguages": lambda: list(LANGUAGES),
             "pause": self._pause,
+            "_enableFreeSpeechToText": lambda: None,
             "getParameter": lambda name: self._parameters[self._parameter(name)],
             "setParameter": self._set_parameter,
             "setAudioExpression": lambda enabled: self._express("Audio", enabled),

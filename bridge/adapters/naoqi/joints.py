@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Final
 
 from bridge.adapters.naoqi.names import JointNames, actuator, slot
@@ -20,6 +22,9 @@ HAND_SPEED: Final = 8.33
 HAND_TORQUE: Final = 0.292
 """N m (confirmed: the same)."""
 
+SUPPLY_VOLTAGE: Final = 21.6
+"""V (confirmed: vendor's battery page, 6 cells of 3.6 V)."""
+
 
 class Joints:
     """Joints, stiffnesses and clock of one robot; not thread-safe, the caller locks.
@@ -33,7 +38,7 @@ class Joints:
         self.body = body
         self.names = JointNames(body)
         self.dcm = Dcm(body, frame.position, start=round(1000.0 * frame.time))
-        self.frame = frame
+        self.frame = self._last_frame = frame
         self.guarded: set[str] = set()
         """Joints whose present way is to keep clear of the body."""
         self.shield: Callable[[Positions, Positions], Positions] = lambda wanted, _: wanted
@@ -59,7 +64,7 @@ class Joints:
         self._before = self._shielded
         for _ in range(frame.seq - self.frame.seq - 1):
             self.dcm.skip_cycle()
-        self.frame = frame
+        self._last_frame, self.frame = self.frame, frame
 
     def answer(self) -> ActuatorFrame:
         """What the robot is to do in the cycle that begins with the newest frame, by the calls so far.
@@ -87,6 +92,32 @@ class Joints:
     def stiffness(self, joint: str) -> float:
         """Stiffness sent last, 0 to 1; negative: free."""
         return self.dcm.read([actuator(joint, "Hardness")], self.frame.position)[0]
+
+    def keys(self) -> dict[str, Callable[[], float]]:
+        """ALMotion's view of the joints, as keys of ALMemory; hands have neither velocity nor torque."""
+        table: dict[str, Callable[[], float]] = {}
+        for joint in self.names.all:
+            table[f"Motion/Position/Sensor/{joint}"] = partial(self.measured, joint)
+            table[f"Motion/Position/Actuator/{joint}"] = partial(self.commanded, joint)
+            table[f"Motion/Command/Position/{joint}"] = partial(self.commanded, joint)
+            if joint not in HANDS:
+                table[f"Motion/Velocity/Sensor/{joint}"] = partial(self.velocity, joint)
+                table[f"Motion/Torque/Sensor/{joint}"] = partial(self.torque, joint)
+        return table
+
+    def velocity(self, joint: str) -> float:
+        """Speed between the last two frames, rad/s."""
+        passed = self.frame.time - self._last_frame.time
+        moved = self.measured(joint) - self._last_frame.position[slot(joint)]
+        return moved / passed if passed > 0.0 else 0.0
+
+    def torque(self, joint: str) -> float:
+        """Torque by the motor's current, towards the command, without gear losses, N m.
+
+        A motor's torque constant is its full voltage over its speed without load.
+        """
+        amount = self.frame.current[slot(joint)] * SUPPLY_VOLTAGE / self.speed(joint)
+        return math.copysign(amount, self.commanded(joint) - self.measured(joint))
 
     def put(self, name: str, points: Sequence[tuple[float, float]]) -> None:
         """Replace an actuator's timed commands: pairs of time from now (s) and value."""

@@ -78,8 +78,9 @@ class Memory:
         getter = self._sensors.get(short(name))
         if getter is not None and self._frame is not None:
             return getter(self._frame)
+        actuator = name.replace("RHipYawPitch", "LHipYawPitch")  # one motor drives both hips
         try:
-            value = self._dcm().read([name], self._frame.position if self._frame else ())[0]
+            value = self._dcm().read([actuator], self._frame.position if self._frame else ())[0]
         except DcmRefused:
             raise NaoqiRefused(f"ALMemory: there is no data under {name!r:.80}.") from None
         return int(value) if name == "DCM/Time" else value

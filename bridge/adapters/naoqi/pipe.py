@@ -1,10 +1,4 @@
-"""Messages between the serving process and its qi process: msgpack arrays over a socket pair.
-
-From the qi process: `[number, service, method, [argument, ...]]`. To the qi process: `[number, true, result]`
-or `[number, false, sentence]`, in any order, and `[0, event, value, callbacks]` for an event of ALMemory, with
-`[module, method, message]` of each module to be called; a list in place of the message has all arguments. The
-first message to it is the table of services; the first one from it tells whether it listens.
-"""
+"""Messages between the serving process and the one that draws for its cameras, over a socket pair."""
 
 from __future__ import annotations
 

@@ -76,6 +76,9 @@ def getters(body: Body) -> dict[str, Getter]:
         for field in ("position", "current", "temperature"):
             table[f"{joint}/{JOINT_KEYS[field]}"] = _item(field, slot)
         table[f"{joint}/Temperature/Sensor/Status"] = _status(slot)
+    for field in ("position", "current", "temperature"):  # one motor drives both hips
+        table[f"RHipYawPitch/{JOINT_KEYS[field]}"] = table[f"LHipYawPitch/{JOINT_KEYS[field]}"]
+    table["RHipYawPitch/Temperature/Sensor/Status"] = table["LHipYawPitch/Temperature/Sensor/Status"]
     has_hands = "LHand" not in absent
     table |= {k: _item("touch", i) for i, k in enumerate(TOUCH_KEYS) if has_hands or "Hand" not in k}
     table |= {k: _item("fsr", i, 1.0 / KILOGRAM) for i, k in enumerate(FSR_KEYS)}

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from bridge.adapters.naoqi.address import require_free
-from bridge.adapters.naoqi.calls import CallServer
 from bridge.adapters.naoqi.config import RobotConfig
 from bridge.adapters.naoqi.eyes import DrawnEyes
 from bridge.adapters.naoqi.frames import LinkFrames
+from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
@@ -71,7 +71,7 @@ class NaoqiServer:
         self._commanding = False
         """Whether actuator frames are sent: this side has the joints, not the walker."""
         self._services: Services | None = None
-        self._call_server: CallServer | None = None
+        self._call_server: QiServer | None = None
 
     @property
     def calls(self) -> int:
@@ -112,7 +112,7 @@ class NaoqiServer:
             return
         priority = self._priority if info.mode == "real-time" else None
         eyes = self._eyes(info)
-        services, handover = self._begin(load_body(info.body), frame, priority, eyes)
+        services, handover = self._begin(load_body(info.body), frame, eyes)
         if info.mode == "real-time":
             quiet_process(priority)
         self._send(services)
@@ -135,8 +135,6 @@ class NaoqiServer:
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> None:
         """Answer frames until stopped, or until the robot goes away or begins anew."""
         while not self._stop():
-            if self._call_server is not None:
-                self._call_server.check()
             try:
                 frame = receive(_SILENCE)
             except FrameError as error:
@@ -167,10 +165,8 @@ class NaoqiServer:
                 return frame
         return None
 
-    def _begin(
-        self, body: Body, frame: SensorFrame, priority: int | None, eyes: DrawnEyes | None
-    ) -> tuple[Services, WalkerHandover]:
-        """Services for a new boot of a robot; the qi process, if it runs already, keeps its methods."""
+    def _begin(self, body: Body, frame: SensorFrame, eyes: DrawnEyes | None) -> tuple[Services, WalkerHandover]:
+        """Services for a new boot of a robot; the qi server, if it runs already, keeps its methods."""
         link = self._link
         handover = WalkerHandover(
             self, self._start_walker, lambda: WalkClient(link.robot, link.endpoint), self._gait
@@ -190,7 +186,7 @@ class NaoqiServer:
             self._services = services
             self._commanding = True
         if self._call_server is None:
-            self._call_server = CallServer(self._url, services.names(), self._call, priority or 0)
+            self._call_server = QiServer(self._url, services.names(), self._call)
         return services, handover
 
     def _send(self, services: Services) -> None:

@@ -109,6 +109,7 @@ class Services:
         self._protection = WalkProtection(self.joints)
         self._walks = walking.methods()
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
+        self.memory.provide(self.joints.keys())
         self.memory.update(frame)
         self.events = Events(self.memory, self._told(publish))
         self._speech = Speech(self._others, self.events, lambda: self.joints.now)
@@ -361,6 +362,7 @@ class Services:
         """Methods of every service."""
         return {
             "ping": lambda: True,
+            "exit": lambda: None,
             "version": lambda: self._config.naoqi_version,
             "getBrokerName": lambda: "naoqi",
             "getMethodList": lambda: sorted(methods),

@@ -10,7 +10,7 @@ from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
 from bridge.adapters.naoqi.arguments import flag, text
-from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.config import MICROPHONES, RobotConfig
 from bridge.adapters.naoqi.methods import Method, Table, of_kind
 from bridge.errors import NaoqiRefused
 
@@ -105,6 +105,8 @@ def system_services(
             "hasArms": lambda: True,
             "hasHands": lambda: config.hands,
             "getConfigMap": lambda: _preferences(config),
+            "_getConfigMap": lambda: _preferences(config),
+            "_getMicrophoneConfig": lambda: int(MICROPHONES),
             "getConfig": lambda: _xml(_preferences(config)),
         },
         "ALConnectionManager": {

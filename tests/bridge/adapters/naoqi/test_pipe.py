@@ -1,4 +1,4 @@
-"""Messages between a served robot and its qi front: what one end cannot read the other does not send."""
+"""Messages between a served robot and its cameras: what one end cannot read the other does not send."""
 
 from __future__ import annotations
 

@@ -1,0 +1,273 @@
+"""A server of the qi messaging protocol: calls of the robot's services, and events of its memory.
+
+It has no logic of the robot's: each call is handed on, in the server's own thread. Facts of the protocol: the
+sources of libqi, and messages of libqi 3.1.5.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable, Coroutine, Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, Final
+
+from bridge.adapters.naoqi.address import check_url
+from bridge.adapters.naoqi.qi_connection import MAIN, Connection, Message
+from bridge.adapters.naoqi.qi_directory import (
+    DIRECTORY,
+    META_OBJECT,
+    OF_OBJECTS,
+    REGISTER,
+    REGISTER_WITH_SIGNATURE,
+    UNREGISTER,
+    Directory,
+    Methods,
+    Service,
+    meta_object,
+)
+from bridge.adapters.naoqi.qi_log import LISTENER, LISTENER_META, LOG_MANAGER, METHODS, LogEvents
+from bridge.adapters.naoqi.qi_values import ObjectReference, QiError, encode
+from bridge.errors import LinkError, NaoHilError
+
+logger = logging.getLogger(__name__)
+
+SUBSCRIBING: Final = ("subscribeToEvent", "subscribeToMicroEvent")
+"""Methods of ALMemory that name a module and its method."""
+_MEMORY: Final = "ALMemory"
+_FIRST_METHOD: Final = 100
+_SIGNAL: Final = 100
+"""Action of a subscriber's signal."""
+_SUBSCRIBER: Final = meta_object({}, {_SIGNAL: ("signal", "(m)")})
+MAX_SUBSCRIBERS: Final = 10_000
+_START: Final = 10.0
+"""s that the server's thread may take to listen or to end"""
+
+
+class QiServer:
+    """Listens in a thread of its own until it is closed.
+
+    Args:
+        url: `tcp://HOST:PORT`.
+        services: service -> methods.
+        call: carries out a call (service, method, arguments): its result, or a future of it.
+
+    Raises:
+        LinkError: it cannot listen there.
+    """
+
+    def __init__(
+        self, url: str, services: Mapping[str, Sequence[str]], call: Callable[[str, str, list[Any]], Any]
+    ) -> None:
+        self._call = call
+        self.calls = 0
+        """Of the robot's services, so far."""
+        self._connections: set[Connection] = set()
+        self._directory = Directory(self._connections)
+        for name, methods in services.items():
+            table: Methods = {_FIRST_METHOD + i: (method, "m", "m") for i, method in enumerate(methods)}
+            if name == _MEMORY:
+                table[_FIRST_METHOD + len(table)] = ("subscriber", "(s)", "o")
+            self._directory.add(name, table)
+        self._directory.add(LOG_MANAGER, METHODS)
+        self._subscribers: dict[str, int] = {}
+        """Event -> number of the object with its signal."""
+        self._loop = asyncio.new_event_loop()
+        self._modules: asyncio.Queue[tuple[str, Any, list[list[Any]]]] = asyncio.Queue()
+        self._tasks: set[asyncio.Task[None]] = set()
+        started: Future[None] = Future()
+        self._thread = threading.Thread(target=self._run, args=(url, started), name="qi", daemon=True)
+        self._thread.start()
+        started.result(_START)
+
+    def _run(self, url: str, started: Future[None]) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            server = self._loop.run_until_complete(self._loop.create_server(self._connect, *check_url(url)))
+        except OSError as error:
+            self._loop.close()
+            reason = (error.strerror or str(error)).lower()
+            started.set_exception(
+                LinkError(f"Cannot listen on {url}: {reason}; stop what is there, or take another --listen.")
+            )
+            return
+        self._spawn(self._call_modules())
+        log = LogEvents(lambda *event: self._soon(self._send_log, *event))
+        logging.getLogger("bridge").addHandler(log)
+        started.set_result(None)
+        self._loop.run_forever()
+        logging.getLogger("bridge").removeHandler(log)
+        server.close()
+        for task in self._tasks:
+            task.cancel()
+        for connection in list(self._connections):
+            connection.close()
+        self._loop.run_until_complete(asyncio.sleep(0.0))
+        self._loop.close()
+
+    def _connect(self) -> Connection:
+        connection = Connection(self)
+        self._connections.add(connection)
+        return connection
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        task = self._loop.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def close(self) -> None:
+        """End the server and its connections."""
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join(_START)
+
+    def publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
+        """Tell the subscribers of an event of ALMemory; any thread may.
+
+        Args:
+            event: its name.
+            value: its value.
+            callbacks: as of `events.Publish`.
+        """
+        if event in self._subscribers or callbacks:
+            self._soon(self._publish, event, value, callbacks)
+
+    def _soon(self, function: Callable[..., None], *arguments: Any) -> None:
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(function, *arguments)
+
+    def _publish(self, event: str, value: Any, callbacks: list[list[Any]]) -> None:
+        number = self._subscribers.get(event)
+        if number is not None:
+            self._send_event(_MEMORY, number, _SIGNAL, encode("(m)", [value]))
+        if callbacks:
+            self._modules.put_nowait((event, value, callbacks))
+
+    def _send_event(self, service: str, number: int, action: int, payload: bytes) -> None:
+        address = (self._directory.names[service].number, number, action)
+        for connection in self._connections:
+            connection.event(address, payload)
+
+    def _send_log(self, number: int, action: int, payload: bytes) -> None:
+        self._send_event(LOG_MANAGER, number, action, payload)
+
+    async def _call_modules(self) -> None:
+        """Call the modules that subscribed to events, in the events' order; one that is gone is left out."""
+        while True:
+            event, value, callbacks = await self._modules.get()
+            for name, method, message in callbacks:
+                arguments = [event, value, message] if isinstance(message, str) else message
+                try:
+                    await self._directory.call_module(name, method, arguments)
+                except QiError as error:
+                    logger.debug("%s", error)
+
+    def disconnected(self, connection: Connection) -> None:
+        """Forget a client and its services."""
+        self._connections.discard(connection)
+        self._directory.forget(connection)
+
+    def handle(self, connection: Connection, message: Message) -> None:
+        """Carry out a call of a client.
+
+        Raises:
+            QiError: there is no such service or method, or the arguments do not fit.
+        """
+        service = self._directory.services.get(message.service)
+        if service is None or service.connection is not None:
+            raise QiError(f"there is no service {message.service} here")
+        if message.action in OF_OBJECTS:
+            connection.reply(message, self._of_object(connection, service, message))
+            return
+        if service.name == LOG_MANAGER and message.object == LISTENER:
+            connection.reply(message, b"")
+            return
+        if message.object != MAIN or message.action not in service.methods:
+            raise QiError(f"{service.name} has no method {message.action} on object {message.object}")
+        name, parameters, result = service.methods[message.action]
+        arguments = message.values(parameters)
+        if service.number == DIRECTORY:
+            connection.reply(message, encode(result, self._directory.call(connection, name, arguments)))
+        elif service.name == LOG_MANAGER:
+            listener = ObjectReference(LISTENER_META, service.number, LISTENER)
+            connection.reply(message, encode(result, listener))
+        elif result == "o":
+            connection.reply(message, encode(result, self._subscriber(service, *arguments)))
+        elif service.name == _MEMORY and name in SUBSCRIBING:
+            self._spawn(self._subscribe(connection, message, name, arguments))
+        else:
+            self._call_robot(connection, message, service.name, name, arguments)
+
+    def _of_object(self, connection: Connection, service: Service, message: Message) -> bytes:
+        _, parameters, result = OF_OBJECTS[message.action]
+        arguments = message.values(parameters)
+        if message.action == META_OBJECT:
+            if message.object == MAIN:
+                return service.meta_object
+            return LISTENER_META if service.name == LOG_MANAGER else _SUBSCRIBER
+        if message.action in (REGISTER, REGISTER_WITH_SIGNATURE):
+            connection.link(arguments[2], (service.number, message.object, arguments[1]))
+            return encode(result, arguments[2])
+        if message.action == UNREGISTER:
+            connection.unlink(arguments[2])
+        return b""
+
+    def _subscriber(self, memory: Service, event: Any) -> ObjectReference:
+        """The object whose `signal` tells of an event; the same for all who ask."""
+        if event not in self._subscribers and len(self._subscribers) >= MAX_SUBSCRIBERS:
+            raise QiError(f"{MAX_SUBSCRIBERS} events have subscribers already")
+        number = self._subscribers.setdefault(event, MAIN + 1 + len(self._subscribers))
+        return ObjectReference(_SUBSCRIBER, memory.number, number)
+
+    async def _subscribe(
+        self, connection: Connection, message: Message, method: str, arguments: list[Any]
+    ) -> None:
+        """A call of `(event, module, [message,] method)`, once the module is known to have the method."""
+        try:
+            names = arguments[1:2] + arguments[-1:]
+            if len(arguments) in (3, 4) and all(isinstance(name, str) for name in names):
+                module = await self._directory.module(names[0])
+                if names[1] not in module.actions:
+                    raise QiError(f"module {names[0]} has no method {names[1]}")
+        except QiError as error:
+            connection.fail(message, f"{_MEMORY}.{method}: {error}.")
+        else:
+            self._call_robot(connection, message, _MEMORY, method, arguments)
+
+    def _call_robot(
+        self, connection: Connection, message: Message, service: str, method: str, arguments: list[Any]
+    ) -> None:
+        self.calls += 1
+        try:
+            result = self._call(service, method, arguments)
+        except Exception as error:
+            _fail(connection, message, error)
+            return
+        if isinstance(result, Future):
+            result.add_done_callback(lambda done: self._soon(_settle, connection, message, done))
+        else:
+            _answer(connection, message, result)
+
+
+def _settle(connection: Connection, message: Message, done: Future[Any]) -> None:
+    error = done.exception()
+    if error is None:
+        _answer(connection, message, done.result())
+    else:
+        _fail(connection, message, error)
+
+
+def _answer(connection: Connection, message: Message, result: Any) -> None:
+    try:
+        connection.reply(message, encode("m", result))
+    except QiError as error:
+        connection.fail(message, f"The result cannot be sent: {error}.")
+
+
+def _fail(connection: Connection, message: Message, error: BaseException) -> None:
+    """Send the sentence of an error that a user can cause; any other is a fault, and is logged."""
+    if isinstance(error, NaoHilError):
+        connection.fail(message, str(error))
+    else:
+        logger.error("a call failed", exc_info=error)
+        connection.fail(message, f"This is a fault of nao-hil itself: {error!r}; please report it.")

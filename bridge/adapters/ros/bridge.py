@@ -1,0 +1,196 @@
+"""A robot of the link as a node of ROS 2: it publishes its sensors, and takes orders for its walker."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from functools import partial
+from typing import Any, Final
+
+import zenoh
+
+from bridge.adapters.naoqi.eyes import DrawnEyes
+from bridge.adapters.ros.messages import CAMERA_INFO, DESCRIPTION, IMAGE, TYPES, RosMessages
+from bridge.adapters.ros.orders import Orders, RosCounts
+from bridge.adapters.ros.wire import Listening, Publisher, RosNode
+from bridge.body import Body, load_body
+from bridge.errors import FrameError
+from bridge.link import keys
+from bridge.link.mailbox import Mailbox
+from bridge.link.query import ask
+from bridge.link.session import subscribe, try_client
+from bridge.messages import Info, Notice, SensorFrame, WalkTelemetry, decode, encode
+
+logger = logging.getLogger(__name__)
+
+_RETRY: Final = 0.05
+"""s between two looks for a robot that is not there."""
+_SILENCE: Final = 0.5
+"""s without a frame after which the loop looks whether it is to end."""
+_QUEUE: Final = 64
+RGB: Final = 11
+"""NAOqi's number of the colour space of ROS's `rgb8`."""
+CAMERAS: Final = {"camera/top": 0, "camera/bottom": 1}
+_WIDTH: Final = 320
+
+
+class RosBridge:
+    """Bridges one robot until it is stopped.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+        node: of the ROS graph.
+        description: URDF of a body.
+        cameras: command that draws pictures of an emulated robot's world, as of `NaoqiServer`.
+        picture_rate: pictures a second of each camera that somebody listens to.
+        stop: set when it is to end.
+    """
+
+    def __init__(
+        self,
+        robot: str,
+        connect: str,
+        node: RosNode,
+        description: Callable[[Body], str],
+        cameras: Sequence[str],
+        picture_rate: float,
+        stop: threading.Event,
+    ) -> None:
+        self._robot, self._endpoint, self._node = keys.check_name("Robot id", robot), connect, node
+        self._describe, self._cameras, self._period, self._stop = description, cameras, 1.0 / picture_rate, stop
+        self._received: Mailbox[tuple[bool, bytes]] = Mailbox(_QUEUE)
+        self._publishers: dict[str, Publisher] = {}
+        self._told: frozenset[Listening] = frozenset()
+        self.counts = RosCounts()
+
+    def run(self) -> RosCounts:
+        """Bridge until stopped; waits for the robot if it is not there.
+
+        Raises:
+            ConfigurationError: not an endpoint, or no such body.
+        """
+        while not self._stop.is_set():
+            session = try_client(self._endpoint, "controller")
+            if session is None:
+                self._stop.wait(_RETRY)
+                continue
+            try:
+                info = self._ask_info(session)
+                if info is not None:
+                    self._serve(session, info)
+            finally:
+                session.close()
+        return self.counts
+
+    def _ask_info(self, session: zenoh.Session) -> Info | None:
+        while not self._stop.is_set():
+            payload = ask(session, keys.key(self._robot, keys.INFO), b"", 1.0, FrameError)
+            if payload is not None:
+                return decode(payload, Info)
+            self._stop.wait(_RETRY)
+        return None
+
+    def _serve(self, session: zenoh.Session, info: Info) -> None:
+        body = load_body(info.body)
+        messages = RosMessages(body, self._node.store)
+        for topic, type_name in TYPES.items():
+            if topic not in self._publishers:
+                self._publishers[topic] = self._node.publisher(topic, type_name, latched=topic == DESCRIPTION)
+        self._publish(*messages.description(self._describe(body)))
+        subscribers = [
+            subscribe(session, keys.key(self._robot, suffix), partial(self._keep, sensors))
+            for suffix, sensors in ((keys.SENSORS, True), (keys.TELEMETRY, False))
+        ]
+        orders = Orders(self._robot, self._endpoint, session, self._node, self.counts)
+        pictures = threading.Thread(target=self._send_pictures, args=(messages, info), name="pictures")
+        pictures.start()
+        logger.info("robot `%s` (%s) is on ROS 2", info.robot, info.body)
+        try:
+            self._cycle(session, messages)
+        finally:
+            self._stop.set()
+            pictures.join()
+            orders.close()
+            for subscriber in subscribers:
+                subscriber.undeclare()
+
+    def _keep(self, sensors: bool, payload: bytes) -> None:
+        self._received.put((sensors, payload))
+
+    def _cycle(self, session: zenoh.Session, messages: RosMessages) -> None:
+        seq = -1
+        while not self._stop.is_set():
+            first = self._received.take(_SILENCE)
+            for sensors, payload in ([first] if first is not None else []) + self._received.drain():
+                try:
+                    if not sensors:
+                        messages.telemetry(decode(payload, WalkTelemetry))
+                        continue
+                    frame = decode(payload, SensorFrame)
+                except FrameError:
+                    continue  # of another program
+                if frame.seq == seq:
+                    continue  # a robot in lockstep repeats it
+                seq = frame.seq
+                self.counts.frames += 1
+                for found in messages.of_frame(frame, frame.wall or time.time_ns()):
+                    self._publish(*found)
+            self._tell_listeners(session, max(seq, 0))
+
+    def _publish(self, topic: str, message: Any) -> None:
+        self._publishers[topic].publish(message)
+        self.counts.messages += 1
+
+    def _tell_listeners(self, session: zenoh.Session, seq: int) -> None:
+        """Tell the log, and by a notice the page, which nodes listen to the robot."""
+        ours = {*self._publishers, *(f"{c}/{name}" for c in CAMERAS for name in ("image_raw", "camera_info"))}
+        now = frozenset(one for one in self._node.listening if one.topic in ours)
+        for one in now ^ self._told:
+            verb = "listens" if one in now else "no longer listens"
+            text = f"ROS 2: {one.node} {verb} to /{one.topic}."
+            logger.info("%s", text)
+            notice = Notice(seq=seq, level="info", code="ros", text=text)
+            session.put(keys.key(self._robot, keys.NOTICES), encode(notice))
+        self._told = now
+
+    def _send_pictures(self, messages: RosMessages, info: Info) -> None:
+        """Pictures of the cameras to which somebody listens."""
+        if info.side != "emulator":
+            return
+        eyes = DrawnEyes([*self._cameras, info.robot, self._endpoint, info.body])
+        publishers = {
+            name: (
+                self._node.publisher(f"{name}/image_raw", IMAGE),
+                self._node.publisher(f"{name}/camera_info", CAMERA_INFO),
+            )
+            for name in CAMERAS
+        }
+        due, asked = time.monotonic(), dict[str, Future[Any]]()
+        while not self._stop.wait(max(0.0, due - time.monotonic())):
+            due = max(due + self._period, time.monotonic())
+            heard = {one.topic for one in self._node.listening}
+            for name, camera in CAMERAS.items():
+                picture = asked.get(name)
+                if picture is not None and picture.done():
+                    self._send_picture(name, picture, publishers[name], messages)
+                if picture is None or picture.done():
+                    asked.pop(name, None)
+                    if {f"{name}/image_raw", f"{name}/camera_info"} & heard:
+                        asked[name] = eyes.picture(camera, _WIDTH, 3 * _WIDTH // 4, RGB)
+        eyes.close()
+
+    def _send_picture(
+        self, name: str, picture: Future[Any], publishers: Sequence[Publisher], messages: RosMessages
+    ) -> None:
+        if (error := picture.exception()) is not None:
+            logger.warning("no picture of %s: %s", name, error)
+            return
+        moment, pixels = picture.result()
+        found = messages.image(CAMERAS[name], _WIDTH, pixels, round(1e9 * moment))
+        for publisher, message in zip(publishers, found, strict=True):
+            publisher.publish(message)
+        self.counts.pictures += 1

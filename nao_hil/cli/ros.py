@@ -1,0 +1,100 @@
+"""`nao-hil ros`: a robot of the link on ROS 2, without ROS."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+
+from bridge.errors import ConfigurationError
+from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
+from bridge.link.session import try_client
+from nao_hil.cli import options
+from nao_hil.cli.console import open_console
+from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.signals import stop_event
+from nao_hil.runs.description import describe
+
+RETRY = 0.1
+"""s between two looks for a router"""
+
+
+def ros(
+    domain: Annotated[int, typer.Option("--domain", help="ROS_DOMAIN_ID of the other nodes.", metavar="N")] = 0,
+    distro: Annotated[
+        str, typer.Option("--distro", help="ROS distribution of the other nodes: humble, jazzy or kilted.")
+    ] = "jazzy",
+    router: Annotated[
+        str | None,
+        typer.Option(
+            "--router",
+            help="Zenoh router of the other nodes, for example rmw_zenohd; default: the robot itself is one.",
+            metavar="ENDPOINT",
+        ),
+    ] = None,
+    picture_rate: Annotated[
+        float,
+        typer.Option(
+            "--picture-rate", help="Pictures a second of a camera that is listened to.", min=0.1, max=30.0
+        ),
+    ] = 10.0,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Put a robot on ROS 2 for nodes with rmw_zenoh; ROS need not be installed here.
+
+    Example: nao-hil ros --domain 3
+    """
+    try:
+        from bridge.adapters.ros.bridge import RosBridge
+        from bridge.adapters.ros.wire import RosNode
+    except ImportError as error:
+        raise ConfigurationError(f"{error}; pip install 'nao-hil[ros]'.") from None
+
+    log_to_stderr()
+    stop = stop_event()
+    while (session := try_client(router or connect, timestamps=True)) is None:
+        if stop.wait(RETRY):
+            return 130
+    node = RosNode(session, name, domain, distro)
+    try:
+        counts = RosBridge(
+            name, connect, node, describe, [sys.executable, "-m", "emulator.camera"], picture_rate, stop
+        ).run()
+    finally:
+        node.close()
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(counts)), flush=True)
+    return 0
+
+
+def rosbag(
+    recording: options.Recording,
+    out: Annotated[Path, typer.Option("--out", help="Folder to make for the bag.", metavar="DIR")],
+    distro: Annotated[
+        str, typer.Option("--distro", help="ROS distribution: humble, jazzy or kilted.")
+    ] = "jazzy",
+    as_json: options.Json = False,
+) -> int:
+    """Write a recorded run as a ROS 2 bag: joint states, inertial unit, odometry, transforms, URDF.
+
+    Example: nao-hil export rosbag runs/20260101T120000Z --out walk-bag
+    """
+    try:
+        from bridge.adapters.ros.bag import write_bag
+        from bridge.adapters.ros.wire import check_distro
+    except ImportError as error:
+        raise ConfigurationError(f"{error}; pip install 'nao-hil[ros]'.") from None
+    from nao_hil.runs.replay import recorded_body
+
+    body = recorded_body(recording)
+    counts = write_bag(recording, out, body, describe(body), check_distro(distro))
+    open_console().print(f"{sum(counts.values())} messages are in {out}.", highlight=False)
+    if as_json:
+        print(json.dumps({"bag": str(out), "messages": counts}), flush=True)
+    return 0

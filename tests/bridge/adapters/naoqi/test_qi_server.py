@@ -1,0 +1,168 @@
+"""The qi server against the vendor's client, which is libqi."""
+
+from __future__ import annotations
+
+import logging
+import random
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+
+from bridge.adapters.naoqi.qi_server import QiServer
+from bridge.errors import LinkError, NaoqiRefused
+from tests.loops import until
+from tests.ports import free_port
+
+qi = pytest.importorskip("qi", reason="qi has no wheel here")
+SERVICES = {"ALMemory": ["echo", "subscribeToEvent"], "ALVideoDevice": ["getImageRemote", "refuse"]}
+
+
+def call(service: str, method: str, arguments: list[Any]) -> Any:
+    if method == "refuse":
+        raise NaoqiRefused("ALVideoDevice: no.")
+    if method == "getImageRemote":
+        later: Future[Any] = Future()
+        threading.Timer(0.05, lambda: later.set_result([2, 1, b"\xff\x00\x80", 0.5])).start()
+        return later
+    return arguments
+
+
+class Served:
+    """A server and a client of it."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self.server = QiServer(f"tcp://127.0.0.1:{self.port}", SERVICES, call)
+        self.session = qi.Session()
+        self.session.connect(f"tcp://127.0.0.1:{self.port}")
+
+    def close(self) -> None:
+        self.session.close()
+        self.server.close()
+
+
+@pytest.fixture()
+def served() -> Iterator[Served]:
+    found = Served()
+    yield found
+    found.close()
+
+
+def test_calls_carry_values_both_ways(served: Served) -> None:
+    memory = served.session.service("ALMemory")
+    given = [1, 2.5, "ä", [True, None, [3]], {"a": 1}, -5, 1 << 40]
+    assert memory.echo(*given) == given
+    assert memory.echo() == []
+    assert served.server.calls == 2
+
+
+def test_a_picture_arrives_as_raw_bytes(served: Served) -> None:
+    picture = served.session.service("ALVideoDevice").getImageRemote("handle")
+    assert picture == [2, 1, bytearray(b"\xff\x00\x80"), 0.5]
+
+
+def test_a_refusal_is_its_sentence(served: Served) -> None:
+    with pytest.raises(RuntimeError, match=r"^ALVideoDevice: no\.$"):
+        served.session.service("ALVideoDevice").refuse()
+    with pytest.raises(RuntimeError, match="Cannot find service 'ALNothing'"):
+        served.session.service("ALNothing")
+
+
+def test_an_event_reaches_its_subscribers_and_no_others(served: Served) -> None:
+    memory, heard, other = served.session.service("ALMemory"), [], []
+    subscriber = memory.subscriber("FrontTactilTouched")
+    link = subscriber.signal.connect(heard.append)
+    silent = memory.subscriber("RearTactilTouched")
+    silent.signal.connect(other.append)
+    for value in (1.0, 0.0):
+        served.server.publish("FrontTactilTouched", value, [])
+    until(lambda: len(heard) == 2, "two events")
+    subscriber.signal.disconnect(link)
+    served.server.publish("FrontTactilTouched", 1.0, [])
+    memory.echo()
+    assert heard == [1.0, 0.0]
+    assert other == []
+
+
+def test_a_module_of_a_program_is_called_in_the_order_of_the_events(served: Served) -> None:
+    heard: list[Any] = []
+
+    class Module:
+        def on(self, *arguments: Any) -> None:
+            heard.append(arguments)
+
+    memory = served.session.service("ALMemory")
+    served.session.registerService("Mine", Module())
+    assert "Mine" in [service["name"] for service in served.session.services()]
+    assert memory.subscribeToEvent("event", "Mine", "on") == ["event", "Mine", "on"]
+    for number in range(5):
+        served.server.publish("event", number, [["Mine", "on", "message"], ["Nobody", "on", ""]])
+    until(lambda: len(heard) == 5, "five calls")
+    assert heard == [("event", number, "message") for number in range(5)]
+    for module, method, fault in (("Nobody", "on", "is no service"), ("Mine", "off", "has no method off")):
+        with pytest.raises(RuntimeError, match=fault):
+            memory.subscribeToEvent("event", module, method)
+
+
+def test_a_program_that_is_gone_has_no_services(served: Served) -> None:
+    other = qi.Session()
+    other.connect(f"tcp://127.0.0.1:{served.port}")
+    other.registerService("Short", type("Short", (), {"on": lambda self: None})())
+    names = lambda: [service["name"] for service in served.session.services()]  # noqa: E731
+    assert "Short" in names()
+    other.close()
+    until(lambda: "Short" not in names(), "its end")
+
+
+def test_log_manager_tells_the_servers_log(served: Served) -> None:
+    """A ROS driver asks for its listener when it starts, and splits `source` at colons."""
+    heard: list[Any] = []
+    listener = served.session.service("LogManager").getListener()
+    listener.onLogMessage.connect(heard.append)
+    listener.clearFilters()
+    logging.getLogger("bridge.test").warning("the robot is %s", "gone")
+    until(lambda: heard, "a message of the log")
+    assert heard[0]["message"] == "the robot is gone"
+    assert heard[0]["level"] == {"level": 3}
+    assert len(heard[0]["source"].split(":")) == 3
+
+
+def test_a_taken_port_is_named() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(LinkError, match=f"Cannot listen on tcp://127.0.0.1:{port}: "):
+            QiServer(f"tcp://127.0.0.1:{port}", SERVICES, call)
+
+
+def test_an_old_client_that_does_not_authenticate_is_told_the_capabilities_and_answered(served: Served) -> None:
+    head = struct.pack(">I", 0x42DEAD42) + struct.pack("<IIHBBIII", 7, 0, 0, 1, 0, 1, 1, 108)
+    with socket.create_connection(("127.0.0.1", served.port)) as client, client.makefile("rb") as stream:
+        client.sendall(head)
+        kinds = []
+        for _ in range(2):
+            header = stream.read(28)
+            _, size, _, kind, *_ = struct.unpack("<IIHBBIII", header[4:])
+            stream.read(size)
+            kinds.append(kind)
+    assert kinds == [6, 2]
+
+
+def test_garbage_ends_no_server(served: Served) -> None:
+    draw = random.Random(45)
+    for _ in range(20):
+        with socket.create_connection(("127.0.0.1", served.port)) as client:
+            for _ in range(200):
+                payload = draw.randbytes(draw.randrange(60))
+                address = [draw.randrange(4) for _ in range(2)] + [draw.choice((0, 2, 8, 100, 101, 102, 104))]
+                size = draw.choice((len(payload), len(payload), draw.randrange(1 << 26)))
+                header = struct.pack("<IIHBBIII", 1, size, 0, draw.randrange(9), draw.randrange(3), *address)
+                try:
+                    client.sendall(struct.pack(">I", 0x42DEAD42) + header + payload)
+                except OSError:
+                    break  # put out: a size that no message has
+    assert served.session.service("ALMemory").echo(1) == [1]

@@ -1,0 +1,60 @@
+"""hiroz, an independent implementation of rmw_zenoh's format, reads and drives a robot; see docs/testing.md."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.link.walk_client import WalkClient
+from tests.loops import until
+from tests.system.conftest import Command
+
+PROBE = Path(__file__).with_name("ros_probe") / "target" / "release" / "ros-probe"
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(not PROBE.exists(), reason="the probe is not built, see docs/testing.md"),
+]
+
+
+def probe(endpoint: str, *words: str) -> dict[str, Any]:
+    done = subprocess.run([PROBE, endpoint, *words], capture_output=True, text=True, timeout=60.0, check=True)
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1]) if done.stdout else {}
+    return found
+
+
+def test_hiroz_reads_the_robot_and_its_lost_connection_stops_the_walk(endpoint: str, tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in ("up", "ros")]
+    for folder in folders:
+        folder.mkdir()
+    options = ["--serve", "--robot", "nao-v6", "--engine", "mujoco", "--listen", endpoint, "--out"]
+    up = Command(["up", *options, str(tmp_path / "run")], folders[0], None)
+    ros = Command(["ros", "--connect", endpoint], folders[1], None)
+    try:
+        until(lambda: "is on ROS 2" in " ".join(ros.stderr.split()), "the robot on ROS 2")
+        with WalkClient("nao", endpoint) as walker:
+            until(lambda: _state(walker) == "stand", "a stand")
+            states = probe(endpoint, "read", "5")
+            assert states["rate"] == pytest.approx(1.0 / 0.012, rel=0.02)
+            assert (states["joints"], states["first"]) == (26, "HeadYaw")
+            assert states["gravity"] == pytest.approx(9.81, abs=0.5)
+            assert probe(endpoint, "describe")["characters"] > 10_000
+            probe(endpoint, "drive", "0.1", "10")
+            assert walker.status().distance > 0.5
+            ended = time.monotonic()
+            until(lambda: _state(walker) == "stand", "a stand")
+            assert time.monotonic() - ended < 3.0
+    finally:
+        ros.interrupt()
+        up.interrupt()
+
+
+def _state(walker: WalkClient) -> str:
+    try:
+        return walker.status().state
+    except Exception:
+        return ""
