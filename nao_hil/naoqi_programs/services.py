@@ -56,4 +56,6 @@ def _with_bytes(image: Any) -> Any:
     """A picture with its bytes as a `bytearray`: the server sends text, since qi's package sends no bytes."""
     if hasattr(image, "andThen"):  # a future
         return image.andThen(_with_bytes)
+    if image is None:
+        return None
     return [bytearray(part, "latin-1") if isinstance(part, str) else part for part in image]
