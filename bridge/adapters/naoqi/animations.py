@@ -14,7 +14,7 @@ from typing import Any, Final, NoReturn
 from bridge.adapters.naoqi.arguments import text
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
-from bridge.adapters.naoqi.methods import Method, of_kind
+from bridge.adapters.naoqi.methods import Method, Table, of_kind
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -112,7 +112,7 @@ class Animations:
 
     def methods(self) -> dict[str, Method]:
         """Methods of `ALAnimationPlayer`."""
-        reading = {
+        reading: Table = {
             "declarePathForTags": lambda path: (
                 text(path, "ALAnimationPlayer.declarePathForTags: path") and None
             ),
@@ -143,7 +143,7 @@ class Animations:
             *("getLoadedBehaviors", "getDefaultBehaviors", "getTagList"),
         )
         of_a_name = ("addDefaultBehavior", "getBehaviorTags", "getBehaviorNature", "removeBehavior")
-        reading = {
+        reading: Table = {
             **{name: lambda: [] for name in lists},
             **{f"isBehavior{state}": installed for state in ("Installed", "Present", "Loaded")},
             **{name: absent(name) for name in of_a_name},

@@ -120,6 +120,7 @@ class NaoqiServer:
             quiet_process(priority)
         self._send(services)
         logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
+        handover.warm()
         try:
             self._cycle(services, receive)
         finally:
