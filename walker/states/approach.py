@@ -13,7 +13,6 @@ from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
 
-
 NEAR: Final = 0.35
 """rad from a leg joint to the stand: the vendor's StandInit is 0.26 from that of `omni`."""
 LEGS: Final = (*LEG_SLOTS["L"], *LEG_SLOTS["R"])

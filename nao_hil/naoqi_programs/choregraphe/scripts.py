@@ -8,17 +8,33 @@ import os
 import time
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 import qi
 
-if TYPE_CHECKING:
-    from nao_hil.naoqi_programs.choregraphe.player import RunningBox
+from nao_hil.naoqi_programs.choregraphe.project import Box
+from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
 
 _GLOBAL_PROXIES: Final = ("ALMemory", "ALMotion", "ALLeds", "ALLogger", "ALSensors")
 """Proxies that every script has."""
 _RESOURCES: Final = ("waitResources", "waitForResources", "waitResourcesFree", "releaseResource", "tryAcquire")
 """Methods of a box's resources, which are always free."""
+
+
+class ScriptedBox(Protocol):
+    """The box of a script."""
+
+    player: Any
+    box: Box
+    parent: Any
+    timeline: Timeline | None
+    module_name: str
+
+    def emit(self, output: str, value: Any = None) -> None:
+        """Leave the box through an output."""
+
+    def parameter(self, name: str) -> Any:
+        """The value of a parameter."""
 
 
 def script_globals(folder: Path) -> dict[str, Any]:
@@ -62,7 +78,7 @@ class FrameManager:
         raise RuntimeError(f"ALFrameManager.{name} is not offered: getBehaviorPath is.")
 
 
-def generated_class(running: RunningBox) -> type:
+def generated_class(running: ScriptedBox) -> type:
     """The class that a script's `MyClass` derives from."""
     box, player = running.box, running.player
 
@@ -107,7 +123,7 @@ def _logger(name: str) -> Any:
     return logger
 
 
-def _timeline_methods(running: RunningBox) -> dict[str, Any]:
+def _timeline_methods(running: ScriptedBox) -> dict[str, Any]:
     """Methods that play the box's own timeline, and the one that the box is in (`...Parent`)."""
 
     def go_to(whose: str, frame: Any, *, plays: bool) -> None:

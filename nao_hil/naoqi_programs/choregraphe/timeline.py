@@ -5,15 +5,25 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
-from nao_hil.naoqi_programs.choregraphe.project import PARENT, Curve
-
-if TYPE_CHECKING:
-    from nao_hil.naoqi_programs.choregraphe.player import RunningBox
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Curve, Diagram
 
 _SHORTEST: Final = 0.04
 """s to the first key."""
+
+
+class TimedBox(Protocol):
+    """The box of a timeline."""
+
+    player: Any
+    box: Box
+
+    def emit(self, output: str, value: Any = None) -> None:
+        """Leave the box through an output."""
+
+    def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
+        """Stimulate inputs that an output is linked to."""
 
 
 class Timeline:
@@ -23,7 +33,7 @@ class Timeline:
         running: the box that it is of.
     """
 
-    def __init__(self, running: RunningBox) -> None:
+    def __init__(self, running: TimedBox) -> None:
         self._running, self._box = running, running.box
         self._changed = threading.Condition()
         self._order: tuple[float | None, bool] | None = None
