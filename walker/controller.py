@@ -316,7 +316,10 @@ class Controller:
         )
 
     def _may_begin(self) -> bool:
-        return self._state.name == "stand" or (self._state.name == "fallen" and not self._estimate.falling)
+        state = self._state
+        if isinstance(state, Approaching) and isinstance(state.successor, Standing):
+            return self._serves and not self._fell and state.near
+        return state.name == "stand" or (state.name == "fallen" and not self._estimate.falling)
 
     def _stand_again(self) -> None:
         """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""

@@ -28,6 +28,8 @@ SILENCE = 0.5
 """s without a sensor frame after which the walker looks whether the robot is still there."""
 PATIENCE = 5.0
 """s without a robot after which the log says what is missing."""
+_STANDBY = 1.0
+"""s between two looks of a walker that stands by whether the robot is there and still the same."""
 _RETRY = 0.2
 """s between two looks whether a robot was armed, or is free."""
 GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
@@ -92,6 +94,8 @@ class WalkerProcess:
         self._seq = -1
         self._late = self._dry_run = self._walked = self._closes = False
         self._boot: int | None = None
+        self._found_boot: int | None = None
+        """Of the robot that the log names."""
         self._walks = ""
         """Name of the robot's body."""
         self._taken = False
@@ -121,13 +125,14 @@ class WalkerProcess:
                 self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
-                if not self._taken:
-                    logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+            if not self._taken and self._found_boot != info.boot:
+                self._found_boot = info.boot
+                logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
             if info.mode == "real-time":
                 quiet_process(
                     self._priority
                 )  # it takes some cycles, which would be missed with the lease in hand
-            if not self._armed():
+            if not self._wanted() or not self._armed():
                 continue
             if self._taken:
                 logger.warning("the robot had been taken from the walk, which begins anew")
@@ -149,6 +154,10 @@ class WalkerProcess:
         except LinkError as error:
             logger.warning("%s Waiting for it.", error)
             return self._link.wait_robot(self._stop)
+
+    def _wanted(self) -> bool:
+        """Whether to hold the robot; a walker that stands by waits for that."""
+        return self._service is None or self._service.wait_wanted(_STANDBY)
 
     def _armed(self) -> bool:
         """Wait until the robot takes commands; False when the process was stopped meanwhile.
@@ -204,6 +213,11 @@ class WalkerProcess:
         assert controller is not None
         receive = self._link.next if lockstep else self._link.latest
         while not self._ends():
+            if self._service is not None and not self._service.wanted:
+                self._link.release()
+                self._boot = None
+                self._service.note_left()
+                return False
             if self._process_notices():
                 self._interruptions += 1
                 self._boot, self._taken = None, True

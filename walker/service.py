@@ -75,6 +75,7 @@ class WalkService:
         parameters: of that gait that differ from the shipped ones.
         controller: parameters of its controllers that differ.
         recover: get up after a fall, see `Controller`.
+        standby: leave the robot to others until it is told to `take` it.
 
     Raises:
         ConfigurationError: a wrong parameter.
@@ -87,7 +88,12 @@ class WalkService:
         controller: Mapping[str, Any] | None = None,
         *,
         recover: bool = False,
+        standby: bool = False,
     ) -> None:
+        self._wanted, self._taken, self._left = threading.Event(), threading.Event(), threading.Event()
+        """Whether the robot is to be held; it is held; it was given back."""
+        if not standby:
+            self._wanted.set()
         self._first, self._recover = gait, recover
         self._changes = dict(parameters or {})
         self._controller_changes = dict(controller or {})
@@ -115,9 +121,11 @@ class WalkService:
         """
         with self._handing:
             self._orders.clear()
+            if self._robot != (body, cycle):
+                self._walkable.clear()
             self._robot, self._seen, self._without = (body, cycle), None, _NO_ROBOT
-            self._walkable.clear()
-        gait = walkable_gait(self._request.gait, self._gait_parameters(self._request), body, _pause)
+            self._taken.clear()
+        gait = self._gait(self._request, self._gait_parameters(self._request))
         return Controller(body, gait, None, cycle, self._controllers(self._request), recover=self._recover)
 
     def lose_robot(self, why: str) -> None:
@@ -153,8 +161,22 @@ class WalkService:
             position=controller.here,
         )
         self._seen = _Seen(status, controller.lies, controller.below, controller.motion_waits)
+        self._taken.set()
         for order in self._due:
             order.taken.set()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the walker is to hold the robot."""
+        return self._wanted.is_set()
+
+    def wait_wanted(self, seconds: float) -> bool:
+        """Wait until the walker is to hold the robot; whether it is."""
+        return self._wanted.wait(seconds)
+
+    def note_left(self) -> None:
+        """The robot was given back."""
+        self._left.set()
 
     def answer(self, payload: bytes) -> bytes:
         """A `bridge.messages.walk.WalkCommand` to a `WalkStatus`, both as msgpack; any thread.
@@ -171,9 +193,15 @@ class WalkService:
                 raise WalkRefused(_sentence(str(error))) from None
 
     def _carry_out(self, command: WalkCommand) -> WalkStatus:
+        if command.op == "take":
+            self._left.clear()
+            self._wanted.set()
+            self._taken.wait(_TIMEOUT)
         if self._robot is None or self._seen is None:
             raise WalkRefused(self._without)
-        if command.op == "status":
+        if command.op == "release":
+            return self._release()
+        if command.op in ("status", "take"):
             return self._reply("")
         if command.op == "stop" or command.velocity == (0.0, 0.0, 0.0):
             still = self._seen.status.state in ("stand", "fallen")
@@ -193,6 +221,19 @@ class WalkService:
         self._hand_over(command.at, lambda controller: controller.begin(walk, hold))
         first = "Closes the feet first; then walks" if self._seen.status.state == "stopping" else "Walks"
         return self._reply(f"{first} {_in_words(walk)}{_clipped(command.velocity, walk)}.")
+
+    def _release(self) -> WalkStatus:
+        """Give the robot back from a stand."""
+        assert self._seen is not None
+        reply = self._reply("The robot is free.")
+        if reply.state in ("walk", "stopping"):
+            raise WalkRefused("The robot walks; stop it before the walker gives it back.")
+        self._wanted.clear()
+        if not self._left.wait(_TIMEOUT):
+            raise WalkRefused("The walker still holds the robot; ask again in a moment.")
+        self._taken.clear()
+        self._seen = None
+        return reply
 
     def _play(self, command: WalkCommand) -> WalkStatus:
         assert self._robot is not None and self._seen is not None

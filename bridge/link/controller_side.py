@@ -107,6 +107,7 @@ class ControllerLink:
         self._actuators = session.declare_publisher(key(keys.ACTUATORS))
         self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
         self._upper_body = session.declare_publisher(key(keys.UPPER_BODY))
+        self._own_notices = session.declare_publisher(key(keys.NOTICES))
         self._declare_token(session)
         self._robot_token = session.liveliness().declare_subscriber(
             key(keys.ALIVE_ROBOT), self._on_robot, history=True
@@ -250,6 +251,11 @@ class ControllerLink:
     def publish_telemetry(self, message: WalkTelemetry) -> None:
         """Publish what the walker is doing."""
         self._telemetry.put(encode(message))
+
+    def publish_notice(self, notice: Notice) -> None:
+        """Publish a notice of this side; nothing happens without a connection."""
+        if self._session is not None:
+            self._own_notices.put(encode(notice))
 
     def publish_upper_body(self, message: UpperBody) -> None:
         """Command the head and the arms of a robot that a walker has."""

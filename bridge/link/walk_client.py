@@ -91,6 +91,14 @@ class WalkClient(Client):
         """Change `velocity`, `gait`, `torso` or `admittance` without beginning a walk. Raises as `walk`."""
         return self.send(WalkCommand(op="set", **changes))
 
+    def take(self) -> WalkStatus:
+        """Have a walker that stands by take the robot; answered with its first cycle. Raises as `walk`."""
+        return self.send(WalkCommand(op="take"))
+
+    def release(self) -> WalkStatus:
+        """Have a walker that stands give the robot back and stand by; answered then. Raises as `walk`."""
+        return self.send(WalkCommand(op="release"))
+
     def status(self) -> WalkStatus:
         """What the walker does. Raises as `walk`."""
         return self.send(WalkCommand(op="status"))

@@ -108,6 +108,10 @@ class JointWeak(_JointFault, frozen=True, kw_only=True, tag="joint-weak"):
     fraction: Fraction = 0.5
 
 
+class JointLimp(_JointFault, frozen=True, kw_only=True, tag="joint-limp"):
+    """The motor has no power: the joint gives way, with friction and the gear's drag alone; stiffness 0."""
+
+
 class JointHot(_JointFault, frozen=True, kw_only=True, tag="joint-hot"):
     """The motor is held at a temperature; the robot lowers its stiffness as it would for a true one."""
 
@@ -132,6 +136,10 @@ class PowerLoss(_Fault, frozen=True, kw_only=True, tag="power-loss"):
     """The motors have no power: all joints limp, stiffness 0, no charge; the head goes on."""
 
 
+class HalError(_Fault, frozen=True, kw_only=True, tag="hal-error"):
+    """HAL misses its cycle: all joints limp, stiffness 0; frames and charge go on."""
+
+
 Fault = (
     CommandLost
     | CommandLate
@@ -144,12 +152,14 @@ Fault = (
     | SensorOffset
     | JointStuck
     | JointWeak
+    | JointLimp
     | JointHot
     | JointBacklash
     | InertialRezero
     | DcmPause
+    | HalError
     | PowerLoss
 )
 CommandFault = CommandLost | CommandLate | CommandDuplicated | CommandReordered | CommandJitter
 SensorFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset
-JointFault = JointStuck | JointWeak | JointHot | JointBacklash
+JointFault = JointStuck | JointWeak | JointLimp | JointHot | JointBacklash

@@ -26,9 +26,10 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
     """What the walker is to do; None: leave as it is."""
 
     version: int = SCHEMA_VERSION
-    op: Literal["walk", "stop", "motion", "set", "status"]
+    op: Literal["walk", "stop", "motion", "set", "status", "take", "release"]
     """`walk`: begin, or go on as said here; `stop`: close the feet and stand; `motion`: likewise,
-    then play `motion`; `set`: change without beginning; `status`: only tell."""
+    then play `motion`; `set`: change without beginning; `status`: only tell; `take`: ask the robot
+    for the lease, and stand; `release`: give it back and stand by."""
     velocity: Vec3 | None = None
     """vx, vy, omega in m/s, m/s, rad/s: mean over a step, reached by the length of the steps; zeros stop."""
     steps: Count | None = None

@@ -14,8 +14,10 @@ from bridge.messages.faults import (
     CommandFault,
     DcmPause,
     Fault,
+    HalError,
     InertialRezero,
     JointFault,
+    JointLimp,
     PowerLoss,
     SensorFault,
 )
@@ -132,9 +134,11 @@ class Faults:
     def _changed(self) -> None:
         faults = [running.fault for running in self._running.values()]
         self._of_commands = [fault for fault in faults if isinstance(fault, CommandFault)]
-        self._of_frames = [fault for fault in faults if isinstance(fault, SensorFault | PowerLoss)]
+        self._of_frames = [
+            fault for fault in faults if isinstance(fault, SensorFault | JointLimp | HalError | PowerLoss)
+        ]
         self.stalled = any(isinstance(fault, DcmPause) for fault in faults)
-        powered = not any(isinstance(fault, PowerLoss) for fault in faults)
+        powered = not any(isinstance(fault, HalError | PowerLoss) for fault in faults)
         self._joints.apply((fault for fault in faults if isinstance(fault, JointFault)), powered)
         self._look_ahead()
 

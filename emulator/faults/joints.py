@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
-from bridge.messages.faults import JointBacklash, JointFault, JointHot, JointStuck, JointWeak
+from bridge.messages.faults import JointBacklash, JointFault, JointHot, JointLimp, JointStuck, JointWeak
 from emulator.engine.multibody import Multibody
 from emulator.servo.servo import Servo
 
@@ -52,6 +52,8 @@ class JointFaults:
             numbers = self._numbers(fault.joint)
             if isinstance(fault, JointWeak):
                 strength[numbers] *= fault.fraction
+            elif isinstance(fault, JointLimp):
+                strength[numbers] = 0.0
             elif isinstance(fault, JointBacklash):
                 backlash[numbers] += fault.backlash
             elif isinstance(fault, JointHot):

@@ -8,12 +8,20 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from bridge.body.joints import N_JOINTS
+from bridge.body.joints import INDEX, N_JOINTS
 from bridge.messages import SensorFrame
 from bridge.messages.elements import sensor_slots
-from bridge.messages.faults import PowerLoss, SensorDead, SensorNoisy, SensorOffset, SensorStuck
+from bridge.messages.faults import (
+    HalError,
+    JointLimp,
+    PowerLoss,
+    SensorDead,
+    SensorNoisy,
+    SensorOffset,
+    SensorStuck,
+)
 
-FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | PowerLoss
+FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | JointLimp | HalError | PowerLoss
 
 
 class FrameFaults:
@@ -39,9 +47,16 @@ class FrameFaults:
         return frame
 
     def _changes(self, frame: SensorFrame, fault: FrameFault) -> dict[str, Any]:
-        if isinstance(fault, PowerLoss):
+        if isinstance(fault, JointLimp):
+            slot = INDEX[fault.joint]
+            return {
+                field: (*values[:slot], 0.0, *values[slot + 1 :])
+                for field, values in (("stiffness", frame.stiffness), ("current", frame.current))
+            }
+        if isinstance(fault, HalError | PowerLoss):
             none = (0.0,) * N_JOINTS
-            return {"stiffness": none, "current": none, "battery": (0.0, 0.0, *frame.battery[2:])}
+            off = {} if isinstance(fault, HalError) else {"battery": (0.0, 0.0, *frame.battery[2:])}
+            return {"stiffness": none, "current": none, **off}
         field, slots = sensor_slots(fault.sensor)
         values = list(getattr(frame, field))
         for i, value in zip(slots, self._values(fault, [values[i] for i in slots]), strict=True):

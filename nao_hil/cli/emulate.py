@@ -95,14 +95,8 @@ def _run(
     with ExitStack() as opened:
         link = opened.enter_context(RobotLink(info, listen, announced=False))
         directory = RunDirectory(out)  # the run can begin: what was in the folder stayed until here
-<<<<<<< HEAD
         directory.clear(overwrite=overwrite)
-        recorder = opened.enter_context(Recorder(directory.recording, settings))
-=======
-        if directory.clear():
-            console.print(f"the run that was in {directory.path} is replaced", highlight=False)
         recorder = opened.enter_context(Recorder(directory.recording, settings, robot_scene(body)))
->>>>>>> ros
         directory.write_config(settings)
         directory.write_scenario(scenario)
         observers: list[Observer] = [statistics, recorder]

@@ -80,6 +80,7 @@ _GROUPS: Final = {
             "landmark": "world:landmark",
             "face": "world:face",
             "remove": "world:remove",
+            "press": "world:press",
             "list": "world:show",
         },
     ),

@@ -39,11 +39,11 @@ SWITCH_INTERVAL = 0.0005
 
 
 class ServingWalker:
-    """`nao-hil walk --serve` as a child process."""
+    """`nao-hil walk --serve --standby` as a child process."""
 
     def __init__(self, name: str, connect: str, gait: str) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="nao-hil-walker-")
-        arguments = ["walk", "--serve", "--name", name, "--connect", connect, "--gait", gait]
+        arguments = ["walk", "--serve", "--standby", "--name", name, "--connect", connect, "--gait", gait]
         self._child = Child("walker", arguments, Path(self._folder.name))
 
     @property

@@ -41,7 +41,7 @@ def run_choregraphe(
 
     Example: nao-hil run-choregraphe my_project/my_project.pml
 
-    Scripts run in Python 3. It ends when the behaviour's onStopped is reached, or when nothing has run for a
+    It ends when the behaviour's onStopped is reached, or when nothing has run for a
     while. Exit code 1: something was not done.
     """
     file = _chosen(behaviours(project), behaviour)

@@ -46,6 +46,9 @@ def walk(
         str, typer.Option("--controller", help="Name of this controller, shown to others.", metavar="NAME")
     ] = "walker",
     serve: options.Serve = False,
+    standby: Annotated[
+        bool, typer.Option("--standby", help="With --serve: leave the robot to others until told to take it.")
+    ] = False,
     recover: options.Recover = None,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
@@ -85,7 +88,9 @@ def walk(
     # made first, so that a wrong parameter is told before anyone waits
     service = None
     if serve:
-        service = WalkService(settings.gait, settings.parameters, settings.controller, recover=settings.recover)
+        service = WalkService(
+            settings.gait, settings.parameters, settings.controller, recover=settings.recover, standby=standby
+        )
     make = service.make if service is not None else controller_maker(settings)
     with ControllerLink(name, connect, controller) as link:
         if service is not None:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from typing import Annotated
 
 import msgspec
 import typer
 
+from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.world_client import WorldClient
-from bridge.messages.world import PlaceThing, Remove, Status, ThingKind, WorldCommand
+from bridge.messages.elements import ELEMENTS
+from bridge.messages.world import PlaceThing, Press, Remove, Status, ThingKind, WorldCommand
+from bridge.validation import unknown_name
 from nao_hil.cli import options
 
 X = Annotated[float, typer.Argument(help="Ahead of the robot, m; with --floor along the floor's x axis.")]
@@ -94,6 +98,30 @@ def remove(
     Example: nao-hil world remove ball
     """
     return _send(Remove(name=what), name, connect, as_json)
+
+
+def press(
+    button: Annotated[str, typer.Argument(help=f"One of {', '.join(ELEMENTS['touch'])}.", metavar="BUTTON")],
+    seconds: Annotated[
+        float, typer.Option("--for", help="Seconds to its release.", min=0.05, max=60.0, metavar="S")
+    ] = 0.3,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Press a button, a bumper or a touch surface, and release it.
+
+    Example: nao-hil world press head_front
+    """
+    if button not in ELEMENTS["touch"]:
+        raise ConfigurationError(unknown_name("button", button, ELEMENTS["touch"]))
+    with WorldClient(name, connect) as world:
+        world.send(Press(button=button))
+        time.sleep(seconds)
+        world.send(Press(button=button, pressed=False))
+    text = f"Button {button} was pressed for {seconds:g} s."
+    print(json.dumps({"text": text}) if as_json else text)
+    return 0
 
 
 def show(

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import os
 import signal
+import site
 import sys
-from importlib.machinery import FileFinder, SourceFileLoader
+import sysconfig
+from functools import partial
+from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader, FileFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, Final
@@ -17,7 +20,9 @@ from typing import Any, Final
 from bridge.adapters.naoqi.device import connected
 from bridge.errors import LinkError
 from nao_hil.naoqi_programs.errors import print_error
-from nao_hil.naoqi_programs.source import compiled, program_code
+from nao_hil.naoqi_programs.python2 import put_back
+from nao_hil.naoqi_programs.services import Service, sendable
+from nao_hil.naoqi_programs.source import compiled, is_old, program_code
 
 ADDRESS: Final = "NAO_HIL_NAOQI"
 MODULES: Final = Path(__file__).parent / "modules"
@@ -34,8 +39,6 @@ def _redirect(url: str) -> None:
     connected(url, PATIENCE).close()
     import qi
 
-    from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
-
     session, application = qi.Session, qi.Application
 
     def session_here(*_: Any) -> Any:
@@ -44,7 +47,7 @@ def _redirect(url: str) -> None:
         connect = made.connect
         made.connect = lambda *_, **options: connect(url, **options)
         find = made.service
-        made.service = lambda name, *_: VideoProxy(find(name)) if name == SERVICE else find(name)
+        made.service = lambda name, *_: Service(find(sendable(name)))
         return made
 
     def application_here(args: Any = None, raw: bool = False, autoExit: bool = True, **_: Any) -> Any:
@@ -56,11 +59,40 @@ def _redirect(url: str) -> None:
 
 
 class ProgramLoader(SourceFileLoader):
-    """Of modules beside the program, which may be in Python 2 as well."""
+    """Of modules beside the program, which may be in Python 2 as well; bytecode is not kept.
 
-    def source_to_code(self, data: Any, path: Any, **_: Any) -> CodeType:  # type: ignore[override]
-        """The code of a source."""
-        return compiled(bytes(data), str(path))
+    Args:
+        old: whether a module that both Pythons read is in Python 2.
+    """
+
+    def __init__(self, name: str, path: str, *, old: bool | None = None) -> None:
+        super().__init__(name, path)
+        self._old = old
+
+    def get_code(self, fullname: str) -> CodeType:
+        """The code of a module."""
+        path = Path(self.path)
+        package = path.parent if "." in fullname or self.is_package(fullname) else None
+        return compiled(self.get_data(self.path), self.path, old=self._old, package=package)
+
+
+def load_modules(old: bool) -> None:
+    """Load modules from everywhere but Python's own folders and this project's by `ProgramLoader`."""
+    own = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    own += [str(Path(__file__).parents[1]), *map(str, site.getsitepackages())]
+    installed = {os.path.realpath(path) for path in own}
+
+    def hook(path: str) -> FileFinder:
+        """A finder of the program's modules in a folder."""
+        place = os.path.realpath(path or os.getcwd())
+        if not os.path.isdir(place) or any(place == p or place.startswith(p + os.sep) for p in installed):
+            raise ImportError(path)
+        extensions = (ExtensionFileLoader, EXTENSION_SUFFIXES)
+        loader: Any = partial(ProgramLoader, old=old)
+        return FileFinder(place, extensions, (loader, [".py"]))
+
+    sys.path_hooks.insert(0, hook)
+    sys.path_importer_cache.clear()
 
 
 def _interrupt_once() -> None:
@@ -89,14 +121,15 @@ def main(program: str, arguments: list[str]) -> int:
     except LinkError as error:
         print(f"error: {error} Stop what listens there, or give another --url.", file=sys.stderr)
         return error.exit_code
-    beside = str(Path(program).resolve().parent)
-    sys.path[0:0] = [beside, str(MODULES)]
-    sys.path_importer_cache[beside] = FileFinder(beside, (ProgramLoader, [".py"]))
+    sys.path[0:0] = [str(Path(program).resolve().parent), str(MODULES)]
     sys.argv = [program, *arguments]
     module = sys.modules["__main__"] = ModuleType("__main__")
     module.__file__ = program
+    put_back()
     try:
-        exec(program_code(Path(program)), vars(module))
+        code = program_code(Path(program))
+        load_modules(is_old(code))
+        exec(code, vars(module))
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):
             return end.code or 0

@@ -1,17 +1,18 @@
-"""Programs as code of this Python: those in Python 2 are converted by lib2to3, with Python 2's division."""
+"""Programs as code of this Python: their encoding, and whether they are in Python 2."""
 
 from __future__ import annotations
 
 import ast
+import importlib.util
 import re
 import warnings
-from functools import cache
+from collections.abc import Iterator
 from pathlib import Path
 from types import CodeType
-from typing import Any, Final
+from typing import Final
 
 from bridge.config import read_limited
-from bridge.errors import ConfigurationError
+from nao_hil.naoqi_programs.conversion import ESCAPE, from_python2, no_program, own_names, with_imports
 
 _OLD: Final = (
     re.compile(r"(^|[;:])\s*print\s+[^(\s=]", re.MULTILINE),
@@ -19,27 +20,27 @@ _OLD: Final = (
     re.compile(r"^\s*except\s+[\w.()\s,]+,\s*\w+\s*:", re.MULTILINE),
     re.compile(r"(^|[;:])\s*raise\s+\w+\s*,", re.MULTILINE),
     re.compile(r"(^|[;:])\s*exec\s+[\"'\w]", re.MULTILINE),
-    re.compile(r"<>"),
-    re.compile(r"\bur['\"]"),
-    re.compile(r"[=(,\s]0[0-7]+\b"),
+    re.compile(r"<>|`|\b[uU][rR]['\"]|[=(,\s]0[0-7]+\b|\b\d+[lL]\b|\.async\b|\basync\s*="),
     re.compile(r"^\s*global\s", re.MULTILINE),
+    re.compile(r"^\s*def\s+\w+\(.*\(\w+,.*\).*\):", re.MULTILINE),
 )
-"""What Python 3 no longer reads."""
+"""Syntax that Python 3 no longer reads."""
 _UNCLOSED: Final = "unterminated"
 """Begins Python 3's error of a text without an end, which Python 2 does not read either."""
-_OLD_NAMES: Final = {"raw_input", "xrange", "unicode", "unichr", "basestring", "long", "execfile"}
-_OLD_ATTRIBUTES: Final = {"has_key", "iteritems", "itervalues", "iterkeys"}
-_OLD_MODULES: Final = {"urllib2", "ConfigParser", "Queue", "Tkinter", "StringIO", "cPickle", "Image"}
-"""What Python 3 reads and does not have."""
-_DIVISION: Final = re.compile(r"^from __future__ import .*\bdivision\b", re.MULTILINE)
-_SPARED: Final = {"lib2to3.fixes.fix_import"}
-"""It would make imports of a program's own files relative."""
-_RENAMED: Final = (
-    (r"\bImage\.fromstring\(", "Image.frombytes("),
-    (r"(?m)^import Image\b", "from PIL import Image"),
-    (r"\b(np|numpy)\.fromstring\(\s*(?:str\((\w+)\)|(\w+))", r"\1.frombuffer(\2\3"),
-)
-"""Names of PIL and numpy that have gone, and what they are called now."""
+_OLD_NAMES: Final = {
+    *("raw_input", "xrange", "unicode", "unichr", "basestring", "long", "execfile", "cmp", "reload"),
+}
+_OLD_ATTRIBUTES: Final = {"has_key", "iteritems", "itervalues", "iterkeys", "setdefaultencoding"}
+_OLD_MODULES: Final = {
+    *("urllib2", "ConfigParser", "Queue", "Tkinter", "StringIO", "cPickle", "Image", "thread", "SocketServer"),
+    *("SimpleHTTPServer", "BaseHTTPServer", "commands", "httplib", "HTMLParser", "tkMessageBox", "cStringIO"),
+}
+"""Names that Python 3 reads and does not have."""
+_NEW_MODULES: Final = {
+    *("asyncio", "builtins", "concurrent", "configparser", "dataclasses", "enum", "http", "pathlib", "queue"),
+    *("socketserver", "tkinter", "typing"),
+}
+"""Modules that Python 2 does not have."""
 
 
 MAX_PROGRAM: Final = 1 << 20
@@ -52,47 +53,85 @@ def program_code(path: Path) -> CodeType:
     Raises:
         ConfigurationError: it cannot be read, or is no Python program.
     """
-    source = read_limited(path, MAX_PROGRAM, f"give a Python program of at most {MAX_PROGRAM} bytes")
-    return compiled(source, str(path))
+    return compiled(read_source(path), str(path), old=None)
 
 
-def compiled(source: bytes, name: str) -> CodeType:
+def read_source(path: Path) -> bytes:
+    """The bytes of a program.
+
+    Raises:
+        ConfigurationError: it cannot be read, or is too long.
+    """
+    return read_limited(path, MAX_PROGRAM, f"give a Python program of at most {MAX_PROGRAM} bytes")
+
+
+def compiled(source: bytes, name: str, *, old: bool | None = False, package: Path | None = None) -> CodeType:
     """The code of a source in Python 3 or 2.
 
     Args:
-        source: in UTF-8.
+        source: in the encoding that it names (PEP 263), else UTF-8 or Latin-1.
         name: of the file, for errors.
+        old: whether it is in Python 2 if both read it; None: unless it uses qi without the vendor's SDK.
+        package: folder of the package that it is in; Python 2 looks there for imports first.
 
     Raises:
         ConfigurationError: it is no Python program.
     """
-    text = source.decode("utf-8", "replace")
+    text = _decoded(source, name)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # escapes that are none were usual
-        try:
-            code = compile(text, name, "exec", dont_inherit=True)
-        except (SyntaxError, ValueError) as error:
-            old = isinstance(error, TabError) or any(pattern.search(text) for pattern in _OLD)
-            if old and not str(error).startswith(_UNCLOSED):
-                return _from_python2(text, name)
-            raise _no_program(name, error) from None
-        return _from_python2(text, name) if _is_old(ast.parse(text)) else code
+        tree = _parsed(text, name, old=old)
+        return compile(with_imports(tree, package), name, "exec", dont_inherit=True)
 
 
-def _no_program(name: str, error: Any) -> ConfigurationError:
-    """The error of a file, with what Python's parser said, or one of lib2to3's two."""
-    reason, line = getattr(error, "msg", str(error)), getattr(error, "lineno", None)
-    if hasattr(error, "context"):  # its parser
-        line = error.context[1][0]
-    elif line is None and len(error.args) == 2:  # its tokenizer
-        reason, (line, _) = error.args
-    place = f", line {line}" if line else ""
-    return ConfigurationError(f"{name}{place}: {reason}; this is no Python program.")
+def is_old(code: CodeType) -> bool:
+    """Whether code was converted from Python 2."""
+    return "_python2" in code.co_names
+
+
+def _decoded(source: bytes, name: str) -> str:
+    try:
+        return importlib.util.decode_source(source)
+    except UnicodeDecodeError:
+        return importlib.util.decode_source(b"# coding: latin-1\n" + source).removeprefix("# coding: latin-1\n")
+    except (SyntaxError, LookupError) as error:
+        raise no_program(name, error) from None
+
+
+def _parsed(text: str, name: str, *, old: bool | None) -> ast.Module:
+    try:
+        tree = ast.parse(text, name)
+        compile(tree, name, "exec", dont_inherit=True)
+    except (SyntaxError, ValueError) as error:
+        is_python2 = isinstance(error, TabError) or any(pattern.search(text) for pattern in _OLD)
+        if ESCAPE in str(error) or (is_python2 and not str(error).startswith(_UNCLOSED)):
+            return from_python2(text, name)
+        raise no_program(name, error) from None
+    if _is_old(tree):
+        return from_python2(text, name)
+    if old is None:
+        old = _imports(tree, "naoqi") or not _imports(tree, "qi")  # the SDK is for Python 2 alone
+    if _is_new(tree, text) or not old:
+        return tree
+    return from_python2(text, name) if importlib.util.find_spec("lib2to3") else tree
+
+
+def _modules(tree: ast.Module) -> Iterator[str]:
+    """Modules that a source imports."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+
+
+def _imports(tree: ast.Module, module: str) -> bool:
+    return any(name.partition(".")[0] == module for name in _modules(tree))
 
 
 def _is_old(tree: ast.Module) -> bool:
     """Whether a source that Python 3 reads needs what only Python 2 has."""
-    own = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    own = own_names(tree)
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id in _OLD_NAMES - own:
             return True
@@ -101,113 +140,39 @@ def _is_old(tree: ast.Module) -> bool:
             return True
         if isinstance(node, ast.Attribute) and node.attr in _OLD_ATTRIBUTES:
             return True
-        if isinstance(node, ast.Import) and any(alias.name in _OLD_MODULES for alias in node.names):
+        literal = node.value if isinstance(node, ast.Attribute) and node.attr == "decode" else None
+        if isinstance(literal, ast.Constant) and isinstance(literal.value, str):
             return True
-        if isinstance(node, ast.ImportFrom) and node.module in _OLD_MODULES:
+    return any(name in _OLD_MODULES for name in _modules(tree))
+
+
+_NEW_NODES: Final = (
+    *(ast.JoinedStr, ast.AnnAssign, ast.Nonlocal, ast.AsyncFunctionDef, ast.YieldFrom, ast.NamedExpr),
+    *(ast.Match, ast.MatMult),
+)
+
+
+def _is_new(tree: ast.Module, text: str) -> bool:
+    """Whether a source has what only Python 3 reads, or means otherwise there: `print(a, b)`, `input()`."""
+    if text.startswith("#!") and "python3" in text.partition("\n")[0]:
+        return True
+    for node in ast.walk(tree):
+        if isinstance(node, _NEW_NODES):
             return True
-    return False
-
-
-@cache
-def _converter() -> Any:
-    from lib2to3.refactor import RefactoringTool, get_fixers_from_package
-
-    return RefactoringTool([f for f in get_fixers_from_package("lib2to3.fixes") if f not in _SPARED])
-
-
-def _from_python2(text: str, name: str) -> CodeType:
-    lines = (line.expandtabs(8) if line[:1].isspace() else line for line in text.splitlines())
-    try:
-        converted = str(_converter().refactor_string("\n".join(lines) + "\n", name))
-    except ImportError:
-        raise ConfigurationError(
-            f"{name} is written for Python 2, and this Python has no lib2to3 to convert it; run `2to3 -w` of "
-            "Python 3.12 or older on it first."
-        ) from None
-    except Exception as error:  # lib2to3's parser has errors of its own, without a common class
-        raise _no_program(name, error) from None
-    for old, new in _RENAMED:
-        converted = re.sub(old, new, converted)
-    try:
-        tree = ast.parse(converted, name)
-        tree = _OldMeaning(floor=not _DIVISION.search(text)).visit(tree)
-        return compile(ast.fix_missing_locations(tree), name, "exec", dont_inherit=True)
-    except (SyntaxError, ValueError) as error:
-        raise _no_program(name, error) from None
-
-
-class _OldMeaning(ast.NodeTransformer):
-    """What Python 2 meant and lib2to3 leaves: integers divided, letters that are bytes, `global` anywhere.
-
-    Args:
-        floor: a quotient of integers is an integer.
-    """
-
-    def __init__(self, *, floor: bool) -> None:
-        self._floor = floor
-
-    def visit_Module(self, node: ast.Module) -> ast.AST:
-        """No `global` in the module's own block; the helper's import behind the docstring."""
-        self.generic_visit(node)
-        node.body = [statement for statement in node.body if not isinstance(statement, ast.Global)]
-        _clear_globals(node)
-        place = int(ast.get_docstring(node) is not None)
-        helpers = [ast.alias(name, f"_python2_{name}") for name in ("divide", "ordinal")]
-        node.body.insert(place, ast.ImportFrom(f"{__package__}.source", helpers, 0))
-        return node
-
-    def visit_Name(self, node: ast.Name) -> ast.AST:
-        """`ord` takes a byte of a picture, too, which was a letter."""
-        if node.id == "ord" and isinstance(node.ctx, ast.Load):
-            return ast.copy_location(ast.Name("_python2_ordinal", ast.Load()), node)
-        return node
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        """Its `global` first."""
-        self.generic_visit(node)
-        names = _clear_globals(node)
-        if names:
-            node.body.insert(0, ast.Global(names))
-        return node
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
-        """A quotient of integers is an integer."""
-        self.generic_visit(node)
-        if not (self._floor and isinstance(node.op, ast.Div)):
-            return node
-        function = ast.Name("_python2_divide", ast.Load())
-        return ast.copy_location(ast.Call(function, [node.left, node.right], []), node)
-
-    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
-        """`a /= b` of a name."""
-        self.generic_visit(node)
-        if not (self._floor and isinstance(node.op, ast.Div) and isinstance(node.target, ast.Name)):
-            return node
-        value = ast.BinOp(ast.Name(node.target.id, ast.Load()), ast.Div(), node.value)
-        return ast.copy_location(ast.Assign([node.target], self.visit_BinOp(value)), node)
-
-
-def _clear_globals(block: ast.AST) -> list[str]:
-    """Take the `global` statements out of a block, but not of functions within it; their names."""
-    names: list[str] = []
-    for node in ast.iter_child_nodes(block):
-        if isinstance(node, ast.Global):
-            names += node.names
-            node.names = []
-        elif not isinstance(node, ast.FunctionDef | ast.ClassDef | ast.expr):
-            names += _clear_globals(node)
-    for field, value in ast.iter_fields(block):
-        if isinstance(value, list) and any(isinstance(one, ast.Global) for one in value):
-            kept = [one for one in value if not (isinstance(one, ast.Global) and not one.names)]
-            setattr(block, field, kept or [ast.Pass()])
-    return names
-
-
-def ordinal(value: Any) -> int:
-    """The number of a letter, or of a byte."""
-    return value if isinstance(value, int) else ord(value)
-
-
-def divide(a: Any, b: Any) -> Any:
-    """A quotient as Python 2 gives it: of two integers the integer below."""
-    return a // b if isinstance(a, int) and isinstance(b, int) else a / b
+        if isinstance(node, ast.FunctionDef):
+            annotated = [*node.args.args, *node.args.kwonlyargs]
+            if node.returns or node.args.kwonlyargs or any(each.annotation for each in annotated):
+                return True
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            several = len(node.args) > 1 or bool(node.keywords)
+            named = {keyword.arg for keyword in node.keywords}
+            if (
+                (node.func.id == "print" and several and "from __future__" not in text)
+                or node.func.id == "input"
+                or (node.func.id == "super" and not node.args)
+                or (node.func.id == "open" and named & {"encoding", "errors", "newline"})
+            ):
+                return True
+        if isinstance(node, ast.Raise) and node.cause is not None:
+            return True
+    return any(name.partition(".")[0] in _NEW_MODULES for name in _modules(tree))

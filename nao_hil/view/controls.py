@@ -42,12 +42,14 @@ AS_IS: Final = "as it is"
 FAULTS: Final[dict[str, tuple[str, str]]] = {
     "joint-weak": ("joint", "fraction"),
     "joint-stuck": ("joint", ""),
+    "joint-limp": ("joint", ""),
     "joint-hot": ("joint", ""),
     "sensor-dead": ("sensor", ""),
     "sensor-stuck": ("sensor", ""),
     "sensor-noisy": ("sensor", "deviation"),
     "command-lost": ("", "probability"),
     "inertial-rezero": ("", ""),
+    "hal-error": ("", ""),
     "power-loss": ("", ""),
 }
 """Kinds that the page offers: what each strikes, and the number that says how hard."""

@@ -22,9 +22,11 @@ from bridge.messages.faults import (
     CommandReordered,
     DcmPause,
     Fault,
+    HalError,
     InertialRezero,
     JointBacklash,
     JointHot,
+    JointLimp,
     JointStuck,
     JointWeak,
     PowerLoss,
@@ -257,6 +259,26 @@ def test_without_power_the_robot_is_limp_and_says_so(robot: EmulatedRobot) -> No
     assert robot.truth().torso_position[2] < 0.25
     robot.faults.end()
     assert robot.advance(command(robot.frame.seq)).stiffness[KNEE] == 1.0
+
+
+def test_a_limp_joint_gives_way_and_the_others_hold(robot: EmulatedRobot) -> None:
+    begin(robot, JointLimp(joint="LShoulderPitch"))
+    for _ in range(150):
+        frame = robot.advance(command(robot.frame.seq, LShoulderPitch=-1.4))
+    arm = INDEX["LShoulderPitch"]
+    assert (frame.stiffness[arm], frame.current[arm], frame.stiffness[KNEE]) == (0.0, 0.0, 1.0)
+    assert abs(frame.position[arm] - START[arm]) < 0.3  # it hangs, wherever it is sent
+    assert robot.truth().torso_position[2] > 0.28
+
+
+def test_after_an_error_of_hal_all_joints_are_limp_and_the_frames_go_on(robot: EmulatedRobot) -> None:
+    begin(robot, HalError())
+    before = robot.frame
+    for _ in range(150):
+        frame = robot.advance(command(robot.frame.seq))
+    assert set(frame.stiffness) == set(frame.current) == {0.0}
+    assert frame.battery[0] > 0.0 and frame.seq == before.seq + 150
+    assert robot.truth().torso_position[2] < 0.25
 
 
 # ---- the DCM

@@ -93,7 +93,8 @@ def test_fused_angle_in_walking(name: str, gait: str, steps: int) -> None:
 def test_force_cells_in_a_dynamic_walk() -> None:
     """Less the configured gains and offsets, with no cell at its end: the forces but for the noise.
 
-    Five standard deviations: 0.22 N a cell is 0.44 N of the sum, and over 10 N or more on levers of 0.07 m 3 mm.
+    Five standard deviations: 0.22 N a cell is 0.44 N of the sum, and over 10 N or more on levers of 0.07 m 3
+    mm.
     """
     run = walk("nao-v3", "dynamic", 10)
     body = load_body("nao-v3")

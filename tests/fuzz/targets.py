@@ -14,12 +14,9 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 import msgspec
-<<<<<<< HEAD
+from rosbags.typesys import Stores, get_typestore
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
-=======
-from rosbags.typesys import Stores, get_typestore
->>>>>>> ros
 
 from bridge.adapters.lola.codec import MapStream
 from bridge.adapters.lola.identity import identity_of
@@ -188,7 +185,6 @@ def naoqi(data: bytes) -> None:
         assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
 
 
-<<<<<<< HEAD
 def page(data: bytes) -> None:
     """A request to the page's server, and what a browser sends once it is connected."""
     for access in (Access(), Access("k3y", tls=True)):
@@ -199,7 +195,8 @@ def page(data: bytes) -> None:
                 answer = door(access, "<html>")(None, event)
                 protocol.send_response(answer or protocol.accept(event))
         protocol.data_to_send()
-=======
+
+
 def qi(data: bytes) -> None:
     """A value of the qi protocol; one that is read is written again."""
     try:
@@ -221,16 +218,11 @@ def ros(data: bytes) -> None:
         assert str(error)
         return
     assert all(map(math.isfinite, order.position))
->>>>>>> ros
 
 
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     target.__name__: target
-<<<<<<< HEAD
-    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, page)
-=======
-    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, qi, ros)
->>>>>>> ros
+    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, page, qi, ros)
 }
 
 

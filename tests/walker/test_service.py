@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
@@ -368,3 +370,32 @@ def test_what_no_target_or_distance_can_be_is_refused(gait: str, order: dict[str
     served.until("stand")
     with pytest.raises(WalkRefused, match=words):
         served.ask(op="walk", **order)
+
+
+def test_a_walker_that_stands_by_takes_the_robot_and_gives_it_back() -> None:
+    """As a process does it: frames are answered from `take` on, and `release` waits until they are not."""
+    service = WalkService("omni", standby=True)
+    controller = service.make(BODY, DT)
+    assert not service.wait_wanted(0.01)
+    with pytest.raises(WalkRefused, match="does not hold a robot yet"):
+        service.answer(encode(WalkCommand(op="status")))
+
+    def process() -> None:
+        """The walker's process for one hold of the robot."""
+        assert service.wait_wanted(10.0)
+        for seq in itertools.count():
+            if not service.wanted or seq > 1000:
+                break
+            service.before(controller, seq)
+            controller.tick(frame(seq))
+            service.after(controller, seq)
+            time.sleep(0.002)
+        service.note_left()
+
+    thread = threading.Thread(target=process)
+    thread.start()
+    taken = decode(service.answer(encode(WalkCommand(op="take"))), WalkStatus)
+    assert taken.state == "approach"
+    assert decode(service.answer(encode(WalkCommand(op="release"))), WalkStatus).text == "The robot is free."
+    thread.join(10.0)
+    assert not service.wanted and not thread.is_alive()

@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from bridge.body.joints import LEG_SLOTS
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
 from walker.states.joint_interpolation import JointInterpolation
 from walker.states.stand import Standing
 from walker.states.state import State, StateName
 from walker.states.walk import Walking
+
+NEAR: Final = 0.35
+"""rad from a leg joint to the stand: the vendor's StandInit is 0.26 from that of `omni`."""
+LEGS: Final = (*LEG_SLOTS["L"], *LEG_SLOTS["R"])
 
 
 class Approaching:
@@ -39,6 +44,13 @@ class Approaching:
         self._approach: JointInterpolation | None = None
         self.position = goal
         self.stiffness = 1.0
+
+    @property
+    def near(self) -> bool:
+        """Whether a walk may begin at once: the legs are near the goal, from where the walk blends them in."""
+        if self._approach is None:
+            return False
+        return max(abs(self._goal[i] - self.position[i]) for i in LEGS) <= NEAR
 
     def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
         """One cycle."""

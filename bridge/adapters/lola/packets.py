@@ -12,23 +12,41 @@ from bridge.adapters.lola.identity import Identity
 from bridge.adapters.lola.quantization import quantized
 from bridge.adapters.lola.schema import CYCLE, SENSORS
 from bridge.adapters.signs import KILOGRAM, LOLA, motor_status, with_signs
+from bridge.body.joints import N_JOINTS
 from bridge.errors import FrameError
 from bridge.messages import SensorFrame
 
+_HIGH: Final = 76.0
+_COOL: Final = 70.0
+_COLD: Final = (0,) * N_JOINTS
 _MAX_FLOAT: Final = 3.4e38
 """A float 32 holds no more."""
 
 
-def sensor_packet(frame: SensorFrame, identity: Identity) -> bytes:
+class HeatStatus:
+    """`Status` of the motors: 1 from 76 degrees Celsius on, 0 again below 70; 2 and 3 are assumed."""
+
+    def __init__(self) -> None:
+        self._high = [False] * N_JOINTS
+
+    def update(self, temperature: Sequence[float]) -> list[int]:
+        """The status of each motor at these temperatures, 25, degrees Celsius."""
+        rows = zip(self._high, temperature, strict=True)
+        self._high = [value >= (_COOL if high else _HIGH) for high, value in rows]
+        rows = zip(self._high, temperature, strict=True)
+        return [max(int(high), level if (level := motor_status(value)) > 1 else 0) for high, value in rows]
+
+
+def sensor_packet(frame: SensorFrame, identity: Identity, status: Sequence[int] = _COLD) -> bytes:
     """The 896 bytes that a V6 would send, in a V6's steps; every key is at the same place in each packet.
 
     Args:
         frame: sensor values.
         identity: of the robot that the packet names.
+        status: of the motors, 25, see `HeatStatus`.
     """
     values = {key: _clipped(quantized(key, array)) for key, array in lola_values(frame).items()}
-    status = [motor_status(temperature) for temperature in frame.temperature]
-    return pack_map({"RobotConfig": astuple(identity), **values, "Status": status})
+    return pack_map({"RobotConfig": astuple(identity), **values, "Status": list(status)})
 
 
 def lola_values(frame: SensorFrame) -> dict[str, Sequence[float]]:

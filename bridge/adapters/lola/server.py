@@ -21,7 +21,7 @@ from bridge.adapters.lola.client import ClientGone, LolaClient
 from bridge.adapters.lola.codec import Map
 from bridge.adapters.lola.identity import Identity
 from bridge.adapters.lola.packet_timer import PacketTimer
-from bridge.adapters.lola.packets import sensor_packet
+from bridge.adapters.lola.packets import HeatStatus, sensor_packet
 from bridge.adapters.lola.robot_listener import Arrival, RobotListener
 from bridge.adapters.lola.schema import CYCLE
 from bridge.adapters.lola.setpoints import JOINT_KEYS
@@ -83,6 +83,7 @@ class LolaServer:
     ) -> None:
         self._priority = priority
         self._link, self._listener, self._identity, self._stop = link, listener, identity, stop
+        self._heat = HeatStatus()
         self._client: LolaClient | None = None
         self._unsent = False
         """Whether setpoints wait for the lease."""
@@ -217,7 +218,8 @@ class LolaServer:
         if client is None or client.stalled:
             return
         try:
-            client.send(sensor_packet(frame, self._identity))
+            status = self._heat.update(frame.temperature)
+            client.send(sensor_packet(frame, self._identity, status))
         except ClientGone:
             self._disconnect(robot)
             return

@@ -56,7 +56,7 @@ class Setpoints:
         return list(errors.values())
 
     def _put(self, key: str, slot: int, value: object) -> MapError | None:
-        if not isinstance(value, (int, float)) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             text = f"`{key}` of {JOINTS[slot]} is {value!r} and was ignored; a finite number is expected."
             return MapError(f"{key}, number", text)
         if key == "Stiffness" and not -1.0 <= value <= 1.0:

@@ -60,11 +60,7 @@ class AudioPlayer:
         self._output, self._muted = 100, False
 
     def load(self, path: Any) -> int:
-        """Load a file; its number.
-
-        Raises:
-            NaoqiRefused: no WAV file.
-        """
+        """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
         file = robot_file(path, "ALAudioPlayer: file")
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
@@ -74,12 +70,10 @@ class AudioPlayer:
             else:
                 with wave.open(str(file), "rb") as sound:
                     seconds = sound.getnframes() / max(1, sound.getframerate())
-        except (OSError, ValueError) as error:
-            raise NaoqiRefused(f"ALAudioPlayer: {str(file)!r:.80} cannot be read ({error}).") from None
-        except (wave.Error, EOFError):
-            raise NaoqiRefused(
-                f"ALAudioPlayer: {str(file)!r:.80} is no WAV file; of others the length is not known here."
-            ) from None
+        except (OSError, ValueError, wave.Error, EOFError) as error:
+            seconds = 0.0
+            reason = getattr(error, "strerror", None) or "no WAV file"
+            logger.warning("ALAudioPlayer: %.80s is left out (%s)", file, reason)
         key = next(self._numbers)
         self._files[key] = _File(file, seconds)
         return key

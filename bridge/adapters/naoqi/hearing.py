@@ -38,6 +38,8 @@ class SpeechRecognition:
         events.declare(_STATUS, "ALSpeechRecognition", "Idle")
         self._words: list[str] = []
         self._spots, self._paused = False, False
+        self._pushed: list[tuple[list[str], bool]] = []
+        """Vocabularies that were put aside."""
         self._language = "English"
         self._shows = {"Audio": True, "Visual": True}
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
@@ -73,7 +75,7 @@ class SpeechRecognition:
             raise NaoqiRefused(
                 f"ALSpeechRecognition.setVocabulary: {words!r:.60} was given; a list of words is expected."
             )
-        if self._extractor.running and not self._paused:
+        if self._extractor.running and not self._paused and not self._pushed:
             raise NaoqiRefused(
                 "ALSpeechRecognition.setVocabulary: it is running; pause(True) first, and pause(False) after."
             )
@@ -104,6 +106,14 @@ class SpeechRecognition:
     def _express(self, kind: str, enabled: Any) -> None:
         self._shows[kind] = flag(enabled, f"ALSpeechRecognition.set{kind}Expression: enabled")
 
+    def _push(self) -> None:
+        if len(self._pushed) < MAX_WORDS:
+            self._pushed.append((self._words, self._spots))
+
+    def _pop(self) -> None:
+        if self._pushed:
+            self._words, self._spots = self._pushed.pop()
+
     def methods(self) -> Table:
         """Methods of the service."""
         return self._extractor.methods() | {
@@ -114,6 +124,8 @@ class SpeechRecognition:
             "getAvailableLanguages": lambda: list(LANGUAGES),
             "pause": self._pause,
             "_enableFreeSpeechToText": lambda: None,
+            "pushContexts": self._push,
+            "popContexts": self._pop,
             "getParameter": lambda name: self._parameters[self._parameter(name)],
             "setParameter": self._set_parameter,
             "setAudioExpression": lambda enabled: self._express("Audio", enabled),

@@ -15,7 +15,7 @@ from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.walking import WalkingMethods
-from bridge.adapters.notice_log import log_notice
+from bridge.adapters.notice_log import NoticeHandler, log_notice
 from bridge.body import Body, load_body
 from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
@@ -86,12 +86,15 @@ class NaoqiServer:
             LinkError: qi could not listen.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
+        log, handler = logging.getLogger(__package__), NoticeHandler(self._link.publish_notice)
+        log.addHandler(handler)
         try:
             while not self._stop():
                 info = self._link.wait_robot(self._stop)
                 if info is not None and self._acquire():
                     self._serve_robot(info)
         finally:
+            log.removeHandler(handler)
             self._commanding = False
             self._link.release()
             if self._call_server is not None:
@@ -117,6 +120,7 @@ class NaoqiServer:
             quiet_process(priority)
         self._send(services)
         logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
+        handover.warm()
         try:
             self._cycle(services, receive)
         finally:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import re
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from functools import partial
 from threading import RLock
 from typing import Any
 
+from bridge.adapters.naoqi import animations
+from bridge.adapters.naoqi.animations import Animations
 from bridge.adapters.naoqi.arguments import text
 from bridge.adapters.naoqi.audio import AudioPlayer
 from bridge.adapters.naoqi.awareness import Awareness
-from bridge.adapters.naoqi.behaviors import behavior_methods
 from bridge.adapters.naoqi.breathing import Breathing
 from bridge.adapters.naoqi.cartesian import Cartesian
 from bridge.adapters.naoqi.config import RobotConfig
@@ -56,12 +59,17 @@ from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.adapters.naoqi.whole_body import WholeBody
 from bridge.adapters.naoqi.world_representation import WorldRepresentation
 from bridge.body import Body
-from bridge.errors import NaoqiRefused
+from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
 from bridge.validation import unknown_name
 
+logger = logging.getLogger(__name__)
+
 STAGE = "NaoHil"
 """Service that the vendor does not have: what is around the robot."""
+_MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
+_MOVES |= {m: list(animations.JOINTS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
+"""What methods move whose first argument is no name of a joint."""
 
 
 class Services:
@@ -94,7 +102,7 @@ class Services:
         self._config, self._lock, self.handover = config, lock, walking.handover
         self._require_lease, self._commanded = require_lease, commanded
         self.joints = Joints(config.body, frame)
-        numbers = itertools.count(1)
+        numbers = self._numbers = itertools.count(1)
         self._tasks, self._others = MotionTasks(numbers), MotionTasks(numbers)
         """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
@@ -221,7 +229,7 @@ class Services:
             with self._lock:
                 if not self.handover.has_robot:
                     self._protection.require(f"{service}.{method}")
-        moves = "Head" if method == "lookAt" else next(iter(arguments), None)
+        moves = _MOVES.get(method) or next(iter(arguments), None)
         if service == "DCM" and entry.kind == "joints":
             moves = moved_joints(self.joints.dcm, moves)
         stiff = method == "setStiffnesses" and stays_stiff(arguments[1])
@@ -230,7 +238,14 @@ class Services:
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
         """Begin a call and do not wait for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
-        result = self.call(service, text(name, f"{service}.pCall: method"), rest)
+        text(name, f"{service}.pCall: method")
+        try:
+            result = self.call(service, name, rest)
+        except NaoHilError as error:
+            logger.warning("%s", error)  # as a robot: the caller gets a number all the same
+            return next(self._numbers)
+        if isinstance(result, Future):
+            result.add_done_callback(_log_error)
         walks = self._table[service][name].kind == "walk"
         key = self._posts.add(result, self._walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
@@ -265,6 +280,7 @@ class Services:
     def _build(self) -> dict[str, dict[str, Method]]:
         settings = InertSettings()
         tracker = Tracker(self.joints, self.motion, self._frames, self._following)
+        gestures = Animations(self.joints, self.motion)
         recorder = Recorder(lambda: self.joints.now)
         reading: dict[str, Table] = {
             "ALMemory": self.memory.methods() | self.events.methods(),
@@ -276,7 +292,6 @@ class Services:
             | recorder.device_methods()
             | self._microphones.methods(),
             "ALAudioRecorder": recorder.methods(),
-            "ALBehaviorManager": behavior_methods(),
             "ALAutonomousLife": AutonomousLife(self.events).methods(),
             "ALSpeechRecognition": self._recognition.methods(),
             "ALFaceDetection": self._detections[0].methods(),
@@ -303,7 +318,11 @@ class Services:
             "ALMotion": self._motion_methods(settings),
             "DCM": dcm_methods(self.joints),
             "ALRobotPosture": self._posture_methods(),
+            "ALAnimationPlayer": gestures.methods(),
+            "ALBehaviorManager": gestures.behavior_methods(),
             "ALTracker": of_kind("read", tracker.methods()) | of_kind("joints", tracker.moving()),
+            "ALRedBallTracker": tracker.old_methods("RedBall", 0.06),
+            "ALFaceTracker": tracker.old_methods("Face", 0.15),
             **sensing_services(self.joints, self.events, self._sonar),
             **system_services(self._config, lambda: self._table),
             "ALVisualCompass": of_kind("read", self._compass.methods())
@@ -373,6 +392,12 @@ class Services:
             "wait": self._posts.wait,
             "stop": self._posts.stop,
         }
+
+
+def _log_error(done: Future[Any]) -> None:
+    """Log the error of a call that nobody waits for."""
+    if (error := done.exception()) is not None:
+        logger.warning("%s", error)
 
 
 def _as_vendor(words: str) -> str:

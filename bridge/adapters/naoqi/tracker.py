@@ -12,7 +12,7 @@ from bridge.adapters.naoqi.following import FollowedTarget, Following
 from bridge.adapters.naoqi.frames import RobotFrames
 from bridge.adapters.naoqi.joint_motion import JointMotion
 from bridge.adapters.naoqi.joints import Joints
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.methods import Method, Table, of_kind
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import ThingKind
 from bridge.validation import unknown_name
@@ -183,6 +183,33 @@ class Tracker:
             "getActiveTarget": self._active,
             "getTargetPosition": lambda space=0: self._following.position(space),
         }
+
+    def old_methods(self, target: str, size: float) -> dict[str, Method]:
+        """Methods of a tracker of NAOqi 1.14, which follows one kind of target with the head.
+
+        Args:
+            target: ALTracker's name of it.
+            size: diameter, m.
+        """
+        followed = _target(target, size)
+
+        def active() -> bool:
+            return self._following.target == followed
+
+        def place() -> list[float]:
+            """Where it was seen last in FRAME_TORSO, m; zeros: never (assumed)."""
+            return (self._following.position(0) if active() else []) or [0.0, 0.0, 0.0]
+
+        reading: Table = {
+            "stopTracker": self._following.end,
+            "isActive": active,
+            "isNewData": lambda: active() and not self._following.lost,
+            "getPosition": place,
+            "setWholeBodyOn": lambda on: flag(on, f"AL{target}Tracker.setWholeBodyOn: on") and None,
+        }
+        return of_kind("read", reading) | of_kind(
+            "joints", {"startTracker": lambda: self._following.begin(followed)}
+        )
 
     def moving(self) -> Table:
         """Methods that command joints."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 import time
@@ -16,6 +17,8 @@ from bridge.adapters.naoqi.methods import Table
 from bridge.body import Body
 from bridge.body.cameras import Camera, cameras
 from bridge.errors import NaoqiRefused
+
+logger = logging.getLogger(__name__)
 
 RESOLUTIONS: Final = {0: 160, 1: 320, 2: 640, 3: 1280, 4: 2560, 7: 80, 8: 40}
 """Columns by NAOqi's number; three rows for four columns."""
@@ -96,11 +99,18 @@ class VideoDevice:
 
     def unsubscribe(self, handle: Any) -> bool:
         """End a subscription; whether there was one."""
-        return self._subscriptions.pop(text(handle, "ALVideoDevice.unsubscribe: handle"), None) is not None
+        name = text(handle, "ALVideoDevice.unsubscribe: handle")
+        return any(self._subscriptions.pop(known, None) for known in (name, f"{name}_0"))
 
-    def image(self, handle: Any) -> Future[Any]:
-        """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time."""
+    def image(self, handle: Any) -> Future[Any] | None:
+        """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
+
+        None: the handle has none.
+        """
         of = self._of(handle, "getImageRemote")
+        if of.rate <= 0:
+            logger.warning("ALVideoDevice: %r has no subscription and gets no picture", handle)
+            return None
         camera, width = self._cameras[of.camera], RESOLUTIONS[of.resolution]
         height = 3 * width // 4
         done: Future[Any] = Future()
@@ -135,13 +145,17 @@ class VideoDevice:
         return done
 
     def _of(self, handle: Any, method: str) -> _CameraSubscription:
+        """The subscription of a handle, or of a name; one that counts for nothing where there is none."""
         name = text(handle, f"ALVideoDevice.{method}: handle")
-        if name not in self._subscriptions:
-            raise NaoqiRefused(
-                f"ALVideoDevice.{method}: nobody subscribed as {name!r:.60}; give the handle that "
-                "subscribeCamera returned."
-            )
-        return self._subscriptions[name]
+        found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
+        return found or _CameraSubscription(self._active, -1, -1, -1)
+
+    def _set_of(self, handle: Any, parameter: Any, value: Any) -> bool:
+        """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
+        if parameter == _SELECT:
+            known = {h for h in (handle, f"{handle}_0") if h in self._subscriptions}
+            return self._set_active(*known, value) if known else self._set_active(value)
+        return self._set_parameter(self._of(handle, "setCameraParameter").camera, parameter, value)
 
     def _camera(self, camera: Any, method: str) -> int:
         if isinstance(camera, bool) or camera not in (0, 1):
@@ -273,7 +287,7 @@ class VideoDevice:
             "getSubscribers": lambda: list(self._subscriptions),
             "getImageRemote": self.image,
             "getImageLocal": self.image,
-            "releaseImage": lambda handle: self._of(handle, "releaseImage") is not None,
+            "releaseImage": lambda handle: self._of(handle, "releaseImage").rate > 0,
             "getActiveCamera": self._get_active,
             "setActiveCamera": self._set_active,
             "getResolution": lambda handle: self._of(handle, "getResolution").resolution,
@@ -299,9 +313,7 @@ class VideoDevice:
             "getCameraParameter": lambda handle, parameter: self._get_parameter(
                 self._of(handle, "getCameraParameter").camera, parameter
             ),
-            "setCameraParameter": lambda handle, parameter, value: self._set_parameter(
-                self._of(handle, "setCameraParameter").camera, parameter, value
-            ),
+            "setCameraParameter": self._set_of,
             "setAllCameraParametersToDefault": lambda handle: self._reset(
                 self._of(handle, "setAllCameraParametersToDefault").camera
             ),

@@ -15,8 +15,10 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any, Final, Protocol
 
+import msgspec
+
 from bridge.adapters.naoqi.motion_tasks import pass_on, robot_gone
-from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused
+from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused, WalkRefused
 from bridge.link.walk_client import WalkClient
 from bridge.messages.walk import WalkStatus
 from bridge.realtime import leave_real_time
@@ -88,6 +90,10 @@ class WalkerHandover:
         self._status: WalkStatus | None = None
         self._origin: Vec3 = (0.0, 0.0, 0.0)
         """Where the present walker's plan begins."""
+        self._holds = self._warming = False
+        """Whether the walker has the robot, or is about to; and whether one was started."""
+        self._accepted = 0
+        """Frame at which a walk was accepted that has not begun; 0: none."""
         self._stopping = False
         """Whether the walk was told to end."""
         self._goal: Vec3 | None = None
@@ -106,7 +112,7 @@ class WalkerHandover:
     @property
     def has_robot(self) -> bool:
         """Whether a walker holds the robot, or is about to."""
-        return self._walker is not None
+        return self._holds
 
     @property
     def active(self) -> bool:
@@ -139,7 +145,7 @@ class WalkerHandover:
 
     def prepare(self) -> Future[Any]:
         """Hand the robot to the walker, which takes the pose to walk from."""
-        return self._submit(self._ensure_walker)
+        return self._submit(self._prepare)
 
     def walk(self, velocity: Vec3) -> Future[Any]:
         """Walk until told otherwise. All zeros: stand.
@@ -301,33 +307,73 @@ class WalkerHandover:
         self._end_walker()
         self._finish(robot_gone())
 
-    def _ensure_walker(self) -> None:
-        """A walker that stands and holds the robot."""
+    def warm(self) -> None:
+        """Start a walker that stands by, so that the first walk begins at once; returns at once."""
+        if self._walker is None and not self._warming:
+            self._warming = True
+            self._submit(self._start_walker)
+
+    def _start_walker(self) -> None:
+        """A walker's process, which may still be starting."""
         if self._walker is not None and self._walker.running:
             return
-        self._owner.give_away()
+        self._end_walker()
         leave_real_time()
-        self._walker = self._start()
+        self._walker, self._holds = self._start(), False
+        self._client = self._open()
+
+    def _ensure_walker(self) -> None:
+        """A walker that holds the robot, or is about to."""
+        if self._holds and self._walker is not None and self._walker.running:
+            return
         try:
-            self._client = self._open()
-            self._await_stand()
+            self._start_walker()
+            self._await_walker()
+            self._owner.give_away()
+            self._holds = True
+            assert self._client is not None
+            self._status = self._client.take()
         except NaoHilError as error:
             reason = self._end_walker()
             self._reclaim()
             raise NaoqiRefused(f"The walker did not start: {reason or error}") from None
 
-    def _await_stand(self) -> None:
+    def _await_walker(self) -> None:
+        """Wait until the walker's process answers."""
+        assert self._client is not None and self._walker is not None
+        deadline = time.monotonic() + _MAX_WAIT
+        while True:
+            try:
+                self._client.status()
+                return
+            except WalkRefused:
+                return  # it stands by
+            except NaoHilError:
+                if not self._walker.running or time.monotonic() > deadline:
+                    raise
+                time.sleep(_FAST_POLL)  # it is not up yet
+
+    def _prepare(self) -> None:
+        """Have the walker hold the robot, and wait for its stand."""
+        self._ensure_walker()
         deadline = time.monotonic() + _MAX_WAIT
         while self._status is None or self._status.state != "stand":
-            if self._walker is None or not self._walker.running or time.monotonic() > deadline:
-                raise NaoqiRefused("it did not come to a stand.")
-            time.sleep(_FAST_POLL)
-            try:
-                self._status = self._client.status() if self._client else None
-            except NaoHilError:
-                continue  # it is not up yet
+            assert self._client is not None and self._walker is not None
             if self._status is not None and self._status.state == "fallen":
-                raise NaoqiRefused("the robot has fallen.")
+                raise NaoqiRefused("The robot has fallen.")
+            if not self._walker.running or time.monotonic() > deadline:
+                raise NaoqiRefused("The walker did not bring the robot to a stand.")
+            time.sleep(_FAST_POLL)
+            self._see(self._client.status())
+
+    def _see(self, status: WalkStatus) -> None:
+        """Note the walker's state; a walk that was accepted and has not begun yet counts as one."""
+        if self._accepted and status.state not in (*_WALKING, "fallen"):
+            if status.seq <= self._accepted + _MAX_CYCLES:
+                status = msgspec.structs.replace(status, state="walk")
+        else:
+            self._accepted = 0
+        self._status = status
 
     def _walk(self, order: dict[str, Any]) -> None:
         if not any(order["velocity"]):
@@ -342,20 +388,13 @@ class WalkerHandover:
         except NaoHilError:
             self._goal = None
             raise
-        began = status.seq
-        deadline = time.monotonic() + _MAX_WAIT
-        # The walk is accepted before the first step begins; until then the walker still stands.
-        while status.state not in (*_WALKING, "fallen") and time.monotonic() < deadline:
-            time.sleep(_FAST_POLL)
-            status = self._client.status()
-            if status.seq > began + _MAX_CYCLES:
-                break
-        self._status = status
+        self._accepted = status.seq
+        self._see(status)
 
     def _stop_walk(self) -> None:
         if self._client is not None:
             self._interrupt()
-            self._stopping = True
+            self._stopping, self._accepted = True, 0
             self._status = self._client.stop()
 
     def _interrupt(self) -> None:
@@ -364,16 +403,17 @@ class WalkerHandover:
 
     def _poll(self) -> None:
         """Query the walker's status; calls that wait for the end of a walk return with it."""
-        if self._walker is None or self._client is None:
+        if not self._holds or self._walker is None or self._client is None:
             return
         try:
-            self._status = self._client.status()
+            self._see(self._client.status())
         except NaoHilError as error:
             if not self._walker.running:
                 reason = self._end_walker()
                 self._finish(NaoqiRefused(f"The walker ended: {reason or error}"))
                 self._reclaim()
             return
+        assert self._status is not None
         if self._status.state == "fallen":
             self._finish(NaoqiRefused("The robot fell while it walked."))
         elif not self.active:
@@ -388,17 +428,22 @@ class WalkerHandover:
                 ended.set_exception(error)
 
     def _take_back(self) -> None:
-        """End a walk and the walker, and take the robot back; nothing happens when there is no walker."""
-        if self._walker is None:
+        """End a walk and take the robot back; nothing happens when no walker has it. The walker stands by."""
+        if not self._holds:
             return
         if self.active and self._client is not None:
             self._stop_walk()
             deadline = time.monotonic() + _MAX_WAIT
             while self.active and time.monotonic() < deadline:
                 time.sleep(_FAST_POLL)
-                self._status = self._client.status()
+                self._see(self._client.status())
         self._finish(None)
-        self._end_walker()
+        try:
+            assert self._client is not None
+            self._client.release()
+            self._keep_position()
+        except NaoHilError:
+            self._end_walker()
         self._reclaim()
 
     def _reclaim(self) -> None:
@@ -414,10 +459,15 @@ class WalkerHandover:
             else:
                 return
 
-    def _end_walker(self) -> str:
-        """End the walker, and keep the position it reached; the sentence it ended with, or nothing."""
+    def _keep_position(self) -> None:
+        """The walker leaves the robot where it is."""
         x, y, yaw = self.position()
         self._origin, self._status = (x, y, yaw), None
+        self._holds, self._accepted = False, 0
+
+    def _end_walker(self) -> str:
+        """End the walker; the sentence it ended with, or nothing."""
+        self._keep_position()
         client, self._client = self._client, None
         walker, self._walker = self._walker, None
         if client is not None:

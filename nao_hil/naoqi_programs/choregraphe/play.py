@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import time
 from importlib import import_module
 from pathlib import Path
 
@@ -16,22 +15,28 @@ import qi
 
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
+from nao_hil.naoqi_programs.choregraphe.scripts import script_globals
+from nao_hil.naoqi_programs.runner import load_modules
 
 
 def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and write what was not done."""
     session = qi.Session()
     session.connect(os.environ["NAO_HIL_NAOQI"])
-    vendor = import_module("naoqi")  # of `nao_hil.naoqi_programs.modules`, where the runner finds it
-    modules = {name: getattr(vendor, name) for name in ("ALProxy", "ALBroker", "ALModule")}
-    modules |= {"qi": qi, "time": time}
-    player = Player(session.service, modules, session)
+    folder = file.resolve().parent
+    sys.path[0:0] = [str(folder), str(folder.parent)]
+    load_modules(old=True)
+    names = script_globals(folder)
+    player = Player(session.service, names, session, folder, import_module("naoqi").register)
+    run_later = qi.runAsync
+    qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
     player.play(read_behaviour(file))
     while not player.ended.wait(0.1) and player.idle < idle:
         pass
     if not player.ended.is_set():
-        player.cannot(f"the end of the behaviour was not reached: nothing had run for {idle:g} s")
-    player.ended.set()
+        for sentence in player.waiting():
+            player.cannot(f"{sentence}, which did not come within {idle:g} s")
+    player.close()
     report.write_text(json.dumps(player.could_not))
 
 

@@ -1,24 +1,25 @@
-"""Plays a behaviour: scripts of boxes in threads of their own, timelines along the wall clock.
-
-What the vendor's runtime offers scripts, as far as boxes of its library use it: `GeneratedClass` with the
-outputs as methods, `getParameter`, `log`, `logger` and `session`; `ALProxy` and `qi`.
-"""
+"""Plays a behaviour: its boxes, in threads of their own, the links between them, and events of ALMemory."""
 
 from __future__ import annotations
 
-import logging
-import math
+import re
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Diagram
+from nao_hil.naoqi_programs.choregraphe.scripts import generated_class
+from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
 from nao_hil.naoqi_programs.source import compiled
 
 MAX_THREADS: Final = 200
 """Scripts that run at once."""
 FORBIDDEN: Final = "the box {name} was not played: {reason}"
+_SUBSCRIBES: Final = re.compile(r"""(?:subscribeTo(?:Micro)?Event|subscriber)\(\s*["']([^"']+)""")
+"""Events that a script waits for."""
 Services = Callable[[str], Any]
 
 
@@ -27,12 +28,22 @@ class Player:
 
     Args:
         services: a service of the robot by its name; raises RuntimeError.
-        modules: what scripts find as globals.
+        names: what scripts find as globals.
         session: what `self.session()` gives scripts.
+        folder: of the behaviour, with its resources.
+        register: offers an object as a service of the session under a name.
     """
 
-    def __init__(self, services: Services, modules: dict[str, Any], session: Any) -> None:
-        self._services, self._modules, self.session = services, modules, session
+    def __init__(
+        self,
+        services: Services,
+        names: dict[str, Any],
+        session: Any,
+        folder: Path,
+        register: Callable[[str, Any], Any],
+    ) -> None:
+        self.services, self._names, self.session, self.folder = services, names, session, folder
+        self._register = register
         self.could_not: list[str] = []
         """What was not done, one sentence each."""
         self.ended = threading.Event()
@@ -40,12 +51,30 @@ class Player:
         self._lock = threading.Lock()
         self._running = 0
         self._last = time.monotonic()
+        self._boxes: list[RunningBox] = []
+        self._subscribers: list[Any] = []
+        self._threads = set(threading.enumerate())
 
     @property
     def idle(self) -> float:
         """Time for which nothing has run, s."""
+        others = (thread for thread in threading.enumerate() if thread not in self._threads)
+        if any(not isinstance(thread, threading._DummyThread) for thread in others):
+            return 0.0  # of a script; qi's own threads are dummies
         with self._lock:
             return 0.0 if self._running else time.monotonic() - self._last
+
+    def hold(self, pending: Any) -> Any:
+        """Count a future of qi as something that runs."""
+        with self._lock:
+            self._running += 1
+        pending.then(lambda _: self._release())
+        return pending
+
+    def _release(self) -> None:
+        with self._lock:
+            self._running -= 1
+            self._last = time.monotonic()
 
     def cannot(self, sentence: str) -> None:
         """Note what was not done, once."""
@@ -70,9 +99,7 @@ class Player:
         try:
             work()
         finally:
-            with self._lock:
-                self._running -= 1
-                self._last = time.monotonic()
+            self._release()
 
     def play(self, box: Box) -> None:
         """Begin with the outermost box; returns at once."""
@@ -84,30 +111,40 @@ class Player:
         running = RunningBox(self, box, left)
         self.start(lambda: running.stimulate("onStart", None))
 
-    def move(self, box: Box) -> float:
-        """Send the joints along a timeline's curves, and return how long they take, s."""
-        end = max(curve.frames[-1] for curve in box.curves) / box.fps
-        known = set(self._services("ALMotion").getBodyNames("Body"))
-        for curve in box.curves:
-            if curve.actuator not in known:
-                self.cannot(f"the timeline of {box.name}: this robot has no {curve.actuator}")
-        curves = [curve for curve in box.curves if curve.actuator in known]
-        if not curves:
-            return end
-        values = [[_angle(c.actuator, value) for value in c.values] for c in curves]
-        times = [[max(0.04, frame / box.fps) for frame in c.frames] for c in curves]
-        self._services("ALMotion").angleInterpolation([c.actuator for c in curves], values, times, True)
-        return end
+    def waiting(self) -> Iterator[str]:
+        """A sentence for each box that was started and waits for an event."""
+        for running in self._boxes:
+            events = [*running.box.events.values(), *_SUBSCRIBES.findall(running.box.script)]
+            if running.active and events:
+                yield f"the box {running.box.name} waits for {' or '.join(dict.fromkeys(events))}"
 
-    def script_class(self, box: RunningBox) -> Any:
+    def close(self) -> None:
+        """End the boxes: their `onUnload` is called, latest first."""
+        self.ended.set()
+        for running in reversed(self._boxes):
+            running.unload()
+
+    def subscribe(self, event: str, told: Callable[[Any], None]) -> None:
+        """Be told of each new value of an event of ALMemory."""
+        subscriber = self.services("ALMemory").subscriber(event)
+        subscriber.signal.connect(lambda value: self.start(lambda: told(value)))
+        self._subscribers.append(subscriber)
+
+    def script_class(self, running: RunningBox) -> Any:
         """An object of the class in a box's script; None when it has none that runs."""
-        name = box.box.name
-        if "MyClass" not in box.box.script:
+        name, script = running.box.name, running.box.script
+        with self._lock:
+            self._boxes.append(running)
+            running.module_name = f"{re.sub(r'[^0-9A-Za-z]', '_', name)}__{len(self._boxes)}"
+        if "MyClass" not in script:
             return None
-        scope = dict(self._modules) | {"GeneratedClass": _generated(box)}
+        scope = self._names | {"GeneratedClass": generated_class(running)}
         try:
-            exec(compiled(box.box.script.encode(), f"<box {name}>"), scope)
-            return scope["MyClass"]()
+            exec(compiled(script.encode(), f"<box {name}>", old=True), scope)
+            made = scope["MyClass"]()
+            if "getName" in script:
+                self._register(running.module_name, made)
+            return made
         except Exception as error:
             self.cannot(FORBIDDEN.format(name=name, reason=f"its script failed ({error})"))
         return None
@@ -120,37 +157,80 @@ class RunningBox:
         player: plays it.
         box: what it is.
         emit: told of each output by name, with its value.
+        parent: box around it; None: it is the outermost.
     """
 
-    def __init__(self, player: Player, box: Box, emit: Callable[[str, Any], None]) -> None:
-        self.player, self.box, self._emit = player, box, emit
+    def __init__(
+        self,
+        player: Player,
+        box: Box,
+        emit: Callable[[str, Any], None],
+        parent: RunningBox | None = None,
+    ) -> None:
+        self.player, self.box, self._emit, self.parent = player, box, emit, parent
+        self.module_name = box.name
+        self.active = False
+        """Started, and not left by `onStopped`."""
+        self.timeline: Timeline | None = None
         self._inner: dict[tuple[int, int], RunningBox] = {}
         self._script: Any = None
         self._loaded = False
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
 
     def emit(self, output: str, value: Any = None) -> None:
         """Leave the box through an output."""
+        if output == "onStopped":
+            self.active = False
         self._emit(output, value)
+
+    def parameter(self, name: str) -> Any:
+        """The value of a parameter, perhaps that of the box around this one.
+
+        Raises:
+            RuntimeError: there is none.
+        """
+        if name in self.box.inherited and self.parent is not None and name in self.parent.box.parameters:
+            return self.parent.parameter(name)
+        if name not in self.box.parameters:
+            there = ", ".join(self.box.parameters) or "none"
+            raise RuntimeError(f"the box has no parameter {name!r}; it has {there}")
+        return self.box.parameters[name]
 
     def stimulate(self, name: str, value: Any) -> None:
         """An input is stimulated."""
         box = self.box
-        self._load()
+        if name in box.starts:
+            self.active = True
+        self.load()
         if self._script is not None:
             self._call(f"onInput_{name}", value)
         for number, diagram in enumerate(box.diagrams):
-            if not (box.timed and name == "onStart" and diagram.frame > 1):
-                self._follow(number, diagram, PARENT, name, value)
-        if box.timed and name == "onStart":
-            self._play_timeline()
-        elif name == "onStart" and self._script is None and not box.diagrams:
+            if not (box.timed and name in box.starts and diagram.frame > 1):
+                self.follow(number, diagram, PARENT, name, value)
+        if name in box.stops:
+            self._stop()
+        elif box.timed and name in box.starts:
+            self.timeline = self.timeline or Timeline(self)
+            self.timeline.play()
+        elif name in box.starts and self._script is None and not box.diagrams:
             if box.plugin or "MyClass" not in box.script:
                 reason = f"the plugin {box.plugin} is not offered" if box.plugin else "it has no script"
                 self.player.cannot(FORBIDDEN.format(name=box.name, reason=reason))
             self.emit("onStopped")
 
-    def _load(self) -> None:
+    def _stop(self) -> None:
+        """End what is inside; a box without a script of its own is left then."""
+        if self.timeline is not None:
+            self.timeline.stop()
+        for inner in list(self._inner.values()):
+            inner._stop()
+            inner.unload()
+        if self._script is None and self.active:
+            self.emit("onStopped")
+        self.active = False
+
+    def load(self) -> None:
+        """Make the script's object and listen to events, once; inner boxes that have events do so, too."""
         with self._lock:
             if self._loaded:
                 return
@@ -158,6 +238,35 @@ class RunningBox:
             self._script = self.player.script_class(self)
         if self._script is not None:
             self._call("onLoad", None)
+        for name, event in self.box.events.items():
+            self.player.subscribe(event, partial(self._notice, name))
+        for number, diagram in enumerate(self.box.diagrams):
+            for target, box in diagram.boxes.items():
+                if box.events:
+                    self._inner_box(number, diagram, target).load()
+
+    def _notice(self, name: str, value: Any) -> None:
+        """An event: it counts once the box was started, unless it cannot be started."""
+        if self.active or not (self._linked_to_start() or self.parent is None):
+            self.stimulate(name, value)
+
+    def _linked_to_start(self) -> bool:
+        """Whether a link leads to an input that starts this box."""
+        if self.parent is None:
+            return False
+        for diagram in self.parent.box.diagrams:
+            for link in diagram.links:
+                target = diagram.boxes.get(link.target)
+                if target is self.box and self.box.inputs.get(link.input) in self.box.starts:
+                    return True
+        return False
+
+    def unload(self) -> None:
+        """Call the script's `onUnload`, once."""
+        with self._lock:
+            script, self._loaded = self._script if self._loaded else None, False
+        if script is not None:
+            self._call("onUnload", None)
 
     def _call(self, method: str, value: Any) -> None:
         """Call a method of the script; when it fails the flow goes on behind the box."""
@@ -169,35 +278,10 @@ class RunningBox:
             function(*[value][:count])
         except Exception as error:
             self.player.cannot(f"the box {self.box.name} failed in {method}: {str(error) or repr(error)}")
-            if method == "onInput_onStart":
+            if method.removeprefix("onInput_") in self.box.starts:
                 self.emit("onStopped")
 
-    def _play_timeline(self) -> None:
-        """Curves and the diagrams at their frames; the box is left at the end."""
-        began, end = time.monotonic(), 0.0
-        if self.box.curves:
-            ended = threading.Event()
-
-            def move() -> None:
-                try:
-                    self.player.move(self.box)
-                except Exception as error:
-                    self.player.cannot(f"the timeline of {self.box.name}: {error}")
-                ended.set()
-
-            self.player.start(move)
-        for number, diagram in sorted(enumerate(self.box.diagrams), key=lambda item: item[1].frame):
-            if diagram.frame > 1:
-                self.player.ended.wait(max(0.0, began + diagram.frame / self.box.fps - time.monotonic()))
-                self._follow(number, diagram, PARENT, "onStart", None)
-        if self.box.curves:
-            end = max(curve.frames[-1] for curve in self.box.curves) / self.box.fps
-            while not ended.wait(0.05) and not self.player.ended.is_set():
-                pass
-        self.player.ended.wait(max(0.0, began + end - time.monotonic()))
-        self.emit("onStopped")
-
-    def _follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
+    def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
         """Stimulate what a box's output is linked to; of the parent its inputs are the outputs here."""
         names = self.box.inputs if source == PARENT else diagram.boxes[source].outputs
         for link in diagram.links:
@@ -215,43 +299,7 @@ class RunningBox:
             if (number, target) not in self._inner:
 
                 def left(output: str, value: Any) -> None:
-                    self._follow(number, diagram, target, output, value)
+                    self.follow(number, diagram, target, output, value)
 
-                self._inner[number, target] = RunningBox(self.player, diagram.boxes[target], left)
+                self._inner[number, target] = RunningBox(self.player, diagram.boxes[target], left, self)
             return self._inner[number, target]
-
-
-def _angle(actuator: str, value: float) -> float:
-    """A key's value for ALMotion: rad, or 0 to 1 of a hand, whose keys may be percent (assumed)."""
-    if actuator.endswith("Hand"):
-        return value / 100.0 if value > 1.0 else value
-    return math.radians(value)
-
-
-def _generated(running: RunningBox) -> type:
-    """The class that a script's `MyClass` derives from."""
-    box = running.box
-
-    def get_parameter(_: Any, name: str) -> Any:
-        if name not in box.parameters:
-            raise RuntimeError(
-                f"the box has no parameter {name!r}; it has {', '.join(box.parameters) or 'none'}"
-            )
-        return box.parameters[name]
-
-    def set_parameter(_: Any, name: str, value: Any) -> None:
-        box.parameters[name] = value
-
-    members: dict[str, Any] = {
-        "__init__": lambda self, *_: None,
-        "getParameter": get_parameter,
-        "setParameter": set_parameter,
-        "log": lambda _, message: print(f"{box.name}: {message}", flush=True),
-        "logger": logging.getLogger(box.name),
-        "session": lambda _: running.player.session,
-        "getName": lambda _: box.name,
-        "behaviorId": 0,
-    }
-    for output in box.outputs.values():
-        members[output] = lambda _, *value, output=output: running.emit(output, value[0] if value else None)
-    return type("GeneratedClass", (), members)

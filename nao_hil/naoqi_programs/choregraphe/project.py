@@ -13,6 +13,9 @@ from bridge.errors import ConfigurationError
 
 MAX_SIZE: Final = 20_000_000
 """bytes of a file"""
+_START: Final = "2"
+_STOP: Final = "3"
+"""Natures of inputs."""
 PARENT: Final = 0
 """Owner of a link's end that is the box around the diagram."""
 
@@ -53,7 +56,15 @@ class Box:
     name: str
     inputs: dict[int, str]
     outputs: dict[int, str]
+    events: dict[str, str]
+    """Input -> event of ALMemory that stimulates it."""
+    starts: frozenset[str]
+    """Inputs that start the box."""
+    stops: frozenset[str]
+    """Inputs that stop it."""
     parameters: dict[str, object]
+    inherited: frozenset[str]
+    """Parameters whose value is that of the box around it."""
     script: str
     plugin: str
     timed: bool
@@ -134,12 +145,19 @@ def _box(element: ET.Element, path: Path) -> Box:
             if timed:
                 curves += [_curve(c) for c in _children(timeline, "ActuatorList", "ActuatorCurve")]
         diagrams += [_diagram(d, 0, path) for d in _children(element, "Diagram")]
+        inputs, parameters = list(_children(element, "Input")), list(_children(element, "Parameter"))
         scripts = [c.text or "" for c in _children(element, "script", "content")]
         return Box(
             name=element.get("name", "box"),
-            inputs={int(e.get("id", "0")): e.get("name", "") for e in _children(element, "Input")},
+            inputs={int(e.get("id", "0")): e.get("name", "") for e in inputs},
+            events={e.get("name", ""): e.get("stm_value_name", "") for e in inputs if e.get("stm_value_name")},
+            starts=frozenset(e.get("name", "") for e in inputs if e.get("nature") == _START) | {"onStart"},
+            stops=frozenset(e.get("name", "") for e in inputs if e.get("nature") == _STOP) | {"onStop"},
             outputs={int(e.get("id", "0")): e.get("name", "") for e in _children(element, "Output")},
-            parameters={e.get("name", ""): _value(e) for e in _children(element, "Parameter")},
+            parameters={e.get("name", ""): _value(e) for e in parameters},
+            inherited=frozenset(
+                e.get("name", "") for e in parameters if e.get("inherits_from_parent") in ("1", "true")
+            ),
             script="\n".join(scripts).strip(),
             plugin=element.get("plugin", ""),
             timed=timed,

@@ -1,24 +1,43 @@
-"""The module `naoqi` of the vendor's Python SDK, over qi: `ALProxy`, `ALBroker` and `ALModule`.
+"""The module `naoqi` of the vendor's Python SDK, over qi: `ALProxy`, `ALBroker`, `ALModule` and `ALBehavior`.
 
-Any address leads to the robot that `nao-hil run-naoqi` serves.
+Any address leads to the robot that `nao-hil run-naoqi` serves. `import *` brings what the SDK's brings.
 """
 
 from __future__ import annotations
 
+import ctypes  # noqa: F401
 import inspect
+import logging
 import os
 import sys
 import threading
+import weakref  # noqa: F401
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 import qi
 
 from bridge.validation import unknown_name
 from nao_hil.naoqi_programs.errors import print_error
-from nao_hil.naoqi_programs.pictures import SERVICE, VideoProxy
+from nao_hil.naoqi_programs.modules import motion  # noqa: F401
+from nao_hil.naoqi_programs.python2 import is_converted, of_robot
+from nao_hil.naoqi_programs.services import Service, sendable
 
-__all__ = ["ALBroker", "ALModule", "ALProxy"]
+__all__ = [
+    *(
+        "ALBehavior",
+        "ALBroker",
+        "ALDocable",
+        "ALModule",
+        "ALProxy",
+        "allog",
+        "autoBind",
+        "createModule",
+        "ctypes",
+    ),
+    *("inaoqi", "inspect", "logging", "motion", "os", "qi", "sys", "weakref"),
+]
 
 URL = os.environ.get("NAO_HIL_NAOQI", "tcp://127.0.0.1:9559")
 _lock = threading.RLock()
@@ -35,7 +54,7 @@ def _session() -> Any:
 
 
 class _Post:
-    """Calls of a proxy that do not wait: each gives the number of the call."""
+    """Calls of a proxy that do not wait: each gives its number, and an error goes to the robot's log."""
 
     def __init__(self, service: Any) -> None:
         self._service = service
@@ -57,8 +76,7 @@ class ALProxy:
 
     def __init__(self, name: str, *address: Any) -> None:
         try:
-            service = _session().service(name)
-            self._service = VideoProxy(service) if name == SERVICE else service
+            self._service = Service(_session().service(sendable(name)))
         except RuntimeError as error:
             known = ", ".join(sorted(s["name"] for s in _session().services() if s["name"][:1] == "A"))
             raise RuntimeError(f"ALProxy: there is no service {name} ({error}); there are {known}.") from None
@@ -80,7 +98,11 @@ class ALProxy:
         if found is None:
             known = self._service.getMethodList()
             raise RuntimeError(f"{self._name}: {unknown_name('method', method, known)}.")
-        return found(*(a.decode() if isinstance(a, bytes) else a for a in arguments))  # qi sends no bytes
+        return found(*arguments)
+
+    def pCall(self, method: str, *arguments: Any) -> int:
+        """As `post`."""
+        return int(self._service.pCall([method, *arguments]))
 
 
 class ALBroker:
@@ -108,26 +130,36 @@ class ALBroker:
             session.close()
 
 
-class ALModule:
+class ALDocable:
+    """A class that can be bound: all are."""
+
+    def BIND_PYTHON(self, *_: Any) -> None:
+        """Make a method callable by NAOqi: all are."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in _BINDING:
+            return lambda *_: None
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+_BINDING = {
+    *("functionName", "addParam", "bindMethod", "setModuleDescription", "registerToBroker", "setReturn"),
+    *("bindWithParam", "addMethodExample", "setMethodDescription", "unregisterFromBroker"),
+}
+"""Methods of the SDK's modules that describe them."""
+
+
+class ALModule(ALDocable):
     """A module of a program: a service of its own, whose methods ALMemory calls for events.
 
     Args:
         name: of the module, under which `subscribeToEvent` finds it.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *_: Any) -> None:
         self._module_name = name
-        session = _session()
-        with _lock:
-            if "listening" not in _open:
-                session.listen("tcp://127.0.0.1:0")
-                _open["listening"] = True
-        methods = {
-            method: _forward(getattr(self, method))
-            for method in dir(type(self))
-            if not method.startswith("_") and callable(getattr(type(self), method))
-        }
-        self._number = session.registerService(name, qi.multiThreaded()(type(name, (), methods))())
+        self.logger = logging.getLogger(name)
+        self._number = register(name, self)
 
     def getName(self) -> str:
         """Name of the module."""
@@ -138,23 +170,62 @@ class ALModule:
         _session().unregisterService(self._number)
 
 
+class ALBehavior(ALModule):
+    """A module that Choregraphe makes of a box."""
+
+    def log(self, message: Any) -> None:
+        """Log a message."""
+        self.logger.info(message)
+
+
+def register(name: str, module: Any) -> int:
+    """Offer the public methods of an object as a service of the session; its number."""
+    session = _session()
+    with _lock:
+        if "listening" not in _open:
+            session.listen("tcp://127.0.0.1:0")
+            _open["listening"] = True
+    own = [m for m in dir(type(module)) if not m.startswith("_") and callable(getattr(type(module), m))]
+    methods = {method: _forward(getattr(module, method)) for method in own}
+    return int(session.registerService(name, qi.multiThreaded()(type(name, (), methods))()))
+
+
+def autoBind(*_: Any) -> None:
+    """Bind the methods of a class: all are."""
+
+
+def createModule(name: str) -> ALModule:
+    """A module without methods of its own."""
+    return ALModule(name)
+
+
+inaoqi = ModuleType("inaoqi")
+vars(inaoqi).update(broker=ALBroker, module=ALModule, proxy=ALProxy, behavior=ALBehavior)
+allog = ModuleType("allog")
+for _level in ("debug", "info", "warning", "error", "fatal"):
+    setattr(allog, _level, lambda text, *_, _level=_level: print(text, file=sys.stderr))
+sys.modules.update(inaoqi=inaoqi, allog=allog)
+
+
 def _forward(method: Callable[..., Any]) -> Callable[..., Any]:
     """A method of an event and its value is called without the message, one of sound with bytes."""
     parameters = inspect.signature(method).parameters.values()
     named = [p for p in parameters if p.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD]
-    most = 2 if len(named) == len(parameters) == 2 else None
+    required = [p for p in named if p.default is inspect.Parameter.empty]
+    most = len(named) if len(named) == len(parameters) and len(named) <= 2 else None
     sound = method.__name__ == "processRemote"
+    old = is_converted(method)
 
     def call(_: Any, *arguments: Any) -> Any:
+        taken = list(arguments if len(arguments) == len(required) else arguments[:most])
+        if sound:
+            taken = [
+                a.encode("latin-1") if isinstance(a, str) else a for a in taken
+            ]  # the server has sent text
         try:
-            return method(*map(_as_bytes, arguments[:most]) if sound else arguments[:most])
+            return sendable(method(*map(of_robot, taken) if old else taken))
         except Exception as error:  # of the program; ALMemory, which called, has nobody to tell of it
             print_error(error, str(getattr(sys.modules["__main__"], "__file__", "")))
             raise
 
     return call
-
-
-def _as_bytes(argument: Any) -> Any:
-    """Sound as a robot sends it, where the server sends text for bytes."""
-    return argument.encode("latin-1") if isinstance(argument, str) else argument

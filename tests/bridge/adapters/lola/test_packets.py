@@ -11,7 +11,7 @@ import pytest
 from bridge.adapters.lola import schema
 from bridge.adapters.lola.codec import MapStream, pack_map
 from bridge.adapters.lola.identity import Identity, identity_of
-from bridge.adapters.lola.packets import actuator_map, lola_values, sensor_frame, sensor_packet
+from bridge.adapters.lola.packets import HeatStatus, actuator_map, lola_values, sensor_frame, sensor_packet
 from bridge.adapters.lola.quantization import ACCELEROMETER_STEP, GYROSCOPE_STEP, RESIDUE_SIGNS, quantized
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import SensorFrame
@@ -142,8 +142,13 @@ def test_joint_angles_come_in_steps_of_the_encoder() -> None:
 
 
 def test_motor_temperature_becomes_status() -> None:
-    hot = frame(temperature=(38.0, 86.0, 93.0, 104.0, *[25.0] * 21))
-    assert msgpack.unpackb(sensor_packet(hot, Identity()))["Status"] == [0, 1, 2, 3, *[0] * 21]
+    """High from 76 degrees Celsius on, and until it is below 70."""
+    heat, cold = HeatStatus(), [25.0] * 21
+    status = heat.update((75.9, 76.0, 93.0, 104.0, *cold))
+    assert status == [0, 1, 2, 3, *[0] * 21]
+    assert heat.update((75.9, 70.0, 69.9, 75.0, *cold)) == [0, 1, 0, 1, *[0] * 21]
+    assert heat.update((75.9, 69.9, 75.9, 69.0, *cold)) == [0] * 25
+    assert msgpack.unpackb(sensor_packet(frame(), Identity(), status))["Status"] == status
 
 
 def test_a_packet_names_the_robot() -> None:

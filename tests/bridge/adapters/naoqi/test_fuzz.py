@@ -113,4 +113,4 @@ def test_every_method_refuses_what_does_not_fit() -> None:
                 require_sentence(str(error), service, method, arguments)
             else:
                 taken.append(method)
-    assert taken == []
+    assert set(taken) <= {"pCall"}  # the program gets a number, the log the error

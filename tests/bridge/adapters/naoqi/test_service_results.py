@@ -208,10 +208,10 @@ def test_a_method_returns_what_its_page_says(
         ("ALBehaviorManager.runBehavior", ["dance"], "'dance' is not installed"),
         ("ALAutonomousLife.setState", ["asleep"], "unknown state 'asleep'"),
         ("ALAutonomousLife.getActivityNature", ["a/."], "there is no activity"),
-        ("ALAudioPlayer.playFile", ["/nothing.wav"], "cannot be read"),
+        ("ALAudioPlayer.playFile", [3], "a name is expected"),
         ("ALTracker.track", ["Face"], "Face is not registered"),
         ("ALTracker.setMode", ["Feet"], "unknown mode 'Feet'"),
-        ("ALVideoDevice.getImageRemote", ["handle"], "nobody subscribed as"),
+        ("ALVideoDevice.getImageRemote", [3], "a name is expected"),
         (
             "ALVideoDevice.subscribeCamera",
             ["me", 0, 5, 11, 10],

@@ -49,6 +49,14 @@ class Stage:
         self.running = False
         return ""
 
+    def take(self) -> WalkStatus:
+        self.did.append("take")
+        return self.status()
+
+    def release(self) -> WalkStatus:
+        self.did.append("release")
+        return self.status()
+
     def status(self) -> WalkStatus:
         self.seq += 1
         return WalkStatus(
@@ -128,16 +136,37 @@ def test_a_move_is_active_from_its_order_on(stage: Stage, walking: WalkingMethod
 
 def test_a_move_gives_the_joints_away_before_the_walker_starts(walking: WalkingMethods, stage: Stage) -> None:
     call(walking, "moveToward", 1.0, 0.0, 0.0)
-    assert stage.did == ["give away", "start", "walk 0.15 None"]
+    assert stage.did == ["start", "give away", "take", "walk 0.15 None"]
     assert call(walking, "moveIsActive")
     assert call(walking, "getRobotVelocity") == [0.15, 0.0, 0.0]
 
 
-def test_joints_come_back_after_the_walker_has_ended(walking: WalkingMethods, stage: Stage) -> None:
+def test_joints_come_back_from_a_walker_that_stands_by_for_the_next_walk(
+    walking: WalkingMethods, stage: Stage
+) -> None:
+    walking.handover.warm()
+    until(lambda: stage.did == ["start"])
     call(walking, "moveInit")
     assert walking.handover.with_joints(lambda: "done", stop=False).result(PATIENT) == "done"
-    assert stage.did == ["give away", "start", "close", "end", "take back"]
+    assert stage.did == ["start", "give away", "take", "release", "take back"]
     assert not walking.handover.has_robot
+    call(walking, "moveToward", 1.0, 0.0, 0.0)
+    assert stage.did[-3:] == ["give away", "take", "walk 0.15 None"]
+
+
+def test_a_walk_is_active_while_the_robot_comes_to_its_first_step(
+    walking: WalkingMethods, stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The walker accepts a walk at once, also before it has brought the robot to its stand."""
+    monkeypatch.setattr(stage, "walk", lambda **_: (setattr(stage, "state", "approach"), stage.status())[1])
+    call(walking, "moveToward", 1.0, 0.0, 0.0)
+    assert call(walking, "moveIsActive") is True
+    time.sleep(0.3)
+    assert call(walking, "moveIsActive") is True
+    stage.state = "walk"
+    until(lambda: walking.handover._accepted == 0)
+    stage.state = "stand"
+    until(lambda: not call(walking, "moveIsActive"))
 
 
 def test_joints_come_back_from_a_walker_that_was_killed_when_its_lease_ends(
@@ -161,7 +190,7 @@ def test_while_it_walks_joints_are_refused_and_postures_stop_it(walking: Walking
     with pytest.raises(NaoqiRefused, match=r"call ALMotion\.stopMove first"):
         walking.handover.with_joints(lambda: None, stop=False).result(PATIENT)
     walking.handover.with_joints(lambda: stage.did.append("crouch"), stop=True).result(PATIENT)
-    assert stage.did[-5:] == ["stop", "close", "end", "take back", "crouch"]
+    assert stage.did[-4:] == ["stop", "release", "take back", "crouch"]
 
 
 def test_joints_wait_for_the_end_of_a_walk_that_was_stopped(

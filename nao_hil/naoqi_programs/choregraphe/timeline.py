@@ -1,0 +1,159 @@
+"""The timeline of a box: curves of joints, and diagrams at their frames; scripts move it on and back."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from typing import Any, Final, Protocol
+
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Curve, Diagram
+
+_SHORTEST: Final = 0.04
+"""s to the first key."""
+
+
+class TimedBox(Protocol):
+    """The box of a timeline."""
+
+    player: Any
+    box: Box
+
+    def emit(self, output: str, value: Any = None) -> None:
+        """Leave the box through an output."""
+
+    def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
+        """Stimulate inputs that an output is linked to."""
+
+
+class Timeline:
+    """Plays along the wall clock.
+
+    Args:
+        running: the box that it is of.
+    """
+
+    def __init__(self, running: TimedBox) -> None:
+        self._running, self._box = running, running.box
+        self._changed = threading.Condition()
+        self._order: tuple[float | None, bool] | None = None
+        """Frame to go to (None: here), and whether to play on."""
+        self._stopped = self._plays = False
+
+    def go_to(self, frame: float | None, *, plays: bool) -> None:
+        """Go on from a frame, or rest there."""
+        with self._changed:
+            self._order = frame, plays
+            idle = not self._plays
+            self._changed.notify_all()
+        if idle and plays:
+            self._running.player.start(lambda: self.play(frame or 0.0))
+
+    def stop(self) -> None:
+        """End it: the joints stay where they are."""
+        with self._changed:
+            self._stopped = True
+            self._changed.notify_all()
+
+    def play(self, frame: float = 0.0) -> None:
+        """Play from a frame to the end, as scripts order on the way; the box is left at the end."""
+        with self._changed:
+            if self._plays:
+                self._order = frame, True
+                self._changed.notify_all()
+                return
+            self._plays, self._stopped, self._order = True, False, None
+        plays = True
+        while plays or not self._stopped:
+            began = time.monotonic()
+            ended = self._play_piece(frame, began) if plays else self._rest()
+            if self._stopped or self._running.player.ended.is_set():
+                break
+            if ended:
+                self._plays = False
+                self._running.emit("onStopped")
+                return
+            here = frame + (time.monotonic() - began) * self._box.fps if plays else frame
+            with self._changed:
+                wanted, plays = self._order or (None, True)
+                self._order = None
+            frame = here if wanted is None else wanted
+        self._plays = False
+        self._end_motion()
+
+    def _rest(self) -> bool:
+        """Wait for an order."""
+        self._end_motion()
+        with self._changed:
+            while self._order is None and not self._stopped and not self._running.player.ended.is_set():
+                self._changed.wait(0.1)
+        return False
+
+    def _play_piece(self, frame: float, began: float) -> bool:
+        """Play from a frame until the end (True) or an order."""
+        box, running = self._box, self._running
+        moving = [curve for curve in (_behind(curve, frame) for curve in box.curves) if curve.frames]
+        done = threading.Event()
+        if moving:
+            running.player.start(lambda: self._move(moving, frame, done))
+        else:
+            done.set()
+        for number, diagram in sorted(enumerate(box.diagrams), key=lambda item: item[1].frame):
+            if diagram.frame > max(1.0, frame):
+                if self._wait_until(began + (diagram.frame - frame) / box.fps):
+                    return False
+                running.follow(number, diagram, PARENT, "onStart", None)
+        last = max((curve.frames[-1] for curve in moving), default=frame)
+        if self._wait_until(began + (last - frame) / box.fps):
+            return False
+        while not done.is_set():
+            if self._wait_until(time.monotonic() + 0.05):
+                return False
+        return True
+
+    def _wait_until(self, moment: float) -> bool:
+        """Wait for a moment of the monotonic clock, s; whether an order or the end came before."""
+        with self._changed:
+            while self._order is None and not self._stopped and not self._running.player.ended.is_set():
+                left = moment - time.monotonic()
+                if left <= 0.0:
+                    return False
+                self._changed.wait(min(left, 0.1))
+        return True
+
+    def _move(self, curves: list[Curve], frame: float, done: threading.Event) -> None:
+        """Send the joints along the curves from a frame on."""
+        player, name = self._running.player, self._box.name
+        try:
+            known = set(player.services("ALMotion").getBodyNames("Body"))
+            for curve in curves:
+                if curve.actuator not in known:
+                    player.cannot(f"the timeline of {name}: this robot has no {curve.actuator}")
+            there = [curve for curve in curves if curve.actuator in known]
+            if there:
+                values = [[_angle(c.actuator, value) for value in c.values] for c in there]
+                times = [[max(_SHORTEST, (f - frame) / self._box.fps) for f in c.frames] for c in there]
+                player.services("ALMotion").angleInterpolation([c.actuator for c in there], values, times, True)
+        except Exception as error:
+            player.cannot(f"the timeline of {name}: {error}")
+        done.set()
+
+    def _end_motion(self) -> None:
+        joints = [curve.actuator for curve in self._box.curves]
+        motion: Any = self._running.player.services("ALMotion")
+        known = set(motion.getBodyNames("Body"))
+        if joints := [joint for joint in joints if joint in known]:
+            motion.killTasksUsingResources(joints)
+
+
+def _behind(curve: Curve, frame: float) -> Curve:
+    """The keys of a curve behind a frame."""
+    keys = [(f, v) for f, v in zip(curve.frames, curve.values, strict=True) if f > frame]
+    return Curve(curve.actuator, tuple(f for f, _ in keys), tuple(v for _, v in keys))
+
+
+def _angle(actuator: str, value: float) -> float:
+    """A key's value for ALMotion: rad, or 0 to 1 of a hand, whose keys may be percent (assumed)."""
+    if actuator.endswith("Hand"):
+        return value / 100.0 if value > 1.0 else value
+    return math.radians(value)

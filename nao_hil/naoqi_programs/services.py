@@ -1,0 +1,61 @@
+"""Services of the robot as programs call them: numbers of numpy and bytes go in, pictures come out as bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from nao_hil.naoqi_programs.python2 import to_unicode
+
+_PICTURES: Final = ("getImageRemote", "getImageLocal")
+
+
+class Service:
+    """A service whose methods take what the vendor's SDK takes.
+
+    Args:
+        service: qi's object.
+    """
+
+    def __init__(self, service: Any) -> None:
+        self._service = service
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._service, name)
+        if name.startswith("__") or not callable(found) or hasattr(found, "connect"):
+            return found
+        return _method(found, pictures=name in _PICTURES)
+
+
+def _method(found: Callable[..., Any], *, pictures: bool) -> Callable[..., Any]:
+    def call(*arguments: Any, **options: Any) -> Any:
+        result = found(*map(sendable, arguments), **options)
+        return _with_bytes(result) if pictures else result
+
+    return call
+
+
+def sendable(value: Any) -> Any:
+    """An argument that qi can send: numbers and arrays of numpy as Python's, bytes as text."""
+    if isinstance(value, str):
+        return to_unicode(value)
+    if isinstance(value, bool | int | float) and type(value) in (bool, int, float):
+        return value
+    if hasattr(value, "tolist"):  # of numpy, whose types need not be loaded
+        return sendable(value.tolist())
+    if isinstance(value, bytes):
+        return to_unicode(value.decode("utf-8", "surrogateescape"))
+    if isinstance(value, list | tuple | set | frozenset | range):
+        return [sendable(part) for part in value]
+    if isinstance(value, dict):
+        return {sendable(k): sendable(v) for k, v in value.items()}
+    return value
+
+
+def _with_bytes(image: Any) -> Any:
+    """A picture with its bytes as a `bytearray`: the server sends text, since qi's package sends no bytes."""
+    if hasattr(image, "andThen"):  # a future
+        return image.andThen(_with_bytes)
+    if image is None:
+        return None
+    return [bytearray(part, "latin-1") if isinstance(part, str) else part for part in image]

@@ -1,0 +1,190 @@
+"""Behaviours of Choregraphe: events, stops, timelines and what scripts find, without a robot."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("qi")
+pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
+
+from nao_hil.naoqi_programs.choregraphe.player import Player
+from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
+from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager
+from tests.loops import until
+
+INPUTS = (
+    '<Input name="onLoad" nature="0" inner="1" id="1"/><Input name="onStart" nature="2" inner="0" id="2"/>'
+    '<Input name="onStop" nature="3" inner="0" id="3"/>{more}'
+    '<Output name="onStopped" nature="1" inner="0" id="4"/>'
+)
+
+
+def box(
+    number: int, name: str, script: str = "", inside: str = "", more: str = "", parameters: str = ""
+) -> str:
+    """A box whose script is the body of its class; inputs 2 (start) and 3 (stop), output 4."""
+    body = f"class MyClass(GeneratedClass):\n{script}" if script else ""
+    return (
+        f'<Box name="{name}" id="{number}"><script language="4"><content><![CDATA[{body}]]></content></script>'
+        f"{INPUTS.format(more=more)}{parameters}{inside}</Box>"
+    )
+
+
+def diagram(boxes: str, *links: tuple[int, int, int, int]) -> str:
+    """Boxes and links: from box, its output, to box, its input; 0 is the box around."""
+    ends = "".join(
+        f'<Link outputowner="{a}" indexofoutput="{b}" inputowner="{c}" indexofinput="{d}"/>'
+        for a, b, c, d in links
+    )
+    return f"<Diagram>{boxes}{ends}</Diagram>"
+
+
+def timeline(content: str, *, enable: int = 0, curves: str = "", frame: int = 1) -> str:
+    actuators = f"<ActuatorList>{curves}</ActuatorList>" if curves else ""
+    return (
+        f'<Timeline enable="{enable}" fps="25">{actuators}<BehaviorLayer><BehaviorKeyframe index="{frame}">'
+        f"{content}</BehaviorKeyframe></BehaviorLayer></Timeline>"
+    )
+
+
+class Robot:
+    """Services that note their calls; events are raised by `tell`."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.told: dict[str, list[Callable[[Any], None]]] = {}
+        self.free = threading.Event()
+
+    def service(self, name: str) -> Any:
+        return {"ALMotion": self, "ALMemory": self}[name]
+
+    def subscriber(self, event: str) -> Any:
+        return SimpleNamespace(signal=SimpleNamespace(connect=self.told.setdefault(event, []).append))
+
+    def tell(self, event: str, value: Any) -> None:
+        for told in self.told.get(event, []):
+            told(value)
+
+    def getBodyNames(self, _: str) -> list[str]:
+        return ["HeadYaw", "LHand"]
+
+    def angleInterpolation(self, names: Any, angles: Any, times: Any, absolute: bool) -> None:
+        self.calls.append(("move", names, angles, times, absolute))
+        self.free.wait(max(row[-1] for row in times))
+
+    def killTasksUsingResources(self, names: Any) -> None:
+        self.calls.append(("kill", names))
+        self.free.set()
+        self.free = threading.Event()
+
+
+def play(folder: Path, inside: str, more: str = "") -> tuple[Player, Robot, list[Any]]:
+    """Play a root box; the player, the robot, and what scripts append to `said`."""
+    file = folder / "behavior.xar"
+    file.write_text(f"<ChoregrapheProject>{box(-1, 'root', '', inside, more)}</ChoregrapheProject>")
+    robot, said = Robot(), list[Any]()
+    names = {"said": said, "ALFrameManager": FrameManager(folder)}
+    player = Player(robot.service, names, robot, folder, lambda name, module: said.append((name, module)))
+    player.play(read_behaviour(file))
+    return player, robot, said
+
+
+EVENT = '<Input name="touched" nature="4" stm_value_name="FrontTactilTouched" inner="{}" id="5"/>'
+
+
+def test_an_event_of_almemory_stimulates_the_input_of_a_box_that_was_started(tmp_path: Path) -> None:
+    head = box(
+        1, "Head", "    def onInput_touched(self, v): said.append(v); self.onStopped()\n", "", EVENT.format(0)
+    )
+    later = box(2, "Later", "    def onInput_onStart(self): said.append('waits')\n")
+    links = ((0, 2, 2, 2), (2, 4, 1, 2), (1, 4, 0, 4))
+    player, robot, said = play(tmp_path, timeline(diagram(head + later, *links)))
+    until(lambda: said == ["waits"] and "FrontTactilTouched" in robot.told)
+    robot.tell("FrontTactilTouched", 1.0)  # before its start: as a box that is not active
+    time.sleep(0.1)
+    assert said == ["waits"]
+    assert list(player.waiting()) == []
+
+
+def test_an_event_ends_a_behaviour_and_a_box_that_waits_is_named(tmp_path: Path) -> None:
+    script = "    def onInput_onStart(self): said.append('on')\n"
+    script += "    def onInput_touched(self, v): self.onStopped(v)\n"
+    head = box(1, "Head", script, "", EVENT.format(0))
+    player, robot, said = play(tmp_path, timeline(diagram(head, (0, 2, 1, 2), (1, 4, 0, 4))))
+    until(lambda: said == ["on"])
+    assert list(player.waiting()) == ["the box Head waits for FrontTactilTouched"]
+    robot.tell("FrontTactilTouched", 1.0)
+    assert player.ended.wait(5.0) and list(player.waiting()) == []
+
+
+def test_an_event_of_the_outermost_box_leads_into_its_diagram(tmp_path: Path) -> None:
+    inner = box(1, "Say", "    def onInput_onStart(self, v): said.append(v); self.onStopped()\n")
+    inside = timeline(diagram(inner, (0, 5, 1, 2), (1, 4, 0, 4)))
+    player, robot, said = play(tmp_path, inside, EVENT.format(1))
+    until(lambda: "FrontTactilTouched" in robot.told)
+    robot.tell("FrontTactilTouched", 1.0)
+    assert player.ended.wait(5.0) and said == [1.0]
+
+
+def test_stop_ends_the_boxes_inside_and_unloads_their_scripts(tmp_path: Path) -> None:
+    script = (
+        "    def onInput_onStart(self): said.append('begins')\n    def onUnload(self): said.append('ends')\n"
+    )
+    inside = timeline(diagram(box(1, "Inner", script), (0, 2, 1, 2)))
+    stop = "    def onInput_onStart(self):\n        while not said: pass\n        self.onStopped()\n"
+    boxes = box(1, "Outer", "", inside) + box(2, "Stop", stop)
+    links = ((0, 2, 1, 2), (0, 2, 2, 2), (2, 4, 1, 3), (1, 4, 0, 4))
+    player, _, said = play(tmp_path, timeline(diagram(boxes, *links)))
+    assert player.ended.wait(5.0) and said == ["begins", "ends"]
+
+
+def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
+    """25 frames a second: the curve ends at 0.4 s, and a box at frame 6 goes back to frame 1 twice."""
+    keys = '<Key frame="5" value="90"/><Key frame="10" value="0"/>'
+    curve = f'<ActuatorCurve actuator="HeadYaw">{keys}</ActuatorCurve>'
+    again = (
+        "    def onInput_onStart(self):\n        said.append(len(said))\n"
+        "        if len(said) < 3: self.gotoAndPlayParent(1)\n"
+    )
+    inside = timeline(diagram(box(1, "Again", again), (0, 2, 1, 2)), enable=1, curves=curve, frame=6)
+    moves = box(1, "Dance", "", inside)
+    player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
+    assert player.ended.wait(10.0) and said == [0, 1, 2], player.could_not
+    sent = [call for call in robot.calls if call[0] == "move"]
+    assert len(sent) == 3 and sent[0][1:] == (
+        ["HeadYaw"],
+        [[pytest.approx(1.5708, abs=1e-4), 0.0]],
+        [[0.2, 0.4]],
+        True,
+    )
+    assert sent[1][3] == [[pytest.approx(0.16), pytest.approx(0.36)]]
+
+
+def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Path) -> None:
+    script = (
+        "    def __init__(self): GeneratedClass.__init__(self, False)\n"
+        "    def onLoad(self): self.BIND_PYTHON(self.getName(), 'heard', 3)\n"
+        "    def heard(self, key, value, message): pass\n"
+        "    def onInput_onStart(self):\n"
+        "        said.append(ALFrameManager.getBehaviorPath(self.behaviorId) + self.getParameter('File'))\n"
+        "        said.append(self.getParameter('Own') / 2)\n        self.onStopped()\n"
+    )
+    inherited = (
+        '<Parameter name="File" inherits_from_parent="1" content_type="3" value=""/>'
+        '<Parameter name="Own" inherits_from_parent="0" content_type="1" value="7"/>'
+    )
+    own = '<Parameter name="File" inherits_from_parent="0" content_type="3" value="song.wav"/>'
+    inside = timeline(diagram(box(1, "Play Sound", script, parameters=inherited), (0, 2, 1, 2), (1, 4, 0, 4)))
+    outer = box(1, "Outer", "", inside, parameters=own)
+    player, _, said = play(tmp_path, timeline(diagram(outer, (0, 2, 1, 2), (1, 4, 0, 4))))
+    assert player.ended.wait(5.0), player.could_not
+    (name, module), path, half = said
+    assert name.startswith("Play_Sound__") and module.getName() == name
+    assert (path, half) == (f"{tmp_path.resolve()}/song.wav", 3)
