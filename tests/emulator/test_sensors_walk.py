@@ -93,7 +93,7 @@ def test_fused_angle_in_walking(name: str, gait: str, steps: int) -> None:
 def test_force_cells_in_a_dynamic_walk() -> None:
     """Less the configured gains and offsets, with no cell at its end: the forces but for the noise.
 
-    Five standard deviations: 0.22 N a cell is 0.44 N of the sum, and over 10 N or more on levers of 0.07 m 3 mm.
+    Five standard deviations: 0.22 N a cell is 0.44 N of the sum, and 3 mm of the centre under 10 N.
     """
     run = walk("nao-v3", "dynamic", 10)
     body = load_body("nao-v3")
@@ -141,4 +141,5 @@ def test_angle_at_rest_with_nominal_sensors(name: str, tilt: tuple[float, float]
         orientation=(x, y, z, w),
     ) as robot:
         angles = np.degrees([robot.advance(None).angle for _ in range(50)])
-    np.testing.assert_allclose(angles, np.tile(tilt, (50, 1)), atol=0.3)
+    # three standard deviations of a bias of 0.05 m/s^2 on each of two axes, and the noise
+    np.testing.assert_allclose(angles, np.tile(tilt, (50, 1)), atol=1.3)

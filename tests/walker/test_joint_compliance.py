@@ -150,7 +150,7 @@ def test_the_ratio_is_learned_from_the_encoders(body: Body, true_ratio: float) -
     # The joints that bear something while standing; what bears nothing tells nothing.
     loaded = np.abs(spring.torques(planned, 0.5)).max(axis=0) > 0.25
     assert loaded.any()
-    assert spring.ratio[loaded] == pytest.approx(true_ratio, abs=0.15)
+    assert spring.ratio[loaded] == pytest.approx(true_ratio, abs=0.3)
 
 
 def test_commands_stay_within_the_joints_ranges(body: Body) -> None:

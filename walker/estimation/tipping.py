@@ -35,7 +35,7 @@ class TippingParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Deviation of the capture point to the outside of the stance foot from which on a step is held, m.
 
     Late in a step it was 0.05 to 0.08 with a sole askew on a plate of 10 mm, 0.11 and more with a robot on the
-    edge of its foot (docs/omni-alternatives.md).
+    edge of its foot.
     """
     max_hold: NotNegative = 1.0
     """Longest time by which a step is prolonged, s."""
