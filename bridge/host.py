@@ -36,10 +36,13 @@ from bridge.guard.ranges import Ranges
 from bridge.link import RobotLink, keys
 from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, decode, encode
+from bridge.messages.guard import GuardStatus
 from bridge.recording.observer import Observer
 
 CONFIRM_TIMEOUT: Final = 0.5
 """s for which a query waits until the loop has carried it out."""
+STATUS_INTERVAL: Final = 0.5
+"""s of wall clock after which a status that has not changed is published again."""
 DESCENT_TIMEOUT: Final = 15.0
 """s for the descent of a robot that still stands when its bridge ends."""
 
@@ -76,7 +79,7 @@ def robot_info(body: Body, *, robot: str, side: str, mode: str, software: str) -
 class RobotHost:
     """Publishes a robot's frames and returns the guarded commands; one thread calls it, the robot's loop.
 
-    Serves the queries `guard`, `stop` and `arm`.
+    Serves the queries `guard`, `stop` and `arm`, and publishes the guard's status.
 
     Args:
         link: open link, robot side.
@@ -99,13 +102,28 @@ class RobotHost:
         self._observers, self._dry_run, self._emulated = observers, dry_run, emulated
         self._asked: Holder | None = None
         self._deadline: float | None = None
+        self._reported: GuardStatus | None = None
+        self._report_due = 0.0
         self.in_force = -1
         """`reply_to` of the command in force; -1: none yet."""
         self.missed = 0
         """Cycles that a controller was expected to serve and did not in time."""
-        link.serve(keys.GUARD, lambda _: encode(guard.status))
+        link.serve(keys.GUARD, lambda _: encode(self.status))
         link.serve(keys.STOP, self._on_stop)
         link.serve(keys.ARM, self._on_arm)
+
+    @property
+    def status(self) -> GuardStatus:
+        """State of the robot, and who holds it."""
+        holder = self.link.holder
+        return msgspec.structs.replace(self.guard.status, holder=holder.name if holder else "")
+
+    def report(self) -> None:
+        """Publish the status if it has changed, or has not been published for `STATUS_INTERVAL`."""
+        now, status = time.monotonic(), self.status
+        if status != self._reported or now >= self._report_due:
+            self._reported, self._report_due = status, now + STATUS_INTERVAL
+            self.link.publish_status(status)
 
     def exchange(self, frame: SensorFrame, *, wait: float = 0.0) -> ActuatorFrame | None:
         """One cycle of a robot that sets the pace: publish its frame, return its command.
@@ -249,7 +267,8 @@ class RobotHost:
             self._tell()
 
     def _tell(self) -> None:
-        """Pass on the guard's notices."""
+        """Pass on the guard's status and notices."""
+        self.report()
         for notice in self.guard.take_notices():
             self.link.publish_notice(notice)
             for observer in self._observers:
@@ -269,4 +288,4 @@ class RobotHost:
             raise LinkError(
                 f"The robot's loop did not run within {CONFIRM_TIMEOUT:g} s; its next cycle carries this out."
             )
-        return encode(self.guard.status)
+        return encode(self.status)

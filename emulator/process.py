@@ -115,6 +115,7 @@ class RobotProcess:
             self._world.began_anew = False
             self._host.guard.reset()
             self._publish()
+        self._host.report()
         self._tell()
 
     def _serve(self, command: ActuatorFrame | None) -> None:

@@ -31,7 +31,7 @@ class Rights(NamedTuple):
 RIGHTS: Final = {
     "listener": Rights(hears=(_EVERYTHING,), asks=(keys.INFO, "guard")),
     "controller": Rights(
-        hears=(keys.SENSORS, keys.NOTICES, "walk/**"),
+        hears=(keys.SENSORS, keys.GUARD, keys.NOTICES, "walk/**"),
         asks=(keys.INFO, "guard", "stop", "arm", keys.LEASE, "dcm/**", "walk/**"),
         publishes=(keys.ACTUATORS, "walk/**"),
         answers=("walk/**",),

@@ -35,6 +35,7 @@ from bridge.messages import (
     decode,
     encode,
 )
+from bridge.messages.guard import GuardStatus
 
 _QUEUE: Final = 64
 RATE: Final = 5000.0
@@ -83,6 +84,7 @@ class RobotLink:
         self._sensors = session.declare_publisher(key(keys.SENSORS))
         self._truth = session.declare_publisher(key(keys.TRUTH))
         self._notices = session.declare_publisher(key(keys.NOTICES))
+        self._status = session.declare_publisher(key(keys.GUARD))
         self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE)
         self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE)
         self._subscribers = [
@@ -117,6 +119,10 @@ class RobotLink:
     def publish_truth(self, frame: TruthFrame) -> None:
         """Publish ground truth (emulator only)."""
         self._truth.put(encode(frame))
+
+    def publish_status(self, status: GuardStatus) -> None:
+        """Publish what the guard does and who holds the robot."""
+        self._status.put(encode(status))
 
     @property
     def refused(self) -> int:

@@ -22,7 +22,7 @@ Text = Annotated[str, msgspec.Meta(max_length=200)]
 
 
 class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
-    """Reply of `guard`, `stop` and `arm`."""
+    """State of the robot by its own report: published (key `guard`); reply of `guard`, `stop` and `arm`."""
 
     version: int = SCHEMA_VERSION
     seq: Count
@@ -33,8 +33,15 @@ class GuardStatus(msgspec.Struct, frozen=True, kw_only=True):
     """False: no command is taken until `arm`."""
     dry_run: bool = False
     """Nothing reaches the motors."""
+    holder: str = ""
+    """Name of the controller that holds the robot; empty: it is free."""
     text: str
     """One sentence."""
+
+    @property
+    def under_command(self) -> bool:
+        """A controller's commands are in force."""
+        return self.state in ("approach", "active")
 
 
 class StopRequest(msgspec.Struct, frozen=True, kw_only=True):

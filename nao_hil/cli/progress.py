@@ -48,16 +48,20 @@ class WalkProgress:
             self._console.print(", ".join(f"{k} {v}" for k, v in values.items()))
 
     def _values(self, monitor: Monitor) -> dict[str, str]:
-        frame, truth, telemetry = monitor.sensors, monitor.truth, monitor.telemetry
+        frame, truth, status, walk = monitor.sensors, monitor.truth, monitor.status, monitor.walk
         if frame is None:
             return {"waiting": "for the robot"}
         if self._began is None or frame.time < self._began[0]:  # a reset begins at 0 again
             self._began = (frame.time, time.monotonic())
         wall = time.monotonic() - self._began[1]
         values = {"time": f"{frame.time:.1f} s"}
-        if telemetry is not None:
-            of = f" of {telemetry.steps}" if telemetry.steps else ""
-            values |= {"state": telemetry.state, "phase": telemetry.phase, "step": f"{telemetry.step}{of}"}
+        if walk is not None:
+            of = f" of {walk.steps}" if walk.steps else ""
+            values |= {"state": walk.state, "phase": walk.phase, "step": f"{walk.step}{of}"}
+        elif status is not None:
+            values["state"] = status.state
+        if status is not None:
+            values["held by"] = status.holder or "no controller"
         if truth is not None:
             values["distance"] = f"{truth.torso_position[0]:.2f} m"
         roll, pitch = (math.degrees(a) for a in frame.angle)

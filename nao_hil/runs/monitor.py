@@ -14,9 +14,13 @@ from bridge.link import keys
 from bridge.link.session import subscribe, try_client
 from bridge.messages import Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.codec import M
+from bridge.messages.guard import GuardStatus
 
 _NOTICES: Final = 1000
 """Most that are kept for the next look; a robot that says more is a flood, and its oldest are dropped."""
+
+MAX_TELEMETRY_AGE: Final = 50
+"""Cycles since the frame of the newest telemetry, beyond which its walker is taken to be gone."""
 
 
 class Monitor:
@@ -40,7 +44,7 @@ class Monitor:
             if self._session is not None:
                 self._subscribers = [
                     subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
-                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY)
+                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.GUARD)
                 ]
                 notices = keys.key(self._robot, keys.NOTICES)
                 self._subscribers.append(subscribe(self._session, notices, self._notices.append))
@@ -68,6 +72,16 @@ class Monitor:
         """The newest word of the walker."""
         return self._get(keys.TELEMETRY, WalkTelemetry)
 
+    @property
+    def status(self) -> GuardStatus | None:
+        """The newest report of the robot's state."""
+        return self._get(keys.GUARD, GuardStatus)
+
+    @property
+    def walk(self) -> WalkTelemetry | None:
+        """The walker's newest word, if the robot follows it; see `walk_in_force`."""
+        return walk_in_force(self.status, self.telemetry, self.sensors)
+
     def take_notices(self) -> list[Notice]:
         """The notices of the robot side that have come since the last call, oldest first."""
         found = (_decoded(self._notices.popleft(), Notice) for _ in range(len(self._notices)))
@@ -85,6 +99,18 @@ class Monitor:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def walk_in_force(
+    status: GuardStatus | None, telemetry: WalkTelemetry | None, frame: SensorFrame | None
+) -> WalkTelemetry | None:
+    """The walker's telemetry if it describes the robot: commands are in force, and its frame is recent.
+
+    After an emergency stop, a reset or the walker's end the last telemetry describes a walk that is over.
+    """
+    if status is None or telemetry is None or frame is None or not status.under_command:
+        return None
+    return telemetry if 0 <= frame.seq - telemetry.seq <= MAX_TELEMETRY_AGE else None
 
 
 def _decoded(payload: bytes, kind: type[M]) -> M | None:

@@ -53,6 +53,8 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
         assert monitor.connect() and guard.status().state == "idle"
         walker = start(*walk, "--steps", "0", "--controller", "doomed")
         until(walked(monitor, steps), "the walk")
+        status = until(lambda: monitor.status if monitor.walk else None, "the robot's report")
+        assert (status.state in ("approach", "active"), status.holder) == (True, "doomed")
         high = standing_height(monitor)
         walker.kill()
         status = until(rests(guard), "the robot to rest")
@@ -60,6 +62,9 @@ def test_a_robot_whose_walker_is_killed_rests_and_the_next_walker_takes_it_over(
         assert monitor.truth is not None and not monitor.truth.fell
         # What the sensors say lags by a cycle, and in lockstep no cycle follows the one that ended the descent.
         until(lambda: monitor.sensors and max(monitor.sensors.stiffness) < 0.15, "the joints to let go")
+        until(lambda: monitor.status and monitor.status.state == "rest", "the robot to report it")
+        assert monitor.telemetry is not None and monitor.telemetry.state == "walk"  # the walker's last word
+        assert monitor.walk is None and monitor.status is not None and not monitor.status.holder
         assert standing_height(monitor) < high - 0.03  # a crouch is 5 cm lower than the walk
         last = start(*walk, "--steps", "2", "--json")
         if mode == "lockstep":  # in real time a busy machine may make the walk itself fall
