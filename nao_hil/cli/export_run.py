@@ -59,12 +59,12 @@ def export_run(
             raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")
     written: dict[str, Path] = {}
     if page is not None:
-        from nao_hil.view.export.page import exported_page
+        from nao_hil.view.page import recorded_page
 
-        write_text(page, exported_page(recording))
+        write_text(page, recorded_page([recording])[0])
         written["html"] = page
     if video is not None:
-        from nao_hil.view.export.video import write_video
+        from nao_hil.view.video import write_video
 
         write_video(recording, video, begin, end, speed)
         written["video"] = video

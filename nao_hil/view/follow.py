@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import math
 import os
 import threading
 import time
@@ -11,6 +13,7 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from bridge.body import BODIES, load_body
@@ -23,7 +26,7 @@ from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
 from bridge.types import Array
 from emulator.scenarios import SCENARIOS
-from emulator.wear import WEARS
+from emulator.wear import WEAR
 from nao_hil.analysis.diagnosis import (
     Balance,
     BalanceEstimator,
@@ -39,22 +42,20 @@ from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
 from nao_hil.view.driving import Driving
 from nao_hil.view.hand import Hand
-from nao_hil.view.live import Commands, Subscriber
+from nao_hil.view.live import Commands, Published, Subscriber
 from nao_hil.view.orders import Orders
 from nao_hil.view.page import page, recorded_page
 from nao_hil.view.rows import RunRows, events_json, world_json
 from nao_hil.view.server import HTML, PageServer
-from nao_hil.view.signals import LATE, Lateness
+from nao_hil.view.signals import Lateness
 from nao_hil.view.state import describe
 from walker.estimation.odometry import GroundPlane
 from walker.planning.catalogue import GAITS, gait_parameters
 
 RATE: Final = 40.0
 """Looks for new messages per second."""
-WATCH_EVERY: Final = 0.1
-"""s between two questions for the robot's state."""
-WORLD_EVERY: Final = 5
-"""Of these questions, one asks for the world too."""
+WATCH_EVERY: Final = 0.15
+"""s between two questions for the walker's status and the world."""
 KEPT: Final = 10_000
 """Rows that are kept: five minutes."""
 MOST: Final = 200
@@ -97,7 +98,7 @@ class LiveRun:
         self.diagnosis: Diagnosis | None = None
         self.newest: Moment | None = None
         self._lock = threading.Lock()
-        self._latest_late = 0.0
+        self._latest_late = math.nan
 
     def set_world(self, world: WorldReply | None) -> None:
         """The surroundings are like this."""
@@ -111,7 +112,7 @@ class LiveRun:
         """The next moment; returns what the browsers are to be sent."""
         balance = self._observer.update(moment)
         late = self._late.update(moment.sensors.time, moment.sensors.wall)
-        self._latest_late = np.fmax(self._latest_late, late)
+        self._latest_late = float(np.fmax(self._latest_late, late))
         messages: list[bytes | dict[str, Any]] = []
         found = self._watch.update(balance)
         with self._lock:
@@ -126,7 +127,7 @@ class LiveRun:
                 messages.append({"prints": prints})
             if self.rows.due(moment.sensors.time):
                 row = self.rows.row(balance, self._latest_late)
-                self._latest_late = -np.inf if np.isfinite(late) else late
+                self._latest_late = math.nan
                 self._table.append(row)
                 messages.append(row.astype("<f4").tobytes())
         return messages
@@ -152,9 +153,8 @@ class LiveRun:
             table = np.array(self._table) if self._table else np.zeros((0, self.rows.width))
             prints, symptoms, diagnosis = list(self._prints), list(self._symptoms), self.diagnosis
         subtitle = f"{self.info.body}, {self.info.side}, {self.info.mode}"
-        return self.rows.pack(
-            table, prints, symptoms, diagnosis, title=self._title, subtitle=subtitle, live=header
-        )
+        events = events_json(symptoms, diagnosis)
+        return self.rows.pack(table, prints, title=self._title, subtitle=subtitle, live=header, **events)
 
 
 class Follower:
@@ -179,6 +179,8 @@ class Follower:
         self._orders: Orders | None = None
         self._hand: Hand | None = None
         self._heard = time.monotonic()
+        self._guard: GuardStatus | None = None
+        self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
         self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
@@ -194,19 +196,35 @@ class Follower:
         try:
             while not self._stop.is_set():
                 for message in self._subscriber.take():
-                    if isinstance(message, SensorFrame):
-                        self._heard = time.monotonic()
-                        if not self._known(message):
-                            continue
-                    if isinstance(message, Notice) and message.code == CAPTION:
-                        self._server.publish({"caption": message.text})
-                    if (moment := builder.add(message)) is not None and self._run is not None:
-                        for part in self._run.take(moment):
-                            self._server.publish(part)
+                    self._take(message, builder)
+                self._publish_state()
                 due = max(due + 1.0 / RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
         finally:
             self._end()
+
+    def _take(self, message: Published, builder: MomentBuilder) -> None:
+        if isinstance(message, GuardStatus):
+            self._guard = message
+            return
+        if isinstance(message, SensorFrame):
+            self._heard = time.monotonic()
+            if not self._known(message):
+                return
+        if isinstance(message, Notice) and message.code == CAPTION:
+            self._server.publish({"caption": message.text})
+        if (moment := builder.add(message)) is not None and self._run is not None:
+            for part in self._run.take(moment):
+                self._server.publish(part)
+
+    def _publish_state(self) -> None:
+        """Send the state where it has changed."""
+        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._heard
+        state = describe(newest, self._guard, self._walk, self._world, silent)
+        state["holds"] = self._hand is not None and self._hand.holds
+        if state != self._state:
+            self._state = state
+            self._server.publish({"state": state})
 
     def _end(self) -> None:
         self._subscriber.close()
@@ -256,7 +274,7 @@ class Follower:
             state=self._state,
             gaits={gait: gait_parameters(gait).limits is not None for gait in GAITS},
             robots=list(BODIES),
-            wears=list(WEARS),
+            wears=list(WEAR),
             scenarios=list(SCENARIOS),
             faults=FAULTS,
             sensors=[*ELEMENTS, *(f"fsr.{cell}" for cell in ELEMENTS["fsr"])],
@@ -267,29 +285,19 @@ class Follower:
         self._server.publish({"answer": sentence, "done": True})
 
     def _watch(self) -> None:
-        """Ask the robot for its state, apart from the drawing."""
-        asked = 0
+        """Ask walker and world, apart from the drawing."""
         while not self._stop.wait(WATCH_EVERY):
             self._driving.sign()
             run = self._run
             if run is None:
                 continue
-            guard: GuardStatus | None = None
-            walk: WalkStatus | None = None
-            with contextlib.suppress(NaoHilError):
-                guard = self._commands.guard()
-            if run.newest is not None and run.newest.walk is not None:
-                with contextlib.suppress(NaoHilError):
-                    walk = self._commands.walker().status()
-            asked += 1
-            if run.info.side == "emulator" and asked % WORLD_EVERY == 0:
+            try:
+                walks = run.newest is not None and run.newest.walk is not None
+                self._walk = self._commands.walker().status() if walks else None
+            except NaoHilError:
+                self._walk = None
+            if run.info.side == "emulator":
                 self._ask_world(run)
-            silent = time.monotonic() - self._heard
-            held = self._hand is not None and self._hand.holds
-            state = describe(run.newest, guard, walk, self._world, silent, held=held)
-            if state != self._state:
-                self._state = state
-                self._server.publish({"state": state})
 
     def _ask_world(self, run: LiveRun) -> None:
         with contextlib.suppress(NaoHilError):
@@ -318,8 +326,6 @@ class Follower:
 
 
 def _json(value: Any) -> Answer:
-    import json
-
     return Answer(HTTPStatus.OK, json.dumps(value).encode(), (("Content-Type", "application/json"),))
 
 
@@ -329,6 +335,4 @@ def _download(name: str, content: bytes) -> Answer:
 
 
 def _with_terrain(world: WorldReply, before: WorldReply) -> WorldReply:
-    import msgspec
-
     return msgspec.structs.replace(world, terrain=before.terrain)

@@ -105,7 +105,8 @@ class Orders:
     def __init__(
         self, commands: Commands, driving: Driving, hand: Hand | None, body: Body, supervised: bool
     ) -> None:
-        self._commands, self._driving, self._hand, self._supervised = commands, driving, hand, supervised
+        self._commands, self._driving, self._hand = commands, driving, hand
+        self.body, self.supervised = body, supervised
         self._slow = SlowMotion(commands.world, body.cycle)
 
     def carry_out(self, text: str | bytes) -> tuple[str, bool]:
@@ -162,7 +163,7 @@ class Orders:
         return self._hand.take() if order.on else self._hand.let_go()
 
     def _restart(self, settings: dict[str, str]) -> str:
-        if not self._supervised:
+        if not self.supervised:
             raise FrameError("This page did not begin the run: end `nao-hil up` and start it with other options.")
         print(json.dumps({RESTART: settings}), flush=True, file=sys.stdout)
         return "The run begins again; the page follows."

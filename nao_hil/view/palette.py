@@ -13,12 +13,8 @@ CAPTURE: Final[Colour] = (204, 93, 232)
 COM: Final[Colour] = (250, 82, 82)
 SAFE: Final[Colour] = (32, 201, 151)
 LOST: Final[Colour] = (250, 82, 82)
-PUSH: Final[Colour] = (252, 196, 25)
 OBSTACLE: Final[Colour] = (212, 163, 92)
 GROUND: Final[Colour] = (104, 92, 72)
-CELLS: Final[tuple[Colour, Colour]] = ((214, 218, 224), (62, 66, 74))
-SECTIONS: Final[tuple[Colour, Colour]] = ((176, 182, 190), (92, 98, 108))
-"""Lines of the floor on a light and on a dark page."""
 PRINTS: Final[dict[str, Colour]] = {"planned": PLANNED, "made": (173, 181, 189)}
 """Colours of the footprints."""
 
@@ -28,8 +24,6 @@ BARS_OVER: Final = 0.02
 """Height over the sole at which the bars begin, m."""
 OVER: Final = 0.002
 """Height of what is drawn on the floor over it, m."""
-ROOT: Final = "/world"
-"""Frame that all is drawn in: to follow the robot it moves the other way, so that the camera is free."""
 
 
 class Point(NamedTuple):
@@ -39,23 +33,15 @@ class Point(NamedTuple):
     label: str
     colour: Colour
     radius: float
-    meaning: str
-    """For somebody who sees it for the first time."""
+    overlay: str
+    """Switch of the page that shows it: `com`, `capture` or `zmp`."""
 
 
 POINTS: Final = (
-    Point(
-        "zmp_plan", "ZMP planned", PLANNED, 0.008, "where the ground is meant to push back (zero moment point)"
-    ),
-    Point("zmp_fsr", "ZMP by the FSR", MEASURED, 0.008, "where the foot sensors feel it"),
-    Point("zmp_true", "ZMP true", TRUE, 0.008, "where it does; at the edge of the feet the robot tips"),
-    Point("com", "centre of mass", COM, 0.012, "of the whole robot"),
-    Point("com_ground", "its projection", COM, 0.006, "on the ground"),
-    Point(
-        "capture",
-        "capture point",
-        CAPTURE,
-        0.009,
-        "where a foot would have to be for the robot to come to rest",
-    ),
+    Point("zmp_plan", "ZMP planned", PLANNED, 0.009, "zmp"),
+    Point("zmp_fsr", "ZMP by the FSR", MEASURED, 0.009, "zmp"),
+    Point("zmp_true", "ZMP true", TRUE, 0.009, "zmp"),
+    Point("com", "centre of mass", COM, 0.014, "com"),
+    Point("com_ground", "its projection", COM, 0.007, "com"),
+    Point("capture", "capture point", CAPTURE, 0.010, "capture"),
 )

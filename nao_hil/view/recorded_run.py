@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -38,6 +39,8 @@ class RecordedRun(NamedTuple):
     """Up to the fall, if there was one."""
     diagnosis: Diagnosis | None
     """Of the fall."""
+    stood: float
+    """Robot time at which it stood or walked again after the fall, s; inf: it did not."""
     world: WorldReply | None
     """As it was at the start; None where it was not recorded."""
 
@@ -69,7 +72,13 @@ def read_run(file: Path) -> RecordedRun:
     diagnosis = explain(symptoms, torso_off=bool(off))
     if diagnosis is not None:  # what a fallen robot does is no sign of anything
         symptoms = [s for s in symptoms if s.time <= diagnosis.fell]
-    return RecordedRun(body, balances, symptoms, diagnosis, recorded_world(file))
+    return RecordedRun(body, balances, symptoms, diagnosis, _stood(run, diagnosis), recorded_world(file))
+
+
+def _stood(run: list[Moment], diagnosis: Diagnosis | None) -> float:
+    fell = diagnosis.fell + 1.0 if diagnosis is not None else math.inf
+    later = (m for m in run if m.sensors.time > fell and m.walk is not None)
+    return next((m.sensors.time for m in later if m.walk and m.walk.state in ("stand", "walk")), math.inf)
 
 
 def first_run(recorded: list[Moment]) -> list[Moment]:

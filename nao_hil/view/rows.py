@@ -21,7 +21,7 @@ from nao_hil.view.looks import ColouredMesh, link_parts, terrain_meshes
 from nao_hil.view.packing import PackedTable, pack
 from nao_hil.view.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
 from nao_hil.view.recorded_run import RecordedRun
-from nao_hil.view.signals import CHARTS, PHASES, SIGNALS, signal_values
+from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.support import soles_that_touch, tips
 from walker.estimation.odometry import GroundPlane
 from walker.model.floating_base import FloatingBase
@@ -140,22 +140,13 @@ class RunRows:
             return (math.nan,) * 3
         return (*point, self.floor.at(*point) + OVER)
 
-    def pack(
-        self,
-        rows: Array,
-        prints: Sequence[Sequence[float]],
-        symptoms: Sequence[Symptom],
-        diagnosis: Diagnosis | None,
-        **header: Any,
-    ) -> bytes:
+    def pack(self, rows: Array, prints: Sequence[Sequence[float]], **header: Any) -> bytes:
         """The run, packed.
 
         Args:
             rows: Shape (n, width).
             prints: As `prints` gives them.
-            symptoms: Events of the run.
-            diagnosis: Of its fall.
-            header: Added to the header: title, subtitle and the like.
+            header: Added to the header: title, subtitle, `events_json` and the like.
         """
         pieces = [(1 + i, part) for i, name in enumerate(self.links) for part in self._parts[name]]
         pieces += [(0, part) for part in self._terrain()]
@@ -169,7 +160,7 @@ class RunRows:
                 for (name, (_, step)), columns in zip(self.fields.items(), fields, strict=True)
             },
         }
-        return pack({**self._header(pieces), **events_json(symptoms, diagnosis), **header}, tables)
+        return pack({**self._header(pieces), **header}, tables)
 
     def _header(self, pieces: Sequence[tuple[int, ColouredMesh]]) -> dict[str, Any]:
         return {
@@ -187,6 +178,7 @@ class RunRows:
             "colours": {"safe": SAFE, "lost": LOST, "object": OBSTACLE, **PRINTS},
             "charts": [chart.to_json() for chart in CHARTS],
             "signals": list(SIGNALS.items()),
+            "whole": len(BALANCE),
             "joints": [[j, *np.degrees([s.lower, s.upper])] for j in JOINTS if (s := self.body.joints.get(j))],
             "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
             **world_json(self.world),
@@ -239,7 +231,8 @@ def recorded_rows(run: RecordedRun, title: str, subtitle: str) -> bytes:
     shown = [b for b in run.balances if rows.due(b.moment.sensors.time)]
     prints = [found for b in run.balances for found in rows.prints(b)]
     table = np.array([rows.row(b) for b in shown])
-    return rows.pack(table, prints, run.symptoms, run.diagnosis, title=title, subtitle=subtitle)
+    events = events_json(run.symptoms, run.diagnosis, run.stood)
+    return rows.pack(table, prints, title=title, subtitle=subtitle, **events)
 
 
 def world_json(world: WorldReply | None) -> dict[str, Any]:
@@ -254,13 +247,16 @@ def world_json(world: WorldReply | None) -> dict[str, Any]:
     }
 
 
-def events_json(symptoms: Sequence[Symptom], diagnosis: Diagnosis | None) -> dict[str, Any]:
-    """What happened, and the fall with what went wrong first."""
+def events_json(
+    symptoms: Sequence[Symptom], diagnosis: Diagnosis | None, stood: float = math.inf
+) -> dict[str, Any]:
+    """Events, and the fall with its first symptom; `stood`: robot time at which the robot was up again, s."""
     fall = None
     if diagnosis is not None:
         first = diagnosis.first
         fall = {
             "time": diagnosis.fell,
+            "until": stood if math.isfinite(stood) else None,
             "first": first.time if first else diagnosis.fell,
             "text": first.text if first else "there was no sign before",
             "meaning": (MEANING.get(first.kind, "") if first else "")
