@@ -16,6 +16,7 @@ from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import recording_of
 from nao_hil.view.child import READY
 from nao_hil.view.door import open_door
+from nao_hil.view.page import page, recorded_page
 from nao_hil.view.server import DEFAULT_HOST, DEFAULT_PORT, PageServer
 
 NICENESS = 10
@@ -55,6 +56,7 @@ def view(
     console = open_console()
     door = open_door(host)
     server = PageServer(host, port, door.access, door.tls)
+    server.show(*(recorded_page(replay) if replay else page(f"nao-hil: {name}")))
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
     if door.fingerprint:
         console.print(
@@ -64,12 +66,9 @@ def view(
             soft_wrap=True,
         )
     if replay:
-        from nao_hil.view.page import recorded_page
-
-        server.show(*recorded_page(replay))
         stop.wait()
     else:
-        from nao_hil.view.follow import Follower
+        from nao_hil.view.follow import Follower  # imported late: the page is served meanwhile
 
         Follower(server, name, connect, stop, run).run()
     server.close()

@@ -44,7 +44,7 @@ from nao_hil.view.driving import Driving
 from nao_hil.view.hand import Hand
 from nao_hil.view.live import Commands, Published, Subscriber
 from nao_hil.view.orders import Orders
-from nao_hil.view.page import page, recorded_page
+from nao_hil.view.page import recorded_page
 from nao_hil.view.rows import RunRows, events_json, world_json
 from nao_hil.view.server import HTML, PageServer
 from nao_hil.view.signals import Lateness
@@ -184,7 +184,6 @@ class Follower:
         self._world: WorldReply | None = None
         self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
-        server.show(*page(f"nao-hil: {robot}"), self._file)
 
     def run(self) -> None:
         """Until `stop` is set.
@@ -258,7 +257,7 @@ class Follower:
             self._hand = Hand(body, self._robot, self._endpoint, self._say) if emulated else None
             supervised = SUPERVISED in os.environ and self._folder is not None
             self._orders = Orders(self._commands, self._driving, self._hand, body, supervised)
-        self._server.feed(self._packed, self._orders.carry_out)
+        self._server.feed(self._packed, self._orders.carry_out, self._file)
         if self._watcher is None:
             self._watcher = threading.Thread(target=self._watch, name="watch", daemon=True)
             self._watcher.start()

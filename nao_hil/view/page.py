@@ -10,12 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from nao_hil.analysis.run_title import run_title
-from nao_hil.runs.folder import RECORDING
-from nao_hil.view.recorded_run import read_run
-from nao_hil.view.rows import recorded_rows
-
-SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "player.js", "live.js", "video.js")
+SCRIPTS: Final = ("scene.js", "charts.js", "run.js", "live.js", "video.js", "player.js")
 WEB: Final = Path(__file__).parent / "web"
 
 
@@ -44,6 +39,12 @@ def recorded_page(recordings: Sequence[Path]) -> tuple[str, str]:
     Raises:
         ConfigurationError: not a recording, or an empty one.
     """
+    # imported late: the analysis takes time, and the live page is served before
+    from nao_hil.analysis.run_title import run_title
+    from nao_hil.runs.folder import RECORDING
+    from nao_hil.view.recorded_run import read_run
+    from nao_hil.view.rows import recorded_rows
+
     titles = [file.resolve().parent.name if file.name == RECORDING else file.stem for file in recordings]
     runs = [
         recorded_rows(read_run(file), title, run_title(file))

@@ -129,27 +129,21 @@ class PageServer:
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
 
-    def show(self, page: str, policy: str, files: Files | None = None) -> None:
-        """Serve this page.
-
-        Args:
-            page: HTML.
-            policy: Its Content-Security-Policy.
-            files: Answers to other paths; None: there are none.
-        """
+    def show(self, page: str, policy: str) -> None:
+        """Serve this page, HTML, under this Content-Security-Policy."""
         self._page = Answer(
             HTTPStatus.OK, page.encode(), (*HTML, ("Content-Security-Policy", f"{policy}; frame-ancestors 'none'"))
         )
-        self._files = files or _nothing
 
-    def feed(self, whole: Whole, order: Callable[[str | bytes], tuple[str, bool]]) -> None:
+    def feed(self, whole: Whole, order: Callable[[str | bytes], tuple[str, bool]], files: Files) -> None:
         """Fill the page with a live run.
 
         Args:
             whole: Gives the packed run up to now.
             order: Carries out an order; returns a sentence and whether it was carried out.
+            files: Answers to paths other than the page's.
         """
-        self._whole, self._order = whole, order
+        self._whole, self._order, self._files = whole, order, files
         with self._lock:
             for browser in self._browsers:
                 browser._begin()

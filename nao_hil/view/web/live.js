@@ -49,6 +49,7 @@ class Live {
     player.show([run]);
     if (followed) player.follow();
     $("live").hidden = false;
+    document.body.classList.add("live");
     this.build(run.header.live);
     this.told({ state: run.header.live.state });
     document.body.dataset.ready = "yes";
@@ -273,7 +274,7 @@ class Live {
     const [slowBox, slow] = this.select("slow motion", ["1", "0.5", "0.25", "0.1", "0.05"], "robot time per time of the clock");
     slow.addEventListener("change", () => this.order("slow", { speed: Number(slow.value) }));
     const press = (name) => {
-      const made = button(name.replace(/\./g, " "), () => {});
+      const made = button(name.replace(/_/g, " "), () => {});
       const tell = (pressed) => this.world({ op: "press", button: name, pressed });
       made.addEventListener("pointerdown", (event) => (made.setPointerCapture(event.pointerId), tell(true)));
       for (const end of ["pointerup", "pointercancel"]) made.addEventListener(end, () => tell(false));
@@ -284,7 +285,7 @@ class Live {
       this.row(button("Stand up", world("stand-up"), { title: "put it back on its feet" }), button("Reset", world("reset"), { title: "everything begins again" })),
       this.row(this.paused, button("Step", world("step"), { title: "one cycle, then it is paused" })), slowBox,
       el("h2", { textContent: "Push" }), pad.box, this.row(button("Push", push, { title: "or hold Shift and drag the robot" })),
-      el("h2", { textContent: "Touch (pressed while held)" }), this.row(...live.buttons.map(press)),
+      el("h2", { textContent: "Touch (pressed while held)" }), Object.assign(this.row(...live.buttons.map(press)), { className: "row three" }),
       el("h2", { textContent: "Floor" }), roll.box, pitch.box, this.row(button("Tilt the floor", tilt)), friction.box,
       this.row(button("Set friction", () => whole(friction) && this.world({ op: "friction", friction: friction.value }))),
       height.box,

@@ -6,6 +6,7 @@ const FOLLOW = 0.08; // share of the way to the robot that the camera goes in a 
 const LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
 const APART = 0.6; // m between two runs that are shown together
 const CHART_EVERY = 50; // ms
+const SOFTWARE = 31; // ms from one picture to the next without a graphics card
 const THEMES = {
   dark: { background: [0.078, 0.086, 0.102], floor: [0.155, 0.17, 0.195], grid: [0.55, 0.6, 0.68], shadow: [0.62, 0.5], estimate: [1, 0.66, 0.2], text: "#eceff3", faint: "#8b95a1", field: "#14161a", page: "#1b1e23" },
   light: { background: [0.933, 0.945, 0.961], floor: [0.965, 0.972, 0.98], grid: [0.5, 0.55, 0.62], shadow: [0.34, 0.4], estimate: [0.91, 0.35, 0.05], text: "#1c2127", faint: "#727d89", field: "#f3f5f8", page: "#ffffff" },
@@ -38,6 +39,7 @@ class Player {
     this.scene = new Scene($("scene"));
     this.charts = new Charts(this);
     this.tab = "Charts";
+    this.adaptive = true; // the picture's resolution, to the time that it takes
   }
 
   get first() {
@@ -113,10 +115,13 @@ class Player {
   }
 
   draw(now) {
-    const actors = this.actors(), { scene, colours } = this, canvas = scene.canvas, scale = Math.min(devicePixelRatio, scene.sharpness);
-    if (!actors.length) return;
+    const actors = this.actors(), { scene, colours } = this, canvas = scene.canvas;
+    if (!actors.length || (scene.software && now - (this.drawn ?? 0) < SOFTWARE)) return;
+    if (this.adaptive && this.drawn) scene.adapt(now - this.drawn);
+    this.drawn = now;
+    const scale = Math.min(devicePixelRatio, scene.sharpness);
     const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
-    if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
+    if (Math.abs(canvas.width - w) > 0.04 * w || Math.abs(canvas.height - h) > 0.04 * h) Object.assign(canvas, { width: w, height: h });
     scene.draw(actors, { colours, camera: this.view(actors), overlays: this.overlays, push: this.push });
     this.pictures = (this.pictures ?? 0) + 1;
     this.labels(actors);

@@ -98,8 +98,8 @@ void main() {
 const SUN = unit([0.38, -0.42, 0.82]);
 const CREASE = 0.6; // cosine of the angle over which an edge is drawn sharp
 const SHADOW = 256; // pixels of the picture of the shadow
-const RIBBON = 0.003, BAR = 0.004; // m: breadth of a line on the ground, half the breadth of a load's bar
-const ARROW = 0.12; // m/(N s)
+const RIBBON = 0.003, BAR = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
+const ARROW = 0.18; // m/(N s)
 
 function unit(v) {
   const n = Math.hypot(...v) || 1;
@@ -201,7 +201,7 @@ class Scene {
     const software = /swiftshader|llvmpipe|software/i.test(renderer());
     const gl = (this.gl = canvas.getContext("webgl2", { alpha: false, antialias: !software, stencil: true }));
     if (!gl) throw new Error("this browser draws no 3-D pictures (WebGL 2)");
-    this.sharpness = software ? 1 : 2;
+    Object.assign(this, { software, sharpest: software ? 1 : 2, sharpness: software ? 1 : 2 });
     this.flat = this.program(FLAT_VERTEX, FLAT_FRAGMENT);
     this.floor = this.program(FLOOR_VERTEX, FLOOR_FRAGMENT);
     this.blur = this.program(BLUR_VERTEX, BLUR_FRAGMENT);
@@ -260,6 +260,13 @@ class Scene {
     return { texture, frame };
   }
 
+  // Fewer pixels where pictures take long, more where there is time; `interval` in ms from one picture to the next.
+  adapt(interval) {
+    this.pace = (this.pace ?? 33) + 0.08 * (Math.min(interval, 300) - (this.pace ?? 33));
+    const factor = this.pace > 45 ? 0.97 : this.pace < 38 ? 1.02 : 1;
+    this.sharpness = Math.min(Math.max(this.sharpness * factor, Math.min(0.5, this.sharpest)), this.sharpest);
+  }
+
   // Shapes of a robot and of the ground under it.
   load(run) {
     if (run.buffer) return;
@@ -271,7 +278,7 @@ class Scene {
     const { gl, canvas } = this, aspect = canvas.width / canvas.height;
     this.view = cameraMatrix(camera.eye, camera.aim, aspect);
     this.header = actors[0].run.header;
-    this.middle = camera.ground;
+    [this.middle, this.eye] = [camera.ground, camera.eye];
     this.shadows(actors);
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...colours.background, 1);
@@ -416,7 +423,7 @@ class Scene {
     this.flats([...support, ...arrow, ...(overlays.forces ? this.bars(run, moment) : [])], 1);
     this.balls(actor, overlays, 1);
     gl.disable(gl.DEPTH_TEST);
-    this.flats([...support, ...plumb], 0.4);
+    this.flats([...support, ...plumb, ...arrow], 0.4);
     this.balls(actor, overlays, 0.55);
     gl.enable(gl.DEPTH_TEST);
   }
@@ -456,19 +463,18 @@ class Scene {
       const rgb = safe.map((c, k) => (c + share * (lost[k] - c)) / 255);
       const m = this.frames.subarray(16 * cell.link, 16 * cell.link + 16), [x, y, z] = cell.at;
       const at = [0, 1, 2].map((k) => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]), top = at[2] + header.newton * force;
-      for (const [a, b] of [[BAR, 0], [0, BAR], [BAR, BAR], [BAR, -BAR]]) {
-        const quad = [[-a, -b, at[2]], [a, b, at[2]], [a, b, top], [-a, -b, at[2]], [a, b, top], [-a, -b, top]];
-        for (const [dx, dy, height] of quad) out.push(at[0] + dx, at[1] + dy, height, ...rgb, 1);
-      }
+      const [a, b] = unit([this.eye[1] - at[1], at[0] - this.eye[0]]).map((x) => BAR * x); // it faces the camera
+      const quad = [[-a, -b, at[2]], [a, b, at[2]], [a, b, top], [-a, -b, at[2]], [a, b, top], [-a, -b, top]];
+      for (const [dx, dy, height] of quad) out.push(at[0] + dx, at[1] + dy, height, ...rgb, 1);
     });
     return out;
   }
 
-  // A push, N s, forward and to the left of the robot, whose head is at the torso.
+  // A push, N s, forward and to the left of the robot; its head touches the shell.
   arrow({ moment, shift }, [x, y]) {
     const c = Math.cos(moment.heading), s = Math.sin(moment.heading), way = [ARROW * (c * x - s * y), ARROW * (s * x + c * y), 0];
-    const head = moment.position.slice(0, 3).map((p, k) => p + shift[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
-    const along = unit(way), side = [-along[1], along[0], 0], rgb = [0.988, 0.769, 0.098, 1], out = [];
+    const along = unit(way), head = moment.position.slice(0, 3).map((p, k) => p + shift[k] - 0.09 * along[k] + (k === 2 ? 0.06 : 0)), tail = minus(head, way);
+    const side = [-along[1], along[0], 0], rgb = [0.988, 0.769, 0.098, 1], out = [];
     const neck = head.map((p, k) => p - 0.035 * along[k]);
     for (const wide of [side, [0, 0, 1]]) {
       const p = (q, w) => [...q.map((v, k) => v + w * wide[k]), ...rgb];
