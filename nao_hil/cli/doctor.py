@@ -45,7 +45,7 @@ EXTRAS: Final = {
     "analysis": ("matplotlib", "psutil"),
     "campaign": ("distributed", "duckdb", "optuna", "pyarrow"),
     "design": ("control", "optuna"),
-    "view": ("viser",),
+    "view": ("websockets",),
 }
 """Optional packages by the extra of nao-hil that brings them."""
 

@@ -211,6 +211,15 @@ Serve = Annotated[
     bool,
     typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
 ]
+Recordings = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Recordings (.mcap), or folders of runs.",
+        metavar="FILE...",
+        show_default=False,
+        callback=lambda files: [recording_of(file) for file in files],
+    ),
+]
 Recording = Annotated[
     Path,
     typer.Argument(

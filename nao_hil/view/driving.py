@@ -9,6 +9,7 @@ from bridge.errors import NaoHilError
 from bridge.types import Vec3
 from nao_hil.drive.session import Session, Walker
 
+
 class Driving:
     """The one driver that all who look at the page share.
 

@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import os
+import re
 import threading
 import time
 from collections import deque
@@ -18,7 +19,7 @@ import numpy as np
 
 from bridge.body import BODIES, load_body
 from bridge.errors import NaoHilError
-from bridge.messages import Info, Notice, SensorFrame
+from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.messages.elements import ELEMENTS
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkStatus
@@ -54,6 +55,9 @@ from walker.planning.catalogue import GAITS, gait_parameters
 
 RATE: Final = 40.0
 """Looks for new messages per second."""
+BEHIND: Final = 400
+"""Messages, of a second, that a page works through; one that is further behind skips the frames before."""
+SKIPPED: Final = (SensorFrame, TruthFrame, ActuatorFrame, WalkTelemetry)
 WATCH_EVERY: Final = 0.15
 """s between two questions for the walker's status and the world."""
 KEPT: Final = 10_000
@@ -194,8 +198,10 @@ class Follower:
         builder, due = MomentBuilder(), time.monotonic()
         try:
             while not self._stop.is_set():
-                for message in self._subscriber.take():
-                    self._take(message, builder)
+                messages = self._subscriber.take()
+                for i, message in enumerate(messages):
+                    if len(messages) - i < BEHIND or not isinstance(message, SKIPPED):
+                        self._take(message, builder)
                 self._publish_state()
                 due = max(due + 1.0 / RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
@@ -307,21 +313,24 @@ class Follower:
                 self._server.publish({"world": world_json(world)})
 
     def _file(self, path: str) -> Answer | None:
-        """Recordings of the run: their names as JSON, each as MCAP, and each as a page."""
-        if self._folder is None:
+        """Recordings of the session: their names as JSON, each as MCAP, and each as a page."""
+        folder = self._folder
+        if folder is None:
             return None
-        files = {file.stem: file for file in sorted(self._folder.glob("frames*.mcap"))}
+        restart = re.compile(rf"{re.escape(folder.name)}-\d+")
+        later = (path for path in folder.parent.iterdir() if restart.fullmatch(path.name))
+        files = {
+            f"{run.name}/{file.stem}": file
+            for run in (folder, *sorted(later))
+            for file in sorted(run.glob("frames*.mcap"))
+        }
         if path == "/recordings":
-            sizes = {name: file.stat().st_size for name, file in files.items()}
-            return _json(sizes)
-        name = Path(path).stem
-        if name not in files:
+            return _json({name: file.stat().st_size for name, file in files.items()})
+        name, _, kind = path.lstrip("/").rpartition(".")
+        if name not in files or kind not in ("mcap", "html"):
             return None
-        if path == f"/{name}.mcap":
-            return _download(f"{self._folder.name}-{name}.mcap", files[name].read_bytes())
-        if path == f"/{name}.html":
-            return _download(f"{self._folder.name}-{name}.html", recorded_page([files[name]])[0].encode())
-        return None
+        content = files[name].read_bytes() if kind == "mcap" else recorded_page([files[name]])[0].encode()
+        return _download(f"{name.replace('/', '-')}.{kind}", content)
 
 
 def _json(value: Any) -> Answer:

@@ -29,59 +29,59 @@ class _Order(msgspec.Struct, frozen=True, tag_field="do", forbid_unknown_fields=
     pass
 
 
-class Walk(_Order, tag="walk"):
+class Walk(_Order, frozen=True, tag="walk"):
     """A command to the walker."""
 
     command: WalkCommand
 
 
-class World(_Order, tag="world"):
+class World(_Order, frozen=True, tag="world"):
     """A command to the emulator."""
 
     command: WorldCommand
 
 
-class Key(_Order, tag="key"):
+class Key(_Order, frozen=True, tag="key"):
     """A key of `nao-hil drive`."""
 
     key: Annotated[str, msgspec.Meta(max_length=1)]
 
 
-class Steer(_Order, tag="steer"):
+class Steer(_Order, frozen=True, tag="steer"):
     """Walk at a velocity, m/s, m/s, rad/s; zeros stop."""
 
     velocity: Vec3
 
 
-class Stop(_Order, tag="stop"):
+class Stop(_Order, frozen=True, tag="stop"):
     """Emergency stop."""
 
     how: Literal["crouch", "limp"]
 
 
-class Arm(_Order, tag="arm"):
+class Arm(_Order, frozen=True, tag="arm"):
     """Take commands again."""
 
 
-class Slow(_Order, tag="slow"):
+class Slow(_Order, frozen=True, tag="slow"):
     """Robot time per time of the clock."""
 
     speed: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 
 
-class Hold(_Order, tag="hold"):
+class Hold(_Order, frozen=True, tag="hold"):
     """Take the joints, or give them back."""
 
     on: bool
 
 
-class Joints(_Order, tag="joints"):
+class Joints(_Order, frozen=True, tag="joints"):
     """Wanted angles of a robot that the page holds, rad."""
 
     angles: dict[str, Finite]
 
 
-class Restart(_Order, tag="restart"):
+class Restart(_Order, frozen=True, tag="restart"):
     """Begin a new run with these settings of `nao-hil up`; what is left out stays."""
 
     settings: dict[str, str]
@@ -129,7 +129,8 @@ class Orders:
     def _do(self, order: Order) -> str:
         if isinstance(order, Key | Steer):
             return self._drive(order)
-        if isinstance(order, Walk | Stop | Arm) or (isinstance(order, World) and isinstance(order.command, Reset)):
+        resets = isinstance(order, World) and isinstance(order.command, Reset)
+        if resets or isinstance(order, Walk | Stop | Arm):
             self._driving.let_go()
         if isinstance(order, World):
             return self._world(order.command)
@@ -164,7 +165,9 @@ class Orders:
 
     def _restart(self, settings: dict[str, str]) -> str:
         if not self.supervised:
-            raise FrameError("This page did not begin the run: end `nao-hil up` and start it with other options.")
+            raise FrameError(
+                "This page did not begin the run; start `nao-hil up` with other options."
+            )
         print(json.dumps({RESTART: settings}), flush=True, file=sys.stdout)
         return "The run begins again; the page follows."
 

@@ -27,8 +27,9 @@ def page(title: str, runs: Sequence[bytes] = ()) -> tuple[str, str]:
         f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; "
         "img-src data:; connect-src 'self'"
     )
-    data = (f'<script type="application/octet-stream">{base64.b64encode(run).decode()}</script>' for run in runs)
-    fields = {"title": html.escape(title), "policy": policy, "runs": "\n".join(data), "script": script}
+    texts = (base64.b64encode(run).decode() for run in runs)
+    data = "\n".join(f'<script type="application/octet-stream">{text}</script>' for text in texts)
+    fields = {"title": html.escape(title), "policy": policy, "runs": data, "script": script}
     text = (WEB / "page.html").read_text(encoding="utf-8")
     return re.sub(r"@(\w+)@", lambda field: fields[field[1]], text), policy
 

@@ -105,7 +105,8 @@ class PageServer:
         self._access = access
         self._lock = threading.Lock()
         self._browsers: set[Browser] = set()
-        self._page, self._files = Answer(HTTPStatus.SERVICE_UNAVAILABLE), _nothing
+        self._page = Answer(HTTPStatus.SERVICE_UNAVAILABLE)
+        self._files: Files = lambda _: None
         self._whole: Whole = lambda: None
         self._order: Callable[[str | bytes], tuple[str, bool]] = lambda _: ("There is no robot yet.", False)
         self._workers = {urgent: ThreadPoolExecutor(1, "orders") for urgent in (True, False)}
@@ -131,9 +132,8 @@ class PageServer:
 
     def show(self, page: str, policy: str) -> None:
         """Serve this page, HTML, under this Content-Security-Policy."""
-        self._page = Answer(
-            HTTPStatus.OK, page.encode(), (*HTML, ("Content-Security-Policy", f"{policy}; frame-ancestors 'none'"))
-        )
+        headers = (*HTML, ("Content-Security-Policy", f"{policy}; frame-ancestors 'none'"))
+        self._page = Answer(HTTPStatus.OK, page.encode(), headers)
 
     def feed(self, whole: Whole, order: Callable[[str | bytes], tuple[str, bool]], files: Files) -> None:
         """Fill the page with a live run.
@@ -206,10 +206,6 @@ class PageServer:
         except (NaoHilError, OSError) as error:
             return Answer(HTTPStatus.NOT_FOUND, f"{error}\n".encode())
         return found or Answer(HTTPStatus.NOT_FOUND, b"There is nothing here; the page is at /.\n")
-
-
-def _nothing(_: str) -> Answer | None:
-    return None
 
 
 def _response(answer: Answer) -> Any:

@@ -8,9 +8,9 @@ from io import BytesIO
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from nao_hil.view.gaps import with_gaps
 from playwright.sync_api import sync_playwright
 
-from nao_hil.view.gaps import with_gaps
 from nao_hil.view.server import open_server
 from tests.ports import free_port
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from nao_hil.view.pad import pad_html
 from playwright.sync_api import Page, sync_playwright
 
 from nao_hil import view
-from nao_hil.view.pad import pad_html
 
 pytestmark = pytest.mark.browser
 

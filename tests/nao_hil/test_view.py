@@ -17,6 +17,13 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from nao_hil.view.charts import CHARTS, MARKS, Charts, mark
+from nao_hil.view.controls import FAULTS, Controls
+from nao_hil.view.gaps import with_breaks, with_gaps
+from nao_hil.view.history import History
+from nao_hil.view.joints import joint_table
+from nao_hil.view.scene.push import level_way
+from nao_hil.view.slow_motion import SlowMotion
 
 from bridge.body import BODIES, load_body
 from bridge.body.joints import JOINTS
@@ -46,18 +53,11 @@ from nao_hil import view
 from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, SPEED_STEPS, TURN
-from nao_hil.view.charts import CHARTS, MARKS, Charts, mark
-from nao_hil.view.controls import FAULTS, Controls
 from nao_hil.view.driving import KEYS, Driving
-from nao_hil.view.gaps import with_breaks, with_gaps
 from nao_hil.view.hand import SPEED, Hand
-from nao_hil.view.history import History
-from nao_hil.view.joints import joint_table
 from nao_hil.view.looks import link_parts, terrain_meshes
 from nao_hil.view.page import verdict, walks_again
 from nao_hil.view.recorded_run import first_run
-from nao_hil.view.scene.push import level_way
-from nao_hil.view.slow_motion import SlowMotion
 from nao_hil.view.surroundings import initial_world
 from tests.loops import TIMEOUT, until
 from tests.ports import free_port

@@ -113,6 +113,7 @@ class Live {
     this.velocity.show(state.velocity, everywhere);
     this.paused.textContent = state.paused ? "Resume" : "Pause";
     this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;
+    this.player.chip();
     if (this.holds !== state.holds) this.sliders((this.holds = state.holds));
   }
 
@@ -164,7 +165,7 @@ class Live {
   // A field for a number; `value` is null while its text is none.
   number(label, unit, initial, low, high, changed) {
     const input = el("input", { type: "text", inputMode: "decimal", value: initial }), refusal = el("span", { className: "refusal" });
-    input.setAttribute("aria-label", label);
+    input.setAttribute("aria-label", `${label}, ${unit}`);
     const field = { box: el("label", { className: "field" }, el("span", { textContent: `${label}, ${unit}` }), input, refusal), input, value: Number(initial) };
     const check = () => {
       const text = input.value.trim().replace(",", "."), number = Number(text);

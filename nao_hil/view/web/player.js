@@ -132,11 +132,13 @@ class Player {
     Object.assign($("slider"), { min: this.first, max: this.last });
     $("slider").value = this.time;
     $("now").textContent = `${this.time.toFixed(2)} s`;
-    this.words(actors[0].moment);
+    this.chip();
   }
 
-  words(moment) {
-    const { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
+  // State of the robot, or of the walk at the moment shown, and the verdict on a fall.
+  chip() {
+    if (!this.runs[0]?.count) return;
+    const [{ moment }] = this.actors(), { live, fall } = this.runs[0].header, state = this.following && live ? live.state : null;
     const said = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
     $("state").textContent = said.filter(Boolean).join(" · ");
     $("state").classList.toggle("alarm", Boolean(state?.alarm));
