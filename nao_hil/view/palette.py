@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from nao_hil.view.looks import Colour
+from emulator.shell import Colour
 
 PLANNED: Final[Colour] = (51, 154, 240)
 MEASURED: Final[Colour] = (255, 146, 43)

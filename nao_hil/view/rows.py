@@ -14,10 +14,11 @@ from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.messages.world_state import WorldReply
 from bridge.rotations import heading, rotation
 from bridge.types import SIDES, Array
+from emulator.shell import ColouredMesh, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.footprints import Footprints
-from nao_hil.view.looks import ColouredMesh, link_parts, terrain_meshes
+from nao_hil.view.surroundings import terrain_meshes
 from nao_hil.view.packing import PackedTable, pack
 from nao_hil.view.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
 from nao_hil.view.recorded_run import RecordedRun
@@ -47,7 +48,7 @@ class RunRows:
     def __init__(self, body: Body, world: WorldReply | None = None) -> None:
         self.body, self.world = body, world
         self._kinematics = FloatingBase(body)
-        self._parts = link_parts(body)
+        self._parts = shell(body)
         self.links = [name for name in self._kinematics.links if name in self._parts]
         self._places = [self._kinematics.links.index(name) for name in self.links]
         corners = 3 * sum(len(sole) for sole in self._kinematics.soles.values())
