@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nao_hil.view.export.packing import PackedTable, pack
+from nao_hil.view.packing import PackedTable, pack
 
 from nao_hil.cli.main import run
 
