@@ -40,6 +40,7 @@ _COMMANDS: Final = {
     "replay": "replay:replay",
     "info": "info:info",
     "plot": "plot:plot",
+    "diff": "diff:diff",
     "compare": "compare:compare",
     "excite": "excite:excite",
     "identify": "identify:identify",

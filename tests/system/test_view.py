@@ -134,7 +134,7 @@ def test_a_page_asks_nobody_gives_nothing_else_away_and_ends_with_ctrl_c(
     view = start("view", "--replay", str(recording), "--port", str(port))
     until(lambda: f"the page is at http://127.0.0.1:{port}/" in view.stderr, "the page")
     status, page = get(port, "/")
-    assert status == 200 and b"<title>frames</title>" in page
+    assert status == 200 and f"<title>{tmp_path.name}</title>".encode() in page
     assert not re.search(rb"(src|href)=[\"']?(https?:)?//", page)
     secret = tmp_path / "secret"
     secret.write_text("secret")
