@@ -7,9 +7,10 @@ would be a wrong number in an experiment.
 
 from __future__ import annotations
 
+import stat
 import sys
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import msgspec
 
@@ -22,6 +23,38 @@ else:
     import tomli as tomllib
 
 T = TypeVar("T", bound=msgspec.Struct)
+
+MAX_TOML: Final = 1 << 18
+"""bytes of a TOML file; tomllib needs a second for so many of the slowest kind."""
+MAX_PARTS: Final = 32
+"""Of a dotted key: tomllib needs time by their square."""
+
+
+def read_limited(path: str | Path, limit: int, right: str) -> bytes:
+    """The content of a file that a person names: no device, no pipe, and no longer than it can be.
+
+    Args:
+        path: the file.
+        limit: bytes.
+        right: what to give instead, for the error, for example `give a readable TOML file`.
+
+    Raises:
+        ConfigurationError: unreadable, not a regular file, or too long.
+    """
+    try:
+        status = Path(path).stat()
+        if not stat.S_ISREG(status.st_mode):
+            kind = "folder" if stat.S_ISDIR(status.st_mode) else "device or a pipe"
+            raise ConfigurationError(f"{path}: is a {kind}; {right}.")
+        if status.st_size <= limit:
+            with Path(path).open("rb") as file:
+                data = file.read(limit + 1)  # a file of /proc has more than its size says
+            if len(data) <= limit:
+                return data
+    except (OSError, ValueError) as error:  # a zero byte in the path is a ValueError
+        why = getattr(error, "strerror", None) or str(error)
+        raise ConfigurationError(f"{path}: cannot be read ({why}); {right}.") from error
+    raise ConfigurationError(f"{path}: has more than {limit} bytes; {right}.")
 
 
 def load_toml(path: str | Path, kind: type[T]) -> T:
@@ -43,12 +76,9 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     Raises:
         ConfigurationError: unreadable, or not TOML.
     """
+    data = read_limited(path, MAX_TOML, f"give a readable TOML file of at most {MAX_TOML} bytes")
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise ConfigurationError(
-            f"{path}: cannot be read ({error.strerror}); give a readable TOML file."
-        ) from error
+        text = data.decode("utf-8-sig")
     except ValueError as error:
         raise ConfigurationError(f"{path}: is not a UTF-8 text file ({error}); TOML is UTF-8.") from error
     return _parsed(text, str(path))
@@ -69,6 +99,12 @@ def parse_toml(text: str, where: str, kind: type[T]) -> T:
 
 
 def _parsed(text: str, where: str) -> dict[str, Any]:
+    if len(text) > MAX_TOML:
+        raise ConfigurationError(f"{where}: has more than {MAX_TOML} letters, which no TOML file may have")
+    for number, line in enumerate(text.splitlines(), 1):
+        # A list of numbers has commas between its dots.
+        if line.count(".") > MAX_PARTS and _parts(line) > MAX_PARTS:
+            raise ConfigurationError(f"{where}: line {number}: a key of more than {MAX_PARTS} parts")
     try:
         data: dict[str, Any] = tomllib.loads(text)
     except RecursionError as error:
@@ -76,6 +112,11 @@ def _parsed(text: str, where: str) -> dict[str, Any]:
     except ValueError as error:  # TOMLDecodeError, and numbers Python refuses to read
         raise ConfigurationError(f"{where}: is not valid TOML: {error}") from error
     return data
+
+
+def _parts(line: str) -> int:
+    """Most parts of a dotted key in a line of TOML; spaces around the dots do not end it."""
+    return max(word.count(".") for word in "".join(line.split()).split(",")) + 1
 
 
 def from_dict(data: dict[str, Any], where: str, kind: type[T]) -> T:

@@ -17,6 +17,8 @@ import msgspec
 
 READING_TYPES: Final = threading.RLock()
 """Held while msgspec reads a type: two threads that do so at once for the first time crash it (0.22)."""
+_MAX_TEXT: Final = 600
+"""Letters of a path or a reason in an error."""
 
 
 class Invalid(ValueError):
@@ -28,8 +30,14 @@ class Invalid(ValueError):
     """
 
     def __init__(self, path: str, reason: str) -> None:
+        path, reason = _shortened(path), _shortened(reason)
         super().__init__(f"{path}: {reason}" if path else reason)
         self.path, self.reason = path, reason
+
+
+def _shortened(text: str) -> str:
+    """Text of a file may be of any length; a sentence has room for its beginning and its end."""
+    return text if len(text) <= _MAX_TEXT else f"{text[: _MAX_TEXT // 2]}...{text[-_MAX_TEXT // 2 :]}"
 
 
 def convert(data: Any, kind: Any, *, ignore_unknown: bool = False) -> Any:

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from bridge.guard import Guard
 from bridge.host import RobotHost
 from bridge.link import RobotLink
-from bridge.messages import ActuatorFrame
+from bridge.messages import ActuatorFrame, Notice
 from bridge.messages.world import COMMAND
 from bridge.recording.observer import Observer
 from emulator.boundary import BoundaryQueue
@@ -28,6 +28,8 @@ from emulator.world.queries import WorldQueries
 
 RESEND = 0.2
 """s; how often a robot in lockstep repeats the frame it waits on."""
+LONG_PAUSE = 0.5
+"""s; a pause of the process of this length is told."""
 IDLE = 0.005
 """s; how often a robot in lockstep that was paused looks for commands to the world."""
 
@@ -58,6 +60,7 @@ class RobotProcess:
         self._host = RobotHost(link, guard, observers, dry_run=dry_run, emulated=True)
         self._observers = observers
         self._stop = stop
+        self._cycle_time = robot.body.cycle
         self._began: float | None = None
         self._commands, self._events = (BoundaryQueue(wake=link.wake) for _ in range(2))
         # commands of the DCM wait for the end of a cycle, those of the world for the beginning
@@ -84,11 +87,24 @@ class RobotProcess:
             runs = not self._world.stands_still
             if runs:
                 self._robot.run_ahead()
+            before = timer.skipped
             timer.wait()
+            if runs and timer.skipped - before >= LONG_PAUSE / self._cycle_time:
+                self._say_pause((timer.skipped - before) * self._cycle_time)
             self._commands.run()
             if runs and not self._robot.run_stalled():
                 self._cycle(self._link.commands(), supervised=self._host.supervised)
         self._world.close()
+
+    def _say_pause(self, seconds: float) -> None:
+        text = (
+            f"The robot's process stood still for {seconds:.1f} s of wall clock (suspended, or starved by "
+            "other work); the robot goes on where it was."
+        )
+        notice = Notice(seq=self._robot.seq, level="warning", code="paused", text=text)
+        self._link.publish_notice(notice)
+        for observer in self._observers:
+            observer.notice(notice)
 
     def lockstep(self) -> None:
         """Cycle by the controller's answers until stopped; an answer that is here by then is still served."""
@@ -125,17 +141,17 @@ class RobotProcess:
             self._link.publish_sensors(self._robot.frame)
         elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
             accepted = self._host.admit([command], self._robot.frame.seq)
-            if accepted is not None:
-                self._run(accepted, supervised=False)
+            # one that the guard refuses is an answer too: its sender waits for the next frame
+            self._run(accepted, supervised=False, answered=True)
 
     def _cycle(self, commands: Sequence[ActuatorFrame], *, supervised: bool) -> None:
         """One cycle whether or not a command came."""
         self._run(self._host.admit(commands, self._robot.frame.seq), supervised=supervised)
 
-    def _run(self, command: ActuatorFrame | None, *, supervised: bool) -> None:
+    def _run(self, command: ActuatorFrame | None, *, supervised: bool, answered: bool = False) -> None:
         if self._began is None:
             self._began = time.monotonic()
-        expected = self._host.expected
+        expected = self._host.expected and not answered
         if self._robot.dcm.busy:
             self._host.guard.timed_waiting()
         given = self._host.decide(self._robot.frame, command, supervised=supervised)

@@ -88,6 +88,11 @@ class CycleTimer:
         return lateness
 
     @property
+    def skipped(self) -> int:
+        """Deadlines left out since the timer was made."""
+        return self._skipped
+
+    @property
     def times(self) -> CycleTimes:
         """Counters and percentiles since the timer was made."""
         return CycleTimes(

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import msgspec
 
 from bridge.body import Body, load_body
-from bridge.errors import ConfigurationError, FrameError, LinkError, RobotSilent
+from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.guard import GuardSettings
 from bridge.histogram import DurationHistogram
 from bridge.link import ControllerLink, keys
@@ -29,7 +29,7 @@ SILENCE = 0.5
 PATIENCE = 5.0
 """s without a robot after which the log says what is missing."""
 _RETRY = 0.2
-"""s between two looks whether a robot was armed."""
+"""s between two looks whether a robot was armed, or is free."""
 GUARDED = GuardSettings().watchdog.silence_cycles + GuardSettings().watchdog.hold_cycles
 """Cycles without an answer after which a guard has the robot, whether or not its notice came through."""
 MakeController = Callable[[Body, float], Controller]
@@ -95,16 +95,20 @@ class WalkerProcess:
         self._walks = ""
         """Name of the robot's body."""
         self._taken = False
-        """The guard took the robot from the walk."""
+        """The guard, or another controller, took the robot from the walk."""
         self._last: ActuatorFrame | None = None
         self._warned_at = -math.inf
+        self._gone: float | None = None
+        """Since when the robot is gone; monotonic, s."""
+        self._refusal = ""
+        """Why the lease was refused last."""
 
     def run(self) -> WalkResult:
         """Walk until the order is done or the process is stopped.
 
         Raises:
             ConfigurationError: the robot is another body, or cannot walk the gait.
-            LeaseRefused: another controller holds the robot.
+            LeaseRefused: another controller holds the robot; a walker that serves waits until it is free.
             FrameError: the robot speaks another version of the contract.
             LinkError: the robot was stopped in the walk.
         """
@@ -117,8 +121,8 @@ class WalkerProcess:
                 self._boot = info.boot
                 self._controller = self._make(self._check_body(info), info.cycle)
                 self._seq = -1
-            if not self._taken:
-                logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
+                if not self._taken:
+                    logger.info("robot `%s` found: %s, %s", info.robot, info.body, info.mode)
             if info.mode == "real-time":
                 quiet_process(
                     self._priority
@@ -126,9 +130,14 @@ class WalkerProcess:
             if not self._armed():
                 continue
             if self._taken:
-                logger.warning("the guard had taken the robot over; the walk begins anew")
+                logger.warning("the robot had been taken from the walk, which begins anew")
                 self._taken = False
-            if self._acquire() and self._serve(lockstep=info.mode == "lockstep"):
+            if not self._acquire():
+                continue
+            if self._gone is not None:
+                logger.warning("the robot is back after %.1f s", time.monotonic() - self._gone)
+                self._gone = None
+            if self._serve(lockstep=info.mode == "lockstep"):
                 self._link.release()
                 break
         return self._result()
@@ -169,11 +178,24 @@ class WalkerProcess:
         return False
 
     def _acquire(self) -> bool:
-        """Ask for the lease; False when the robot went away meanwhile."""
+        """Ask for the lease; False when the robot went away meanwhile.
+
+        A walker that serves also says False, after a moment, when another controller has the robot.
+        """
         try:
             self._link.acquire()
         except RobotSilent:
             return False
+        except LeaseRefused as error:
+            if self._service is None:
+                raise
+            if str(error) != self._refusal:
+                logger.warning("%s The walker takes the robot when it is free.", error)
+                self._refusal = str(error)
+            self._service.lose_robot(self._refusal)
+            time.sleep(_RETRY)
+            return False
+        self._refusal = ""
         return True
 
     def _serve(self, *, lockstep: bool) -> bool:
@@ -187,13 +209,19 @@ class WalkerProcess:
                 self._boot, self._taken = None, True
                 return False
             try:
+                asked = time.monotonic()
                 frame = receive(SILENCE)
+                if (stalled := time.monotonic() - asked - SILENCE) > SILENCE:
+                    self._warn(
+                        f"this process stood still for {stalled:.1f} s (suspended, or starved by other work)"
+                    )
             except FrameError as error:
                 self._warn(str(error))  # a stranger on the robot's key; the robot's own version was checked
                 continue
             if not self._link.lease:
                 if not self._stop():
                     logger.warning("the robot is gone; waiting for it to come back")
+                    self._gone = time.monotonic()
                 return False
             if frame is None:
                 # a sign of life, so that a robot that pauses does not give the lease away
@@ -292,13 +320,14 @@ class WalkerProcess:
             logger.warning("%s", sentence)
 
     def _process_notices(self) -> bool:
-        """Pass on what the robot says; True when its guard has taken it down, from where no walk goes on."""
+        """Pass on what the robot says; True when the walk cannot go on: its guard or another has the robot."""
         taken = False
         for notice in self._link.notices():
             logger.log(logging.DEBUG if notice.routine else logging.WARNING, "the robot says: %s", notice.text)
             taken = taken or notice.code in ("guard-crouch", "guard-sit", "guard-rest")
             if notice.code == "no-lease" and not taken:
-                self._acquire()  # ours may have been given to another while this process stood still
+                # ours may have been given to another while this process stood still
+                taken = not self._acquire()
         return taken
 
     def _check_body(self, info: Info) -> Body:

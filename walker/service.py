@@ -32,6 +32,10 @@ from walker.states.ready import ReadyWalk, ready_walk
 
 _TIMEOUT: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
+_NO_ROBOT: Final = (
+    "The walker does not hold a robot yet; start one, arm it after an emergency stop (Arm on the page, or "
+    "`nao-hil arm`), or ask again in a moment."
+)
 _REST: Final = 0.0005
 """Of `_pause`, s."""
 
@@ -94,6 +98,7 @@ class WalkService:
         self._due: list[_Order] = []
         self._robot: tuple[Body, float] | None = None
         self._seen: _Seen | None = None
+        self._without = _NO_ROBOT
         self._goes_to: str | None = None
         """What bounds the way of the walk under way."""
         self._played = ""
@@ -110,10 +115,18 @@ class WalkService:
         """
         with self._handing:
             self._orders.clear()
-            self._robot, self._seen = (body, cycle), None
+            self._robot, self._seen, self._without = (body, cycle), None, _NO_ROBOT
             self._walkable.clear()
         gait = walkable_gait(self._request.gait, self._gait_parameters(self._request), body, _pause)
         return Controller(body, gait, None, cycle, self._controllers(self._request), recover=self._recover)
+
+    def lose_robot(self, why: str) -> None:
+        """Refuse all commands until there is a robot again.
+
+        Args:
+            why: one sentence.
+        """
+        self._seen, self._without = None, why
 
     def before(self, controller: Controller, seq: int) -> None:
         """Carry out, before the tick of frame `seq`, the orders that are due; in the controller's thread."""
@@ -159,10 +172,7 @@ class WalkService:
 
     def _carry_out(self, command: WalkCommand) -> WalkStatus:
         if self._robot is None or self._seen is None:
-            raise WalkRefused(
-                "The walker does not hold a robot yet; start one, arm it after an emergency stop (Arm on the "
-                "page, or `nao-hil arm`), or ask again in a moment."
-            )
+            raise WalkRefused(self._without)
         if command.op == "status":
             return self._reply("")
         if command.op == "stop" or command.velocity == (0.0, 0.0, 0.0):

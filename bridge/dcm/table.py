@@ -74,9 +74,9 @@ class ActuatorTable:
         counts: Array = np.array((*position, *stiffness), dtype=np.float64).take(self._wanted)
         counts -= self._offset[:n]
         counts /= self._gain[:n]
-        np.rint(counts, counts)
-        np.maximum(counts, self._lower[:n], counts)
-        np.minimum(counts, self._upper[:n], counts)
+        np.rint(counts, out=counts)
+        np.maximum(counts, self._lower[:n], out=counts)
+        np.minimum(counts, self._upper[:n], out=counts)
         return counts
 
     def frame_values(self, counts: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:

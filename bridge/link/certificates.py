@@ -20,6 +20,8 @@ CA: Final = "ca.pem"
 CERTIFICATE: Final = "certificate.pem"
 PRIVATE_KEY: Final = "key.pem"
 MARK: Final = "#keys="
+OPEN: Final = "#open"
+"""Ends a robot's endpoint beyond loopback that anyone may use."""
 
 _FOREIGN: Final = "it is of another authority; take all folders from one `nao-hil keys DIR`"
 _IN_WORDS: Final = {
@@ -45,7 +47,7 @@ class Certificates(NamedTuple):
 
 def split_endpoint(endpoint: str) -> tuple[str, Path | None]:
     """Locator and folder of certificates of an endpoint."""
-    locator, mark, folder = endpoint.partition(MARK)
+    locator, mark, folder = endpoint.removesuffix(OPEN).partition(MARK)
     return locator, Path(folder) if mark else None
 
 

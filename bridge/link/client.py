@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 from bridge.errors import NaoHilError
 from bridge.link import keys
 from bridge.link.query import ask
-from bridge.link.session import open_client, require_seconds
+from bridge.link.session import open_client, other_robots, require_seconds
 
 C = TypeVar("C", bound="Client")
 
@@ -37,6 +37,10 @@ class Client:
     def _ask(self, suffix: str, payload: bytes, timeout: float, refused: type[NaoHilError]) -> bytes | None:
         """As `ask`, of a key below the robot's."""
         return ask(self._session, keys.key(self._robot, suffix), payload, timeout, refused)
+
+    def _other_robots(self) -> str:
+        """Clause that names another robot at this address, for sentences about one that does not answer."""
+        return other_robots(self._session, self._robot)
 
     def close(self) -> None:
         """Leave the network."""

@@ -18,7 +18,7 @@ from bridge.link import keys
 from bridge.link.certificates import check_certificates
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask, serve_query
-from bridge.link.session import check_endpoint, subscribe, try_client
+from bridge.link.session import check_endpoint, other_robots, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
     Info,
@@ -139,7 +139,7 @@ class ControllerLink:
         """Wait until the robot answers; its `Info`, or None when `stop()` became true.
 
         Raises:
-            LinkError: not there within `timeout` s.
+            LinkError: not there within `timeout` s; sooner, where another robot is.
             FrameError: it speaks another version of the contract.
             ConfigurationError: the certificates cannot be used, for example because they expired meanwhile.
         """
@@ -153,12 +153,17 @@ class ControllerLink:
                     return decode(payload, Info)
             else:
                 check_certificates(self.endpoint, "controller")
+                if deadline is not None and (others := self._other_robots()):
+                    raise LinkError(f"There is no robot `{self.robot}` at {self.endpoint}{others}.")
             if deadline is not None and time.monotonic() > deadline:
                 raise LinkError(
                     f"No robot `{self.robot}` answered at {self.endpoint} within {timeout:g} s; start one with "
                     "`nao-hil emulate`, or give its address with --connect."
                 )
         return None
+
+    def _other_robots(self) -> str:
+        return other_robots(self._session, self.robot) if self._session is not None else ""
 
     def acquire(self) -> None:
         """Ask for the lease, which the actuator frames then carry; sensor frames from before are dropped.

@@ -71,5 +71,7 @@ class GuardClient(Client):
             reply = self._ask(suffix, payload, _TIMEOUT, LinkError)
             if reply is not None:
                 return decode(reply, kind)
+            if others := self._other_robots():
+                raise RobotSilent(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
             time.sleep(_RETRY)
         raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")

@@ -3,7 +3,7 @@
 A lease is granted by name and ticket (a number the controller draws at its start, also in its liveliness
 token), so two controllers of the same name are still two. It ends when it is given back, when the holder's
 liveliness token disappears, when another asks and the holder has been silent for `SILENCE`, or when the guard
-takes it away.
+takes it away. A holder whose token disappeared gets the same lease back if nobody has had the robot since.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ class LeaseBook:
         self._lock = threading.Lock()
         self._last = first
         self._holder: Holder | None = None
+        self._lost: Holder | None = None
+        """The last holder, if its session broke off and nobody has held the robot since."""
         self._heard = 0.0
         self.abandoned = False
         """The last holder did not give the robot back: it died, or the lease was taken from it."""
@@ -70,8 +72,12 @@ class LeaseBook:
                     f"The robot is held by controller `{holder.name}`; stop that one first, or wait until it "
                     f"has been silent for {SILENCE:g} s.",
                 )
-            self._last += 1
-            self._holder = Holder(name, ticket, self._last, direct)
+            if self._lost is not None and self._lost.ticket == ticket:
+                self._holder = self._lost  # its session broke off: the same lease, so that its walk goes on
+            else:
+                self._last += 1
+                self._holder = Holder(name, ticket, self._last, direct)
+            self._lost = None
             self.abandoned = False
             self._heard = now
             return self._reply(True, f"`{name}` holds the robot.")
@@ -98,12 +104,13 @@ class LeaseBook:
         with self._lock:
             ended = self._holder is not None and self._holder.ticket == ticket
             if ended:
-                self.abandoned, self._holder = True, None
+                self.abandoned, self._lost, self._holder = True, self._holder, None
             return ended
 
     def revoke(self) -> None:
         """Take the lease from whoever holds it; it may ask again, as anyone may."""
         with self._lock:
+            self._lost = None
             if self._holder is not None:
                 self.abandoned, self._holder = True, None
 

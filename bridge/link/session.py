@@ -12,21 +12,28 @@ import re
 import socket
 import time
 from collections.abc import Callable
+from ipaddress import ip_address
 from typing import Any, Final
 
 import zenoh
 from zenoh.handlers import Callback
 
 from bridge.errors import ConfigurationError, LinkError, RobotSilent
+from bridge.link import keys
 from bridge.link.access import access_control
-from bridge.link.certificates import check_peer, load_certificates, split_endpoint
+from bridge.link.certificates import OPEN, check_peer, load_certificates, split_endpoint
 
 RETRY: Final = {"period_init_ms": 10, "period_max_ms": 50, "period_increase_factor": 1.5}
 """Reconnects within tens of milliseconds instead of Zenoh's seconds."""
 MAX_RECEIVED: Final = 1 << 20
 """bytes; Zenoh itself drops longer messages, so that nobody can fill the memory of the robot side."""
+SESSION_LEASE: Final = 30_000
+"""ms of silence of a party after which its session ends; longer than a pause in which a machine swaps or all
+processes are stopped. A party that dies ends its session at once."""
 OPEN_TIMEOUT: Final = 1000
 """ms an attempt to connect may take."""
+_LOOK: Final = 1.0
+"""s to wait for the robots of a link to answer."""
 SESSIONS: Final = 32
 """Parties that the robot's node takes at a time."""
 
@@ -39,6 +46,7 @@ def _config(settings: dict[str, Any]) -> zenoh.Config:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "scouting/delay": 0,
+        "transport/link/tx/lease": SESSION_LEASE,
         "transport/link/rx/max_message_size": MAX_RECEIVED,
         "transport/shared_memory/enabled": False,
     }
@@ -79,14 +87,58 @@ def check_endpoint(endpoint: str) -> str:
     return endpoint
 
 
+def is_loopback(name: str) -> bool:
+    """Whether a host's name or address is this machine's own."""
+    if name == "localhost":
+        return True
+    try:
+        return ip_address(name).is_loopback
+    except ValueError:
+        return False
+
+
+def _require_guarded(listen: str) -> None:
+    """Refuse a place that everyone on a network reaches, unless it is encrypted or ends with `#open`."""
+    locator, _ = split_endpoint(listen)
+    protocol, _, address = locator.partition("/")
+    host = address.rpartition(":")[0].strip("[]")
+    if protocol in ("tcp", "udp") and not is_loopback(host) and not listen.endswith(OPEN):
+        raise ConfigurationError(
+            f"At {locator} everyone on the network could move the robot; write tls/{address} and add --keys "
+            f"DIR (`nao-hil keys DIR` makes them), or write {locator}{OPEN} to let everyone."
+        )
+
+
+def _require_network(locator: str) -> None:
+    """See that this machine has a way to its own loopback, where an endpoint is there.
+
+    Raises:
+        LinkError: the interface is down.
+    """
+    host = locator.partition("/")[2].rpartition(":")[0].strip("[]")
+    if not is_loopback(host):
+        return
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((host, 9))  # looks for a route, sends nothing
+        except OSError as error:
+            raise LinkError(
+                f"{locator} cannot be reached: {error.strerror}; this machine's loopback interface is down, "
+                "`ip link set lo up` starts it."
+            ) from None
+
+
 def open_robot(listen: str) -> zenoh.Session:
     """The robot side's session.
 
     Raises:
-        ConfigurationError: not an endpoint, or its certificates cannot be used.
+        ConfigurationError: not an endpoint, beyond loopback without certificates or `#open`, or with
+            certificates that cannot be used.
         LinkError: the endpoint cannot be listened on, for example because its port is in use.
     """
     locator, folder = split_endpoint(check_endpoint(listen))
+    _require_guarded(listen)
+    _require_network(locator)
     settings: dict[str, Any] = {
         "mode": "router",
         "listen/endpoints": [locator],
@@ -107,10 +159,15 @@ def open_robot(listen: str) -> zenoh.Session:
     except zenoh.ZError as error:
         # Zenoh's own text carries source paths of its build; only the system's reason is of use to a person.
         reason = re.search(r"([A-Z][\w ]+) \(os error \d+\)", str(error))
-        raise _cannot_listen(locator, reason[1] if reason else "it is no place of this machine") from None
+        raise _cannot_listen(listen, reason[1] if reason else "it is no place of this machine") from None
 
 
-def _cannot_listen(locator: str, reason: str) -> LinkError:
+def _cannot_listen(listen: str, reason: str) -> LinkError:
+    locator, _ = split_endpoint(listen)
+    if "in use" in reason and locator.startswith("tcp/") and (session := try_client(locator)) is not None:
+        with session:
+            names = _robots(session)
+        reason += f" by robot `{names[0]}`" if names else ""
     return LinkError(
         f"Cannot listen on {locator}: {reason}; stop what is there, or take another place with --listen."
     )
@@ -127,6 +184,8 @@ def check_free(listen: str) -> None:
         LinkError: somebody listens there.
     """
     locator, _ = split_endpoint(check_endpoint(listen))
+    _require_guarded(listen)
+    _require_network(locator)
     protocol, _, address = locator.partition("/")
     if protocol not in ("tcp", "tls"):
         return
@@ -137,7 +196,7 @@ def check_free(listen: str) -> None:
             probe.bind((host.strip("[]"), int(port)))
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
-                raise _cannot_listen(locator, "Address already in use") from None
+                raise _cannot_listen(listen, "Address already in use") from None
 
 
 def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
@@ -152,7 +211,7 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
 
     Raises:
         ConfigurationError: not an endpoint, or its certificates cannot be used.
-        LinkError: robot and certificates do not trust each other; says why.
+        LinkError: robot and certificates do not trust each other, or loopback is down; says why.
     """
     locator, folder = split_endpoint(check_endpoint(connect))
     files = None if folder is None else load_certificates(folder, role)
@@ -175,6 +234,7 @@ def try_client(connect: str, role: str = "listener") -> zenoh.Session | None:
     try:
         return zenoh.open(_config(settings))
     except zenoh.ZError:
+        _require_network(locator)
         if files is not None:
             check_peer(locator, files)
         return None
@@ -207,6 +267,25 @@ def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> 
             raise RobotSilent(f"Nobody listened at {connect} for {timeout:g} s; start a robot there.")
         time.sleep(0.02)
     return session
+
+
+def _robots(session: zenoh.Session) -> list[str]:
+    """Ids of the robots of a link."""
+    found = session.liveliness().get(keys.key("*", keys.ALIVE_ROBOT), timeout=_LOOK)
+    return sorted({str(reply.ok.key_expr).split("/")[1] for reply in found if reply.ok is not None})
+
+
+def other_robots(session: zenoh.Session, robot: str) -> str:
+    """Clause that names the robot of a link on which another is missed; empty when there is none.
+
+    Args:
+        session: of the link.
+        robot: id of the robot that does not answer.
+    """
+    names = _robots(session)
+    if not names or robot in names:
+        return ""
+    return f"; robot `{names[0]}` is there, which --name {names[0]} takes"
 
 
 def subscribe(session: zenoh.Session, key: str, receive: Callable[[bytes], None]) -> Any:

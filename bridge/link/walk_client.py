@@ -105,6 +105,8 @@ class WalkClient(Client):
         reply = self._ask(COMMAND, encode(command), timeout, WalkRefused)
         if reply is not None:
             return decode(reply, WalkStatus)
+        if others := self._other_robots():
+            raise LinkError(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
         raise LinkError(
             f"No walker of robot `{self._robot}` at {self._endpoint} takes commands; start one with "
             "`nao-hil walk --serve`."

@@ -45,4 +45,5 @@ class WorldClient(Client):
         reply = self._ask(COMMAND, encode(command), timeout, FrameError)
         if reply is not None:
             return decode(reply, WorldReply)
-        raise LinkError(f"No emulated robot at {self._endpoint} answered within {timeout:g} s.")
+        others = self._other_robots()
+        raise LinkError(f"No emulated robot `{self._robot}` at {self._endpoint} answered{others}.")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
 
 import msgspec
+import zstandard
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, McapRecord, Message, Metadata, Statistics
@@ -23,6 +24,10 @@ from bridge.recording.mcap_file import METADATA
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _RECORD: Final = struct.Struct("<BQ")
 """Head of every MCAP record: kind, and the length of what follows."""
+_CHUNK: Final = struct.Struct("<16xQII")
+"""Of a chunk: its times, its length unpacked, a checksum, and the length of the name of its compression."""
+MAX_RECORD: Final = 1 << 26
+"""bytes of a record, packed and unpacked; a second of the longest frames has a hundredth of it."""
 
 _decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in TOPICS.items()}
 
@@ -131,12 +136,16 @@ def _records(path: str | Path) -> Iterator[McapRecord]:
                 if file.read() == _MAGIC:
                     raise _damaged(path, "a record is longer than the file")
                 return
+            if length > MAX_RECORD:
+                raise _damaged(path, f"a record of more than {MAX_RECORD} bytes")
             yield from _parse(path, head + file.read(length))
 
 
 def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
     """The record, or when it is a chunk, those within."""
     records = []
+    if record[0] == Opcode.CHUNK and _unpacked_size(record[_RECORD.size :]) > MAX_RECORD:
+        raise _damaged(path, f"a chunk that unpacks to more than {MAX_RECORD} bytes")
     try:
         for item in StreamReader(BytesIO(record), skip_magic=True, validate_crcs=True).records:
             records.append(item)
@@ -145,6 +154,17 @@ def _parse(path: str | Path, record: bytes) -> list[McapRecord]:
     except (McapError, ZstdError, CRCValidationError, struct.error, ValueError, OverflowError) as error:
         raise _damaged(path, error) from None
     return records
+
+
+def _unpacked_size(chunk: bytes) -> int:
+    """Bytes of a chunk once it is decompressed, as it says itself and as its frame says."""
+    try:
+        size, _, length = _CHUNK.unpack_from(chunk)
+        begin = _CHUNK.size + length + 8
+        packed = zstandard.frame_content_size(chunk[begin:]) if chunk[_CHUNK.size :][:length] == b"zstd" else 0
+    except (struct.error, ZstdError):
+        return 0  # cut off, or damaged: reading it says so
+    return int(max(size, packed))
 
 
 def _damaged(path: str | Path, how: object) -> ConfigurationError:
@@ -156,6 +176,8 @@ def _damaged(path: str | Path, how: object) -> ConfigurationError:
 
 def _open(path: str | Path) -> BinaryIO:
     try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise ConfigurationError(f"{path}: is no file; give the path of a recording (.mcap).")
         file = Path(path).open("rb")  # noqa: SIM115 (the caller closes it)
     except OSError as error:
         raise ConfigurationError(

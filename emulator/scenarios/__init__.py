@@ -7,7 +7,7 @@ from typing import Final
 
 import msgspec
 
-from bridge.config import load_toml
+from bridge.config import load_toml, read_limited
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from emulator.scenarios.ground import START_NAMES, Heightfield, PlacedBox
@@ -17,6 +17,8 @@ _FOLDER: Final = Path(__file__).parent
 SCENARIOS: Final = tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
 """Names of the scenarios that come with the package."""
 __all__ = ["FLAT", "SCENARIOS", "START_NAMES", "PlacedBox", "Scenario", "load_scenario"]
+MAX_CSV: Final = 1 << 23
+"""bytes of a file of heights."""
 FLAT: Final = Scenario(title="A flat floor")
 
 
@@ -44,9 +46,10 @@ def load_scenario(name_or_path: str) -> Scenario:
 
 def _with_heights(field: Heightfield, path: Path) -> Heightfield:
     """The heights of a CSV file in place of its name."""
+    data = read_limited(path, MAX_CSV, f"give a CSV file of heights in m of at most {MAX_CSV} bytes")
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError) as error:
+        lines = data.decode().splitlines()
+    except ValueError as error:
         raise ConfigurationError(f"{path}: cannot be read ({error}); give a CSV file of heights in m") from None
     try:
         rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip()]

@@ -25,7 +25,7 @@ START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
 """How a robot can begin; what each is: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
-"""Of a random heightfield."""
+"""Of a heightfield."""
 
 
 class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
@@ -138,6 +138,8 @@ class Heightfield(ScenarioTable, frozen=True, kw_only=True):
             raise ValueError("give one of `heights`, `file` and `roughness`")
         if self.heights and (len(self.heights) < 2 or len({len(row) for row in self.heights}) != 1):
             raise ValueError("`heights` needs two or more rows of one length")
+        if (points := sum(map(len, self.heights))) > MAX_POINTS:
+            raise ValueError(f"`heights` has {points} points; at most {MAX_POINTS} are allowed")
         if self.heights and len(self.heights[0]) < 2:
             raise ValueError("each row of `heights` needs two or more points")
         count = self.area[0] / self.spacing * self.area[1] / self.spacing

@@ -7,6 +7,9 @@ are in the floor frame: origin where the robot starts by default, x in its headi
 from __future__ import annotations
 
 import math
+from typing import Annotated, Final
+
+import msgspec
 
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.messages.world import min_tilt_duration
@@ -15,18 +18,21 @@ from emulator.scenarios.events import FaultEvent, FrictionEvent, PendulumEvent, 
 from emulator.scenarios.ground import Heightfield, PlacedBox, PlacedThing, ScenarioFloor, Start, Tiles
 from emulator.scenarios.table import ScenarioTable
 
+MAX_BOXES: Final = 1000
+MAX_THINGS: Final = 100
+
 
 class Scenario(ScenarioTable, frozen=True, kw_only=True):
     """All there is to a world."""
 
-    title: str = ""
+    title: Annotated[str, msgspec.Meta(max_length=200)] = ""
     """One line for people."""
     floor: ScenarioFloor = ScenarioFloor()
     start: Start = Start()
     charger: bool = False
     """The robot is on its charger's cable: its battery does not run down."""
-    boxes: tuple[PlacedBox, ...] = ()
-    things: tuple[PlacedThing, ...] = ()
+    boxes: Annotated[tuple[PlacedBox, ...], msgspec.Meta(max_length=MAX_BOXES)] = ()
+    things: Annotated[tuple[PlacedThing, ...], msgspec.Meta(max_length=MAX_THINGS)] = ()
     tiles: Tiles | None = None
     heightfield: Heightfield | None = None
     pushes: tuple[PushEvent, ...] = ()

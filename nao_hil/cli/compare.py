@@ -36,6 +36,7 @@ def compare(
     begin: options.Begin = 0.0,
     end: options.End = None,
     out: options.Out = None,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> int:
     """Replay a recording's commands through the emulated robot, and report what differs.
@@ -63,6 +64,7 @@ def compare(
     }
     settings = chosen_engine(run_config(None, **named, wear=wear, engine=engine, seed=seed), console)
     directory = RunDirectory(out)
+    directory.clear(overwrite=overwrite)
     directory.write_config(settings)
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("replay", total=1.0)

@@ -27,6 +27,7 @@ def demo(
     seed: options.Seed = None,
     listen: options.Listen = DEFAULT_ENDPOINT,
     out: options.Out = None,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> int:
     """Show a walk in all directions, a push and a stop in under a minute, with what to look at.
@@ -36,7 +37,7 @@ def demo(
     settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
     settings = chosen_engine(settings, open_console())
     check_free(listen)  # the demo would command the robot that is there
-    directory = new_folder(settings, out)
+    directory = new_folder(settings, out, overwrite=overwrite)
     with Demo(DEFAULT_ROBOT, listen) as play:
         code = both_sides(
             settings,

@@ -18,6 +18,7 @@ import msgspec
 from rich.table import Table
 from rich.text import Text
 
+from bridge.adapters.naoqi import qi_library
 from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
 from emulator.timing import CycleTimer, CycleTimes
 from nao_hil.cli import options
@@ -45,9 +46,13 @@ EXTRAS: Final = {
     "analysis": ("matplotlib", "psutil"),
     "campaign": ("distributed", "duckdb", "optuna", "pyarrow"),
     "design": ("control", "optuna"),
+    "naoqi": ("qi",),
     "view": ("websockets",),
 }
 """Optional packages by the extra of nao-hil that brings them."""
+
+NEWEST_PYTHON: Final = {"pybullet": (3, 11), "qi": qi_library.NEWEST_PYTHON}
+"""Of packages that are compiled for some Pythons on x86-64 alone."""
 
 _STYLES: Final[dict[Verdict, str]] = {"good": "green", "warning": "yellow", "bad": "red"}
 
@@ -185,6 +190,16 @@ def package_finding(extra: str, name: str) -> Finding:
     try:
         found = version(name)
     except PackageNotFoundError:
+        newest = NEWEST_PYTHON.get(name, (sys.maxsize,))
+        if sys.version_info[:2] > newest or (name in NEWEST_PYTHON and platform.machine() != "x86_64"):
+            where = f"Python {'.'.join(map(str, newest))} or older on x86-64"
+            return Finding(
+                name=name,
+                verdict="warning",
+                value="not available",
+                advice=f"Only the {extra} needs it; there is no package of it for this Python and machine: "
+                f"{where} has one.",
+            )
         return Finding(
             name=name,
             verdict="warning",

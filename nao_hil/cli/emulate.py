@@ -28,7 +28,7 @@ from nao_hil.cli.run_options import takes_run
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
-from nao_hil.runs.summary import RunStatistics
+from nao_hil.runs.summary import RunStatistics, starved
 
 
 @takes_run("robot", "wear", "engine", "scenario", "start", "mode", "seed")
@@ -44,6 +44,7 @@ def emulate(
         bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
     ] = False,
     out: options.Out = None,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> int:
     """Run the emulated robot until Ctrl-C; a controller may come and go.
@@ -60,7 +61,7 @@ def emulate(
     stop = stop_event()
     body = check_robot(settings)
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
-    summary = _run(settings, body, guard, name, listen, realtime_priority, out, stop, console)
+    summary = _run(settings, body, guard, name, listen, realtime_priority, out, overwrite, stop, console)
     if as_json:
         print(json.dumps(summary | {"config": msgspec.to_builtins(settings)}), flush=True)
     return 0
@@ -74,6 +75,7 @@ def _run(
     listen: str,
     priority: bool,
     out: Path | None,
+    overwrite: bool,
     stop: threading.Event,
     console: Console,
 ) -> dict[str, Any]:
@@ -92,8 +94,7 @@ def _run(
     with ExitStack() as opened:
         link = opened.enter_context(RobotLink(info, listen, announced=False))
         directory = RunDirectory(out)  # the run can begin: what was in the folder stayed until here
-        if directory.clear():
-            console.print(f"the run that was in {directory.path} is replaced", highlight=False)
+        directory.clear(overwrite=overwrite)
         recorder = opened.enter_context(Recorder(directory.recording, settings))
         directory.write_config(settings)
         directory.write_scenario(scenario)
@@ -107,11 +108,15 @@ def _run(
             timer = CycleTimer(body.cycle)
             quiet_process(ROBOT_PRIORITY if priority else None)
             process.real_time(timer)
-            extra = {"timing": msgspec.to_builtins(timer.times)}
+            summary = msgspec.to_builtins(statistics.summary(process.wall_seconds))
+            times = timer.times
+            summary["timing"] = msgspec.to_builtins(times)
+            summary["starved"] = starved(summary["cycles"], summary["cycles_missed"], times.skipped)
+            if summary["starved"]:
+                console.print(summary["starved"], highlight=False)
         else:
             process.lockstep()
-            extra = {}
-        summary = msgspec.to_builtins(statistics.summary(process.wall_seconds)) | extra
+            summary = msgspec.to_builtins(statistics.summary(process.wall_seconds))
         summary["commands_refused"] = link.refused
     robot.close()
     directory.write_summary(summary)

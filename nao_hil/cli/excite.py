@@ -37,6 +37,7 @@ def excite(
     engine: options.Engine = None,
     seed: options.Seed = None,
     out: options.Out = None,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> int:
     """Move joint after joint, slowly and in small steps, and record it for `nao-hil identify`.
@@ -59,6 +60,7 @@ def excite(
     console = open_console()
     settings = run_config(None, robot=robot, wear=wear, engine=engine, seed=seed, start=start)
     directory = RunDirectory(out)
+    directory.clear(overwrite=overwrite)
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("excitation", total=1.0)
 

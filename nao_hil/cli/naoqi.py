@@ -14,6 +14,7 @@ import typer
 
 from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
 from bridge.adapters.naoqi.bridge import LOOK_AHEAD, NaoqiBridge
+from bridge.adapters.naoqi.qi_library import require_qi
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.body import Body
 from bridge.errors import ConfigurationError
@@ -84,6 +85,7 @@ def serve(
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
 
+    require_qi()
     log_to_stderr()
     stop = threading.Event()
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -152,6 +154,7 @@ def bridge(
     Example: nao-hil bridge naoqi --url tcp://192.168.1.7:9559
     """
     check_url(url)
+    require_qi()
     run = run_config(config, robot=robot)
     settings = BridgeSettings(
         robot=name,

@@ -184,6 +184,7 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", help="Folder for recording and summary; default runs/<time>/.", metavar="DIR"),
 ]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the run that is in the folder of --out.")]
 Cluster = Annotated[
     str,
     typer.Option(

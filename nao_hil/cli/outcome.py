@@ -34,10 +34,11 @@ def conclude(
         target: Place to which it was to walk, m, m, rad, in the frame of its first pose; empty: none.
 
     Returns:
-        The summary with the diagnosis.
+        The summary with the diagnosis, and a sentence in `starved` if the run did not keep real time.
     """
     recording = directory.last_recording(summary["resets"])
-    summary = summary | {"diagnosis": _diagnosis(directory, summary["resets"]) if summary["fell"] else None}
+    summary = {"starved": ""} | summary
+    summary["diagnosis"] = _diagnosis(directory, summary["resets"]) if summary["fell"] else None
     directory.write_summary(summary)
     _show(summary, recording, console, interrupted, target)
     if as_json:
@@ -88,5 +89,6 @@ def _show(
     table.add_row("cycles", f"{summary['cycles']}, {summary['cycles_missed']} missed")
     table.add_row("recording", str(recording))
     console.print(table)
-    if summary["diagnosis"] is not None:
-        console.print(summary["diagnosis"], highlight=False)
+    for sentence in (summary["diagnosis"], summary["starved"]):
+        if sentence:
+            console.print(sentence, highlight=False)

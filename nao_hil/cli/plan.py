@@ -56,6 +56,7 @@ def plan(
     plot: Plot = False,
     config: options.Config = None,
     out: options.Out = None,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> int:
     """Search the hip motion with the largest stability margin. Exit code 1: the ZMP leaves the soles.
@@ -95,6 +96,7 @@ def plan(
     directory = None
     if plot or out is not None:
         directory = RunDirectory(out)
+        directory.clear(overwrite=overwrite)
         directory.write_config(_as_planned(settings, p, found, changes))
         directory.write_summary(result)
     if plot:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 import os
-import platform
 import re
 import socket
 import subprocess
@@ -22,6 +20,7 @@ from typing import Annotated
 import typer
 
 from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
+from bridge.adapters.naoqi.qi_library import require_qi
 from bridge.adapters.naoqi.speech import SPOKEN
 from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT
@@ -98,7 +97,7 @@ def run_program(
         LinkError: qi is not there, or a process did not start.
         ConfigurationError: not an address.
     """
-    _require_qi()
+    require_qi()
     host, port = check_url(url)
     stop = threading.Event()
     with ExitStack() as ends:
@@ -190,21 +189,3 @@ def _await(ready: Callable[[], bool], children: list[Child]) -> None:
         if time.monotonic() > deadline:
             raise LinkError(f"the robot was not served within {START:g} s.")
         time.sleep(0.1)
-
-
-def _require_qi() -> None:
-    """See that qi is there.
-
-    Raises:
-        LinkError: it is not; says where there is a package of it.
-    """
-    if importlib.util.find_spec("qi") is not None:
-        return
-    here = f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
-    available = sys.version_info < (3, 13) and sys.platform == "linux" and platform.machine() == "x86_64"
-    help_ = (
-        "pip install 'nao-hil[naoqi]'"
-        if available
-        else "it has packages for Python 3.8 to 3.12 on Linux x86-64 only, run it there"
-    )
-    raise LinkError(f"the package qi is not installed for {here}; {help_}.")

@@ -42,6 +42,7 @@ def up(
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
     out: options.Out = None,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> int:
     """Start the robot and the walker as two processes and watch them walk.
@@ -67,25 +68,25 @@ def up(
         raise ConfigurationError("mode in-process has no link; --serve and --view need real-time or lockstep.")
     if settings.mode != "in-process":
         check_free(listen)
-    directory = new_folder(settings, out)
+    directory = new_folder(settings, out, overwrite=overwrite)
     if settings.mode == "in-process":
         return _in_process(settings, directory, as_json)
     shown = port if view else None
     return both_sides(settings, directory, name, listen, serve=serve, port=shown, as_json=as_json)
 
 
-def new_folder(settings: RunConfig, out: Path | None) -> RunDirectory:
+def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool) -> RunDirectory:
     """The folder of a run, with its configuration.
 
     Raises:
-        ConfigurationError: it cannot be made, or the run could not begin; what was in the folder stays then.
+        ConfigurationError: it cannot be made or holds a run, or the run could not begin; what was in the folder
+            stays then.
     """
     from nao_hil.runs.build import check_run  # imported late: as in `up`
 
     check_run(settings)
     directory = RunDirectory(out)
-    if directory.clear():
-        open_console().print(f"the run that was in {directory.path} is replaced", highlight=False)
+    directory.clear(overwrite=overwrite)
     directory.write_config(settings)
     return directory
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,9 +12,12 @@ from typing import Final
 
 import numpy as np
 
+from bridge.config import read_limited
 from bridge.errors import ConfigurationError
 from nao_hil.identification.signals import NAMES, Array
 
+MAX_CSV: Final = 1 << 26
+"""bytes of a file of measurements."""
 COLUMNS: Final = {
     f"{name}.{label}": (name, number) for name, labels in NAMES.items() for number, label in enumerate(labels)
 }
@@ -30,14 +34,12 @@ def read_csv(path: Path) -> tuple[Array, dict[str, Array]]:
         ConfigurationError: unreadable, an unknown or missing column, or a cell that is no number; names the
             line and the column.
     """
+    data = read_limited(path, MAX_CSV, f"give a CSV file of at most {MAX_CSV} bytes")
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = csv.reader(file)
-            names = [name.strip() for name in next(lines, [])]
-            _check_head(path, names)
-            rows = [_row(path, lines.line_num, names, cells) for cells in lines if cells]
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read ({error.strerror}); give a CSV file.") from None
+        lines = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""))
+        names = [name.strip() for name in next(lines, [])]
+        _check_head(path, names)
+        rows = [_row(path, lines.line_num, names, cells) for cells in lines if cells]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ConfigurationError(f"{path}: is not a CSV file in UTF-8 ({error}).") from None
     if len(rows) < 2:

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any, Final
 
+from bridge.config import read_limited
 from bridge.errors import ConfigurationError
 
 _OLD: Final = (
@@ -41,17 +42,17 @@ _RENAMED: Final = (
 """Names of PIL and numpy that have gone, and what they are called now."""
 
 
+MAX_PROGRAM: Final = 1 << 20
+"""bytes of a program."""
+
+
 def program_code(path: Path) -> CodeType:
     """The code of a program.
 
     Raises:
         ConfigurationError: it cannot be read, or is no Python program.
     """
-    try:
-        source = path.read_bytes()
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise ConfigurationError(f"{path} cannot be read ({reason}).") from None
+    source = read_limited(path, MAX_PROGRAM, f"give a Python program of at most {MAX_PROGRAM} bytes")
     return compiled(source, str(path))
 
 

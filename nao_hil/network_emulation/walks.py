@@ -19,7 +19,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import PROCESSES, fingerprint
 from nao_hil.runs.supervisor import Child
 
-ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447"
+ENDPOINT: Final = f"tcp/{ROBOT_ADDRESS}:7447#open"
 GRACE: Final = 30.0
 """s for a side to end by itself, with a link whose queue is still full."""
 

@@ -132,5 +132,7 @@ def described(info: Info) -> dict[str, Any]:
 
 
 def free_name(folder: Path, robot: str) -> Path:
-    """A new file for a recording, named by robot and time in UTC."""
-    return folder / f"{robot}-{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}.mcap"
+    """A file for a recording that is not there yet, named by robot and time in UTC."""
+    stem = f"{robot}-{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}"
+    names = (folder / f"{stem}{suffix}.mcap" for suffix in ("", *(f"-{n}" for n in range(2, 1000))))
+    return next(file for file in names if not file.exists())

@@ -1,14 +1,23 @@
-"""Hash of all that a result depends on: sources, shipped data, versions of libraries, and the task itself."""
+"""Hash of all that a result depends on: sources, shipped data, libraries and their kernels, the task itself.
+
+The last digit of a sine or of a product of matrices depends on the processor: glibc, NumPy and OpenBLAS choose
+a kernel by its features when they are loaded. `numerics` shows whether two hosts compute alike.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
+import math
 import platform
 from collections.abc import Sequence
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 ROOT: Final = Path(__file__).parents[2]
 IN_PROCESS: Final = ("bridge", "emulator", "walker", "nao_hil/__init__.py", "nao_hil/runs")
@@ -50,8 +59,8 @@ def source_hash(parts: tuple[str, ...] = IN_PROCESS, root: Path = ROOT) -> str:
 
 @cache
 def library_versions() -> tuple[tuple[str, str], ...]:
-    """Name and version of Python, of the machine's architecture, and of the libraries that compute."""
-    own = (("python", platform.python_version()), ("machine", platform.machine()))
+    """Name and version of Python, of the machine, of the libraries that compute, and of their results."""
+    own = (("python", platform.python_version()), ("machine", platform.machine()), ("numerics", numerics()))
     return (*own, *((name, _version(name)) for name in LIBRARIES))
 
 
@@ -61,3 +70,55 @@ def _version(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "not installed"
+
+
+@cache
+def numerics() -> str:
+    """Hash of results of libm, NumPy and BLAS, 16 hexadecimal digits: equal on hosts that compute alike."""
+    x = np.linspace(-3.0, 3.0, 1001)
+    digest = hashlib.sha256()
+    for scalar in (math.sin, math.cos, math.tan, math.exp, math.atan, math.sinh, math.tanh):
+        digest.update(np.array([scalar(value) for value in x.tolist()]).tobytes())
+    digest.update(np.array([math.atan2(value, 1.3) for value in x.tolist()]).tobytes())
+    for vector in (np.sin, np.cos, np.tan, np.exp, np.arctan, np.sinh, np.tanh):
+        digest.update(vector(x).tobytes())
+    for bounded in (np.arcsin, np.arccos):
+        digest.update(bounded(x / 3.0).tobytes())
+    matrix = np.sin(np.arange(900.0)).reshape(30, 30) + 5.0 * np.eye(30)
+    for size in (2, 3, 6, 30):
+        part = np.ascontiguousarray(matrix[:size, :size])
+        for result in (part @ part, part @ x[:size], x[:size] @ x[-size:], np.linalg.solve(part, x[:size])):
+            digest.update(np.asarray(result).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def kernels() -> dict[str, str]:
+    """Names of what `numerics` depends on: processor, libm, OpenBLAS's kernel, NumPy's instruction sets."""
+    features = import_module("numpy._core._multiarray_umath").__cpu_features__  # loaded with NumPy; not public
+    names = (
+        line.partition(":")[2].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")
+    )
+    return {
+        "processor": next(names, platform.processor() or "unknown"),
+        "libm": " ".join(platform.libc_ver()).strip() or "unknown",
+        "openblas": _openblas_kernel(),
+        "instruction_sets": " ".join(sorted(name for name, used in features.items() if used)),
+        "numerics": numerics(),
+    }
+
+
+def _openblas_kernel() -> str:
+    """By which NumPy multiplies; `unknown` for another BLAS."""
+    for library in Path(np.__file__).parent.with_name("numpy.libs").glob("*openblas*"):
+        name = getattr(ctypes.CDLL(str(library)), "scipy_openblas_get_corename64_", None)
+        if name is not None:
+            name.restype = ctypes.c_char_p
+            return str(name().decode())
+    return "unknown"
+
+
+def _lines(file: str) -> list[str]:
+    try:
+        return Path(file).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return []

@@ -11,17 +11,18 @@ import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import msgspec
 
 from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.recorder import later_file
-from emulator.scenarios import load_scenario
+from emulator.scenarios import Scenario, load_scenario
 from emulator.wear import load_wear
 from nao_hil.files import write_bytes, write_text
 from nao_hil.runs.config import FILES, RunConfig, is_path
+from nao_hil.runs.fingerprint import kernels
 
 try:
     import fcntl
@@ -81,22 +82,27 @@ class RunDirectory:
         """The run's configuration, which `--config` takes back."""
         return self.path / "config.toml"
 
-    def clear(self) -> bool:
-        """Take the folder for a run of this process, and remove what an earlier run left in it.
+    def clear(self, *, overwrite: bool) -> None:
+        """Take the folder for a run of this process.
 
-        Returns:
-            Whether an earlier run left recordings or a summary.
+        Args:
+            overwrite: remove the recordings and the summary of an earlier run.
 
         Raises:
-            ConfigurationError: another process has it for a run.
+            ConfigurationError: another process has it for a run, or an earlier run is in it.
         """
         self.release()
         if fcntl is not None:
             self._lock()
         left = [path for path in self.path.iterdir() if _RESULT.fullmatch(path.name)]
+        if left and not overwrite:
+            self.release()
+            raise ConfigurationError(
+                f"{self.path}: holds a run already ({left[0].name}); give another folder with --out, or "
+                "replace the run with --overwrite."
+            )
         for path in left:
             path.unlink()
-        return bool(left)
 
     def _lock(self) -> None:
         self._held = os.open(self.path, os.O_RDONLY)
@@ -135,13 +141,19 @@ class RunDirectory:
         read = {field: _LOADERS[field](getattr(config, field)) for field in files}  # refuses a wrong file
         for field in files:
             if field == "scenario":
-                self.write_scenario(read[field])  # a heightfield's file is elsewhere
+                self.write_scenario(cast(Scenario, read[field]))  # a heightfield's file is elsewhere
             else:
                 write_bytes(self.path / f"{field}.toml", Path(getattr(config, field)).read_bytes())
         return msgspec.structs.replace(config, **{field: f"{field}.toml" for field in files})
 
-    def write_scenario(self, scenario: msgspec.Struct) -> None:
-        """Write the world in full, a heightfield's numbers included."""
+    def write_scenario(self, scenario: Scenario) -> None:
+        """Write the world in full, given heights of a heightfield as a CSV file of their own."""
+        field = scenario.heightfield
+        if field is not None and field.heights:
+            rows = (",".join(map(repr, row)) for row in field.heights)
+            write_text(self.path / "heights.csv", "\n".join(rows) + "\n")
+            field = msgspec.structs.replace(field, heights=(), file="heights.csv")
+            scenario = msgspec.structs.replace(scenario, heightfield=field)
         write_bytes(self.path / "scenario.toml", msgspec.toml.encode(scenario))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
@@ -162,8 +174,8 @@ def _fresh(parent: Path) -> Path:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, the platform and the packages a result depends on."""
-    found = {"python": sys.version.split()[0], "platform": platform.platform()}
+    """Versions of Python, the platform, the packages a result depends on, and their kernels."""
+    found = {"python": sys.version.split()[0], "platform": platform.platform()} | kernels()
     for package in PACKAGES:
         try:
             found[package] = version(package)

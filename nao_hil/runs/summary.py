@@ -73,6 +73,29 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """How often the world was reset."""
 
 
+MISSED_SHARE: Final = 0.02
+"""Of the cycles; a run in real time that misses more has another robot's figures."""
+
+
+def starved(cycles: int, missed: int, skipped: int) -> str:
+    """One sentence on a run in real time that could not keep its cycle; empty when it could.
+
+    Args:
+        cycles: that were run.
+        missed: of these, without an answer in time.
+        skipped: that were left out, because the robot's own process came too late.
+    """
+    share = (missed + skipped) / max(cycles + skipped, 1)
+    if share <= MISSED_SHARE:
+        return ""
+    late = "answers or the robot itself were late in" if skipped else "answers were late in"
+    return (
+        f"The run did not keep real time: {late} {share:.0%} of the cycles, so its figures are not those of an "
+        "undisturbed robot; end other work here, or take --mode lockstep (`nao-hil doctor` says what the "
+        "machine can do)."
+    )
+
+
 class _Sums(NamedTuple):
     """What adds up from one reset to the next."""
 

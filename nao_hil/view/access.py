@@ -12,9 +12,10 @@ import hmac
 from dataclasses import dataclass
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from ipaddress import ip_address
 from typing import Final
 from urllib.parse import parse_qs, urlsplit
+
+from bridge.link.session import is_loopback
 
 COOKIE: Final = "nao-hil-page"
 
@@ -61,7 +62,7 @@ class Access:
             given = parse_qs(address.query).get("token", [""])[0]
             if self._knows(given):
                 cookie = f"{COOKIE}={given}; Path=/; HttpOnly; SameSite=Strict" + "; Secure" * self.tls
-                return Answer(HTTPStatus.SEE_OTHER, b"", (("Set-Cookie", cookie), ("Location", "/")))
+                return Answer(HTTPStatus.SEE_OTHER, b"", (("Set-Cookie", cookie), ("Location", ".")))
             if not self._knows(_cookie(asked.cookie)):
                 return Answer(
                     HTTPStatus.UNAUTHORIZED, b"Open the address with the token that `nao-hil view` printed.\n"
@@ -74,16 +75,6 @@ class Access:
 
     def _knows(self, given: str) -> bool:
         return self.token is not None and hmac.compare_digest(given.encode(), self.token.encode())
-
-
-def is_loopback(name: str) -> bool:
-    """Whether a host's name or address is this machine's own."""
-    if name == "localhost":
-        return True
-    try:
-        return ip_address(name).is_loopback
-    except ValueError:
-        return False
 
 
 def _name(host: str) -> str:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 
 from bridge.errors import ConfigurationError
-from nao_hil.view.access import Access, is_loopback
+from bridge.link.session import is_loopback
+from nao_hil.view.access import Access
 
 
 @dataclass(frozen=True)

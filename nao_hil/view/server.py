@@ -27,6 +27,8 @@ HEADERS: Final = (
     ("Referrer-Policy", "no-referrer"),
     ("X-Content-Type-Options", "nosniff"),
 )
+POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
+"""Content-Security-Policy of everything but the page, which has its own."""
 HTML: Final = (("Content-Type", "text/html; charset=utf-8"),)
 BACKLOG: Final = 300
 """Messages that wait for a browser; one that is further behind gets the run from its start again."""
@@ -102,7 +104,6 @@ class PageServer:
             raise ConfigurationError(
                 f"The page needs {error.name}, which is not installed: pip install 'nao-hil[view]'."
             ) from None
-        self._access = access
         self._lock = threading.Lock()
         self._browsers: set[Browser] = set()
         self._page = Answer(HTTPStatus.SERVICE_UNAVAILABLE)
@@ -117,7 +118,7 @@ class PageServer:
                 self._handle,
                 sock=socket.create_server((host, port)),
                 ssl=tls,
-                process_request=self._process,
+                process_request=door(access, self._file),
                 compression=None,
                 max_size=LARGEST,
                 logger=silent,
@@ -185,19 +186,6 @@ class PageServer:
         sentence, done = self._order(text)
         browser.put(json.dumps({"answer": sentence, "done": done}))
 
-    def _process(self, _: Any, request: Any) -> Any:
-        """The response to a request; None: the WebSocket opens."""
-
-        def only(name: str) -> str:
-            values = request.headers.get_all(name)
-            return values[0] if len(values) == 1 else ""
-
-        asked = Asked(request.path, only("Host"), only("Origin"), only("Cookie"), only("Upgrade"))
-        answer = self._access.check(asked)
-        if answer is None and asked.upgrade:
-            return None
-        return _response(answer or self._file(urlsplit(asked.target).path))
-
     def _file(self, path: str) -> Answer:
         if path in ("/", "/index.html"):
             return self._page
@@ -208,10 +196,33 @@ class PageServer:
         return found or Answer(HTTPStatus.NOT_FOUND, b"There is nothing here; the page is at /.\n")
 
 
+def door(access: Access, file: Callable[[str], Answer]) -> Callable[[Any, Any], Any]:
+    """Gives the response to a request; None: the WebSocket opens.
+
+    Args:
+        access: Who may ask.
+        file: Answers to a path.
+    """
+
+    def check(_: Any, request: Any) -> Any:
+        def only(name: str) -> str:
+            values = request.headers.get_all(name)
+            return values[0] if len(values) == 1 else ""
+
+        asked = Asked(request.path, only("Host"), only("Origin"), only("Cookie"), only("Upgrade"))
+        answer = access.check(asked)
+        if answer is None and asked.upgrade:
+            return None
+        return _response(answer or file(urlsplit(asked.target).path))
+
+    return check
+
+
 def _response(answer: Answer) -> Any:
     from websockets.datastructures import Headers
     from websockets.http11 import Response
 
-    headers = dict([("Content-Type", "text/plain; charset=utf-8"), *HEADERS, *answer.headers])
+    first = (("Content-Type", "text/plain; charset=utf-8"), ("Content-Security-Policy", POLICY))
+    headers = dict([*first, *HEADERS, *answer.headers])
     headers["Content-Length"] = str(len(answer.body))
     return Response(answer.status.value, answer.status.phrase, Headers(headers), answer.body)

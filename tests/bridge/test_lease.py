@@ -109,3 +109,21 @@ def test_the_status_names_the_holder_and_changes_nothing() -> None:
     status = book.status()
     assert (status.granted, status.lease, status.holder) == (False, 0, "anna")
     assert book.heard(lease, now=0.0)
+
+
+def test_a_holder_whose_session_broke_off_gets_the_same_lease_back() -> None:
+    book = LeaseBook(FIRST)
+    first = book.acquire("anna", 1, now=0.0)
+    assert book.gone(1)
+    assert book.acquire("anna", 1, now=40.0).lease == first.lease
+    assert not book.abandoned
+
+
+def test_a_holder_gets_another_lease_after_a_stop_or_another_controller() -> None:
+    for other in (LeaseBook.revoke, lambda book: book.acquire("bert", 2, now=1.0)):
+        book = LeaseBook(FIRST)
+        first = book.acquire("anna", 1, now=0.0)
+        assert book.gone(1)
+        other(book)
+        book.gone(2)
+        assert book.acquire("anna", 1, now=2.0).lease not in (first.lease, 0)

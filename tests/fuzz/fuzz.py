@@ -17,7 +17,10 @@ def main() -> None:
     """Fuzz until told otherwise."""
     name = sys.argv.pop(1) if len(sys.argv) > 1 else ""
     with atheris.instrument_imports(
-        include=["bridge", "mcap", "nao_hil.runs.config", "emulator.scenarios", "emulator.wear"]
+        include=[
+            *("bridge", "mcap", "nao_hil.runs.config", "nao_hil.view.access", "nao_hil.view.server"),
+            *("emulator.scenarios", "emulator.wear", "websockets"),
+        ]
     ):
         from tests.fuzz.targets import TARGETS
     if name not in TARGETS:

@@ -8,12 +8,15 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
+from http import HTTPStatus
 from pathlib import Path
 from threading import RLock
 from types import SimpleNamespace
 from typing import Any, Final
 
 import msgspec
+from websockets.http11 import Request
+from websockets.server import ServerProtocol
 
 from bridge.adapters.lola.codec import MapStream
 from bridge.adapters.lola.identity import identity_of
@@ -49,6 +52,8 @@ from bridge.recording.playback import read_recording, recording_end
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
 from nao_hil.runs.config import RunConfig
+from nao_hil.view.access import Access, Answer
+from nao_hil.view.server import door
 from tests.frames import STANDING, standing_frame
 from walker.model.tree import BodyTree
 
@@ -177,9 +182,21 @@ def naoqi(data: bytes) -> None:
         assert all(map(math.isfinite, (*sent.position, *sent.stiffness)))
 
 
+def page(data: bytes) -> None:
+    """A request to the page's server, and what a browser sends once it is connected."""
+    for access in (Access(), Access("k3y", tls=True)):
+        protocol = ServerProtocol()
+        protocol.receive_data(data)
+        for event in protocol.events_received():
+            if isinstance(event, Request):
+                answer = door(access, lambda _: Answer(HTTPStatus.OK, b"<html>"))(None, event)
+                protocol.send_response(answer or protocol.accept(event))
+        protocol.data_to_send()
+
+
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     target.__name__: target
-    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi)
+    for target in (frames, queries, lola, tables, endpoints, certificates, recordings, naoqi, page)
 }
 
 

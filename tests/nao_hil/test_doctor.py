@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 
 import pytest
 
@@ -74,3 +74,28 @@ def test_findings_that_keep_it_from_working_have_exit_code_3(
     assert "bad" in printed and "warning" in printed
     monkeypatch.setattr(doctor, "diagnose", lambda: [doctor.cores_finding(1)])
     assert doctor.run(as_json=False) == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "python", "machine", "word"),
+    [
+        ("pybullet", (3, 13, 0), "x86_64", "Python 3.11 or older on x86-64 has one"),
+        ("qi", (3, 13, 0), "x86_64", "Python 3.12 or older on x86-64 has one"),
+        ("qi", (3, 11, 0), "aarch64", "Python 3.12 or older on x86-64 has one"),
+        ("qi", (3, 12, 0), "x86_64", "pip install 'nao-hil[naoqi]'"),
+        ("viser", (3, 13, 0), "aarch64", "pip install 'nao-hil[view]'"),
+    ],
+)
+def test_no_package_is_advised_that_there_is_not(
+    name: str, python: tuple[int, ...], machine: str, word: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(_: str) -> str:
+        raise PackageNotFoundError
+
+    monkeypatch.setattr(doctor, "version", missing)
+    monkeypatch.setattr(doctor.sys, "version_info", python)
+    monkeypatch.setattr(doctor.platform, "machine", lambda: machine)
+    extra = next(extra for extra, names in doctor.EXTRAS.items() if name in names)
+    finding = doctor.package_finding(extra, name)
+    assert word in finding.advice
+    assert ("pip install" in finding.advice) == ("pip install" in word)

@@ -11,6 +11,7 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.analysis.run_title import run_title
+from nao_hil.runs.capture import free_name
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from tests.ports import free_endpoint
@@ -20,15 +21,42 @@ UP = [sys.executable, "-m", "nao_hil.cli", "up", "--json"]
 
 def test_a_folder_into_which_a_run_writes_is_refused_until_it_ends(tmp_path: Path) -> None:
     first, second = RunDirectory(tmp_path), RunDirectory(tmp_path)
-    assert not first.clear()
+    first.clear(overwrite=False)
     (tmp_path / "summary.json").write_text("{}")
     with pytest.raises(
         ConfigurationError, match="a run that goes on writes into this folder; give another one"
     ):
-        second.clear()
+        second.clear(overwrite=True)
     assert (tmp_path / "summary.json").exists()
     first.release()
-    assert second.clear() and not (tmp_path / "summary.json").exists()
+    with pytest.raises(ConfigurationError, match=r"holds a run already \(summary\.json\).*--overwrite"):
+        second.clear(overwrite=False)
+    assert (tmp_path / "summary.json").exists()
+    second.clear(overwrite=True)
+    assert not (tmp_path / "summary.json").exists()
+
+
+@pytest.mark.parametrize("mode", ["in-process", "lockstep"])
+def test_a_run_replaces_an_earlier_one_only_when_it_is_told_to(tmp_path: Path, mode: str) -> None:
+    command = [*UP, "--mode", mode, "--steps", "2", "--engine", "mujoco", "--gait", "dynamic"]
+    command += ["--out", str(tmp_path), "--listen", free_endpoint()]
+    subprocess.run(command, capture_output=True, timeout=120, check=True)
+    first = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    second = subprocess.run([*command, "--seed", "2"], capture_output=True, text=True, timeout=120, check=False)
+    assert second.returncode == 2
+    assert "holds a run already" in second.stderr and "--overwrite" in second.stderr
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == first
+    replaced = [*command, "--seed", "2", "--overwrite"]
+    third = subprocess.run(replaced, capture_output=True, text=True, timeout=120, check=True)
+    assert json.loads(third.stdout)["seed"] == json.loads((tmp_path / "summary.json").read_text())["seed"] == 2
+
+
+def test_recordings_of_one_second_have_names_of_their_own(tmp_path: Path) -> None:
+    names = set()
+    for _ in range(3):
+        names.add(free_name(tmp_path, "nao"))
+        max(names).touch()
+    assert len(names) == 3
 
 
 def test_a_result_has_the_configuration_that_it_was_made_with(tmp_path: Path) -> None:

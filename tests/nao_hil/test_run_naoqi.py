@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from bridge.adapters.naoqi import qi_library
+from nao_hil.cli.main import run
 from nao_hil.cli.run_naoqi import _missing, _print_reports, run_naoqi
 from nao_hil.naoqi_programs.runner import ADDRESS, main
 from tests.loops import TIMEOUT
@@ -80,3 +82,18 @@ def test_programs_started_together_share_one_robot(tmp_path: Path) -> None:
         {"exit_code": 0, "started": []},
         {"exit_code": 0, "started": ["robot", "server"]},
     ]
+
+
+@pytest.mark.parametrize(
+    "command", ["serve naoqi", "bridge naoqi --url tcp://127.0.0.1:1", "run-naoqi program.py"]
+)
+def test_without_qi_every_command_of_naoqi_says_where_there_is_a_package(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "qi", None)
+    monkeypatch.setattr(qi_library, "NEWEST_PYTHON", (3, 9))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "program.py").write_text("print()")
+    assert run(command.split()) == 3
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the package qi is not installed for" in said and "Python 3.8 to 3.12 on Linux x86-64 only" in said

@@ -9,6 +9,8 @@ from bridge.guard import Guard
 from bridge.messages import WalkTelemetry
 from emulator.robot import EmulatedRobot
 from nao_hil.runs import in_process
+from nao_hil.runs.build import controller_maker
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.summary import RunStatistics
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
@@ -42,8 +44,8 @@ def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
 def test_speed_is_way_over_time_where_the_walk_goes_in_a_circle() -> None:
     body = load_body("nao-v6")
     told = RunStatistics(0, "mujoco")
-    order = WalkOrder(velocity=(0.15, 0.0, 0.8), steps=60, settle=0.0)
-    controller = Controller(body, make_gait("omni", gait_parameters("omni"), body), order, body.cycle)
+    circle = RunConfig(robot="nao-v6", gait="omni", velocity=(0.15, 0.0, 0.8), steps=60)
+    controller = controller_maker(circle)(body, body.cycle)
     with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
         in_process.run(robot, Guard(body), controller, [told], 2500)
     summary = told.summary(1.0)

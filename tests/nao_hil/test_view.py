@@ -7,6 +7,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from http.client import HTTPConnection
 from types import SimpleNamespace
 from typing import Any
 
@@ -32,17 +33,21 @@ from emulator.scenarios.model import Scenario
 from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, MomentBuilder, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
+from nao_hil.view.access import Access
 from nao_hil.view.driving import Driving
 from nao_hil.view.follow import FAULTS, LiveRun
 from nao_hil.view.hand import SPEED, Hand
 from nao_hil.view.orders import RESTART, Orders, SlowMotion
+from nao_hil.view.page import page
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
+from nao_hil.view.server import PageServer
 from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
+from tests.ports import free_port
 from walker.planning import gait_parameters
 
 BODY = load_body("nao-v3")
@@ -403,3 +408,18 @@ def test_the_terrain_of_a_recording_is_the_one_the_robot_walked(name: str) -> No
         heights = robot.world.ground([(float(x), float(y)) for x, y, _ in inside])
     assert len(inside) > 50
     np.testing.assert_allclose(heights, inside[:, 2], atol=1e-4)
+
+
+def test_every_answer_of_the_page_has_a_content_security_policy_and_its_script_is_named() -> None:
+    port = free_port()
+    server = PageServer("127.0.0.1", port, Access())
+    server.show(*page("policy"))
+    try:
+        for path, source in (("/", "script-src 'sha256-"), ("/nothing", "default-src 'none'")):
+            connection = HTTPConnection("127.0.0.1", port, timeout=10.0)
+            connection.request("GET", path)
+            policy = connection.getresponse().headers["Content-Security-Policy"]
+            assert source in policy and "frame-ancestors 'none'" in policy and "unsafe-eval" not in policy
+            connection.close()
+    finally:
+        server.close()

@@ -11,6 +11,7 @@ from bridge.guard import GuardStatus
 from bridge.link.guard_client import GuardClient
 from nao_hil.runs.monitor import Monitor
 from tests.loops import TIMEOUT, until
+from tests.system.test_lola_service import Client, pack
 
 Start = Callable[..., Any]
 
@@ -132,3 +133,33 @@ def test_nobody_there_is_told_in_one_sentence(command: str, start: Start, endpoi
     assert told.wait() == 3
     assert f"Nobody listened at {endpoint}" in words(told.stderr)
     assert "Traceback" not in told.stderr
+
+
+def test_a_lola_client_in_lockstep_gets_its_packets_after_an_emergency_stop(
+    start: Start, endpoint: str, tmp_path: Any, request: pytest.FixtureRequest
+) -> None:
+    emulate = ["emulate", "--engine", "mujoco", "--robot", "nao-v6", "--listen", endpoint, "--mode", "lockstep"]
+    start(*emulate, "--out", str(tmp_path / "run"))
+    path = str(tmp_path / "lola")
+    served = start("serve", "lola", "--connect", endpoint, "--socket", path)
+    until(lambda: (tmp_path / "lola").exists(), "the socket")
+    client = Client(path)
+    request.addfinalizer(client.socket.close)
+    held = client.read()["Position"]
+
+    def cycles(count: int) -> dict[str, Any]:
+        for _ in range(count):
+            client.send(pack(Position=held, Stiffness=[0.8] * 25))
+            packet = client.read()
+        return packet
+
+    cycles(20)
+    with GuardClient("nao", endpoint, TIMEOUT) as guard:
+        guard.stop()
+        until(lambda: cycles(10) and guard.status().state == "rest", "the robot to rest")
+        before = guard.status()
+        assert max(cycles(200)["Stiffness"]) < 0.15
+        assert guard.status() == before  # nothing of it was done
+        guard.arm()
+        assert max(cycles(100)["Stiffness"]) > 0.7
+    assert "Traceback" not in served.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import secrets
 import signal
 import subprocess
@@ -16,7 +17,9 @@ import zenoh
 
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
-from bridge.link.session import open_client, subscribe
+from bridge.link.guard_client import GuardClient
+from bridge.link.session import open_client, open_robot, subscribe
+from bridge.link.walk_client import WalkClient
 from bridge.messages import (
     ActuatorFrame,
     Info,
@@ -157,8 +160,23 @@ def test_ctrl_c_ends_a_controller_that_waits(endpoint: str) -> None:
 
 
 def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, endpoint: str) -> None:
-    with ControllerLink("nao2", endpoint) as link, pytest.raises(LinkError, match="nao2"):
-        link.wait_robot(timeout=0.3)
+    began = time.monotonic()
+    with (
+        ControllerLink("nao2", endpoint) as link,
+        pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
+    ):
+        link.wait_robot(timeout=TIMEOUT)
+    with (
+        GuardClient("nao2", endpoint) as guard,
+        pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
+    ):
+        guard.stop()
+    with (
+        WalkClient("nao2", endpoint) as walker,
+        pytest.raises(LinkError, match=r"no robot `nao2`.*`nao` is there"),
+    ):
+        walker.status()
+    assert time.monotonic() - began < 5.0
 
 
 def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
@@ -431,7 +449,7 @@ def test_a_frame_that_is_none_is_told_to_the_controller(
 
 
 def test_an_endpoint_in_use_is_named(robot: RobotLink, endpoint: str) -> None:
-    with pytest.raises(LinkError, match="in use") as error:
+    with pytest.raises(LinkError, match="in use by robot `nao`") as error:
         RobotLink(robot_info(), endpoint)
     assert endpoint in str(error.value)
     assert "/root/" not in str(error.value)
@@ -451,3 +469,14 @@ def test_what_cannot_be_part_of_a_key_is_no_id_and_no_name(endpoint: str, bad: s
         ControllerLink(robot=bad, connect=endpoint)
     with pytest.raises(ConfigurationError):
         ControllerLink(name=bad, connect=endpoint)
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "[::]", "192.168.1.7", "robot.local"])
+def test_a_link_beyond_loopback_takes_certificates_or_the_word_open(host: str, port: int) -> None:
+    with pytest.raises(ConfigurationError, match=rf"add --keys DIR .* tcp/{re.escape(host)}:{port}#open"):
+        open_robot(f"tcp/{host}:{port}")
+
+
+def test_a_link_that_is_called_open_listens_beyond_loopback(port: int) -> None:
+    with open_robot(f"tcp/0.0.0.0:{port}#open"), open_client(f"tcp/127.0.0.1:{port}#open", timeout=5.0):
+        pass

@@ -16,8 +16,12 @@ from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.config import RunConfig
+from nao_hil.view.access import Access
+from nao_hil.view.page import page as live_page
+from nao_hil.view.server import PageServer
 from nao_hil.view.video import SOFTWARE
 from tests.loops import until
+from tests.proxy import proxy
 
 Start = Callable[..., Any]
 
@@ -232,3 +236,14 @@ def test_another_site_in_the_same_browser_cannot_connect(
         page.route("http://evil.example/", lambda route: route.fulfill(body="<p>another site"))
         page.goto(site)
         assert page.evaluate(CONNECT, own) == "refused"
+
+
+def test_the_page_works_under_a_path_of_a_proxy(port: int, page: Page, errors: list[str]) -> None:
+    server = PageServer("127.0.0.1", port, Access())
+    server.show(*live_page("behind a proxy"))
+    try:
+        with proxy("/nao/", port) as address:
+            page.goto(address)
+            until(lambda: page.wait_for_timeout(100) or server.watched, "the page to connect")
+    finally:
+        server.close()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,8 +14,13 @@ from typing import Any
 
 import pytest
 
+from bridge.errors import WalkRefused
+from bridge.link import ControllerLink
+from bridge.link.guard_client import GuardClient
+from bridge.link.walk_client import WalkClient
 from bridge.link.world_client import WorldClient
 from bridge.messages import SensorFrame
+from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push, Reset
 from bridge.recording.playback import read_recording
 from nao_hil.analysis.diagnosis import diagnose
@@ -143,7 +150,7 @@ def test_a_walker_goes_on_with_a_robot_that_was_killed_and_restarted(
     assert cut_off[-1].time > 0.5
 
     restarted = time.time_ns()
-    start(*emulate)
+    start(*emulate, "--overwrite")
     until(heard(monitor, lambda frame: frame.wall > restarted and frame.command > 200), "the new walk")
     walker.interrupt()
     assert walker.process.returncode == 130
@@ -215,17 +222,17 @@ def test_ctrl_c_ends_both_sides_with_their_recording_closed(
     assert command.result["cycles"] > 100
 
 
-def test_a_run_in_the_folder_of_another_replaces_it_and_says_so(
-    start: Start, endpoint: str, tmp_path: Path
-) -> None:
+def test_a_run_replaces_another_when_it_is_told_to(start: Start, endpoint: str, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     folder.mkdir()
     for name in ("frames.mcap", "frames-2.mcap", "summary.json", "notes.txt"):
         (folder / name).write_text("old")
     up = ["up", "--engine", "mujoco", "--mode", "lockstep", "--gait", "dynamic", "--steps", "2"]
     command = start(*up, "--listen", endpoint, "--out", str(folder), "--json")
+    assert command.wait() == 2
+    assert "holds a run already" in one_sentence(command.stderr)
+    command = start(*up, "--listen", endpoint, "--out", str(folder), "--json", "--overwrite")
     assert command.wait() == 0
-    assert " ".join(command.stderr.split()).count("is replaced") == 1
     assert not (folder / "frames-2.mcap").exists()
     assert (folder / "notes.txt").read_text() == "old"
     assert inspect(folder / "frames.mcap").frames_sha256 == command.result["frames_sha256"]
@@ -361,3 +368,78 @@ def test_a_misspelt_key_in_a_file_gets_a_suggestion(
     file.write_text('robot = "nao-v4"\nstepps = 3\n')
     assert run([command, "--config", str(file)]) == 2
     assert "run.toml: unknown key 'stepps' (did you mean 'steps'?)" in one_sentence(capsys.readouterr().err)
+
+
+def test_a_stranger_who_takes_the_robot_of_an_open_link_ends_nothing_and_the_walker_takes_it_back(
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
+) -> None:
+    served = ["--serve", "--engine", "mujoco", "--mode", "lockstep", "--listen", endpoint]
+    command = start("up", *served, "--out", str(tmp_path / "run"))
+    log = tmp_path / "run" / "walker.log"
+    until(heard(monitor, lambda frame: frame.command > 5), "the walker")
+    with (
+        GuardClient("nao", endpoint) as guard,
+        ControllerLink("nao", endpoint, "thief") as thief,
+        WalkClient("nao", endpoint) as walker,
+    ):
+        assert thief.wait_robot() is not None
+        guard.stop()
+        guard.arm()
+        thief.acquire()
+        until(lambda: "held by controller `thief`" in log.read_text(), "the walker to say who has the robot")
+        until(lambda: monitor.status and monitor.status.holder == "thief", "the robot to say so")
+        with pytest.raises(WalkRefused, match="held by controller `thief`"):
+            walker.send(WalkCommand(op="walk"))
+        assert command.process.poll() is None
+        thief.release()
+        until(lambda: monitor.status and monitor.status.holder == "walker", "the walker to take it back")
+        until(lambda: monitor.status and monitor.status.under_command, "the robot to obey it")
+    command.interrupt()
+    assert command.process.returncode == 0, command.stderr
+
+
+def test_a_pause_of_all_processes_is_told_and_the_run_goes_on(
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
+) -> None:
+    command = start(
+        *(
+            "up",
+            "--engine",
+            "mujoco",
+            "--steps",
+            "0",
+            "--listen",
+            endpoint,
+            "--out",
+            str(tmp_path / "run"),
+            "--json",
+        )
+    )
+    walking = until(heard(monitor, lambda frame: frame.command > 50), "the walk")
+    assert walking is not None
+    pids = [command.process.pid, *command.children()]
+    for pid in pids:
+        os.kill(pid, signal.SIGSTOP)
+    time.sleep(1.5)
+    for pid in pids:
+        os.kill(pid, signal.SIGCONT)
+    until(heard(monitor, lambda frame: frame.command > walking.seq + 50), "the walk after the pause")
+    command.interrupt()
+    told = " ".join(command.stderr.split())
+    assert "the robot says: The robot's process stood still for 1." in told
+    assert "this process stood still for 1." in " ".join((tmp_path / "run" / "walker.log").read_text().split())
+    assert "The run did not keep real time" in told
+    assert "The run did not keep real time" in command.result["starved"]
+
+
+@pytest.mark.parametrize("command", ["up --steps 2", "emulate", "walk", "stop", "view", "serve lola"])
+def test_without_loopback_a_command_says_so_at_once(command: str, tmp_path: Path) -> None:
+    alone = ["unshare", "--map-root-user", "--net"]
+    if subprocess.run([*alone, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("this machine gives no network of its own")
+    nao_hil = [sys.executable, "-m", "nao_hil.cli", *command.split()]
+    ended = subprocess.run(
+        [*alone, *nao_hil], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
+    )
+    assert ended.returncode == 3
+    assert "loopback interface is down, `ip link set lo up` starts it" in one_sentence(ended.stderr)

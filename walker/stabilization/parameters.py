@@ -14,6 +14,7 @@ from walker.estimation.support_state import TouchDownParameters
 from walker.planning.catalogue import gait_file
 from walker.stabilization.admittance import AnkleParameters, LegParameters
 from walker.stabilization.arm_counterweight import ArmCounterweightParameters
+from walker.stabilization.bounds import check_bounds
 from walker.stabilization.hip_bend import HipBendParameters
 from walker.stabilization.joint_compliance import JointComplianceParameters
 from walker.stabilization.landed_foot import LandedFootParameters
@@ -62,7 +63,9 @@ def controller_parameters(gait: str, changes: Mapping[str, Any] | None = None) -
     shipped = msgspec.to_builtins(load_toml(gait_file(gait, "control.toml"), ControllerParameters))
     if (designs := gait_file(gait, "torso.toml")).exists():
         shipped = merged(shipped, read_toml(designs)["controller"])
-    return from_dict(merged(shipped, changes or {}), "controller", ControllerParameters)
+    parameters = from_dict(merged(shipped, changes or {}), "controller", ControllerParameters)
+    check_bounds(msgspec.to_builtins(parameters))
+    return parameters
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

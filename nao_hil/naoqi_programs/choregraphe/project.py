@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from bridge.config import read_limited
 from bridge.errors import ConfigurationError
 
 MAX_SIZE: Final = 20_000_000
@@ -98,9 +99,7 @@ def read_behaviour(path: Path) -> Box:
 
 def _parsed(path: Path) -> ET.Element:
     try:
-        data = path.read_bytes()
-        if len(data) > MAX_SIZE:
-            raise ConfigurationError(f"{path}: {len(data)} bytes are more than {MAX_SIZE}.")
+        data = read_limited(path, MAX_SIZE, f"give a file of a Choregraphe project of at most {MAX_SIZE} bytes")
         text = data.decode("utf-8-sig")
         if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():  # entities could expand without end
             raise ConfigurationError(f"{path}: it declares a document type, which Choregraphe's files do not.")

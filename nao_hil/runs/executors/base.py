@@ -112,7 +112,10 @@ def _check(asked: Versions, here: Versions) -> None:
         ours, theirs = dict(here.libraries), dict(asked.libraries)
         names = [name for name in {**theirs, **ours} if ours.get(name) != theirs.get(name)]
         what = "; ".join(f"{name} {ours.get(name)}, the command {theirs.get(name)}" for name in names)
-    raise WorkerRefused(
-        f"the worker on {socket.gethostname()} has {what}: install the same nao-hil and the same "
-        "requirements.lock on both."
-    )
+    remedy = "install the same nao-hil and the same requirements.lock on both"
+    if what.startswith("numerics "):
+        remedy = (
+            "its processor or C library rounds differently, so its walks would be others; take hosts of one "
+            "kind, or make them alike (docs/campaigns.md)"
+        )
+    raise WorkerRefused(f"the worker on {socket.gethostname()} has {what}: {remedy}.")

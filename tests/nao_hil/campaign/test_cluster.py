@@ -106,6 +106,18 @@ def test_a_worker_with_other_sources_refuses_in_one_sentence(
     executor.close()
 
 
+def test_a_worker_that_rounds_differently_refuses_in_one_sentence(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = base.Versions.here()
+    libraries = tuple((name, "0" if name == "numerics" else version) for name, version in here.libraries)
+    monkeypatch.setattr(base.Versions, "here", classmethod(lambda cls: cls(here.sources, libraries)))
+    executor = open_executor(cluster.address)
+    with pytest.raises(WorkerRefused, match=r"has numerics \w{16}, the command 0: its processor or C library"):
+        list(executor.run([Job("a", abs, -1)]))
+    executor.close()
+
+
 def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(cluster: Cluster) -> None:
     said: list[str] = []
     executor = open_executor(cluster.address, say=said.append)

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
+import platform
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import grimp
@@ -47,6 +52,23 @@ def test_another_version_of_a_library_changes_the_key(name: str, monkeypatch: py
     versions = tuple((each, "0" if each == name else v) for each, v in fingerprint.library_versions())
     monkeypatch.setattr(fingerprint, "library_versions", lambda: versions)
     assert key(WALK) != before
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="these kernels are of x86-64")
+@pytest.mark.parametrize("kernel", ["OPENBLAS_CORETYPE=Prescott", "GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2"])
+def test_another_kernel_of_blas_or_libm_changes_the_key(kernel: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, _, value = kernel.partition("=")
+    ask = "from nao_hil.runs.fingerprint import kernels; import json; print(json.dumps(kernels()))"
+    here, other = (
+        json.loads(subprocess.run([sys.executable, "-c", ask], env=env, capture_output=True, check=True).stdout)
+        for env in (os.environ, os.environ | {name: value})
+    )
+    assert here["numerics"] == fingerprint.numerics() != other["numerics"]
+    before = key(WALK)
+    fingerprint.library_versions.cache_clear()
+    monkeypatch.setattr(fingerprint, "numerics", lambda: other["numerics"])
+    assert key(WALK) != before
+    fingerprint.library_versions.cache_clear()
 
 
 def test_the_key_has_the_whole_configuration_and_not_the_name(tmp_path: Path) -> None:

@@ -1,0 +1,157 @@
+"""Files that are too long, too deep, or no files: one sentence within two seconds of processor time."""
+
+from __future__ import annotations
+
+import os
+import struct
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import zstandard
+
+from bridge.body import load_body
+from bridge.config import MAX_TOML, parse_toml, read_toml
+from bridge.errors import ConfigurationError
+from bridge.recording.playback import MAX_RECORD, read_recording
+from emulator.scenarios import MAX_CSV, Scenario, load_scenario
+from emulator.wear import load_wear
+from nao_hil.identification.csv_file import read_csv
+from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
+from nao_hil.naoqi_programs.source import program_code
+from nao_hil.runs.config import run_config
+from nao_hil.runs.folder import RunDirectory
+
+SECONDS = 2.0
+"""s of processor time."""
+BOX = '[[boxes]]\nname = "b{}"\nsize = [1.0, 1.0, 1.0]\nat = [1.0, 1.0]\n'
+
+
+def refused(read: Callable[[Path], object], path: Path) -> str:
+    """The sentence with which a file is refused in time."""
+    began = time.process_time()
+    with pytest.raises(ConfigurationError) as error:
+        read(path)
+    assert time.process_time() - began < SECONDS
+    sentence = str(error.value)
+    assert str(path) in sentence and "\n" not in sentence and len(sentence) < 1000
+    return sentence
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (".".join("a" * 200_000) + " = 1", "more than 262144 bytes"),
+        (".".join("a" * 120_000) + " = 1", "line 1: a key of more than 32 parts"),
+        (" . ".join("a" * 60_000) + " = 1", "line 1: a key of more than 32 parts"),
+        ("\n[" + ".".join("a" * 120_000) + "]", "line 2: a key of more than 32 parts"),
+        ("x = {" + ".".join("a" * 120_000) + " = 1}", "line 1: a key of more than 32 parts"),
+        ('title = "' + "x" * 50_000_000 + '"', "more than 262144 bytes"),
+        ('title = "' + "x" * 250_000 + '"', "title"),
+        ("".join(BOX.format(i) for i in range(20_000)), "more than 262144 bytes"),
+        ("".join(BOX.format(i) for i in range(1001)), "boxes: expected a list of length <= 1000"),
+        ("x" * 250_000 + " = 1", "unknown key"),
+    ],
+    ids=[
+        "400 kB",
+        "240 kB",
+        "spaces",
+        "header",
+        "inline",
+        "title",
+        "shorter title",
+        "boxes",
+        "1001 boxes",
+        "key",
+    ],
+)
+def test_a_hostile_scenario_is_refused_in_one_sentence(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "hostile.toml"
+    path.write_text(text)
+    assert said in refused(lambda path: load_scenario(str(path)), path)
+
+
+def test_what_is_long_and_right_is_read_in_time() -> None:
+    numbers = "[heightfield]\nheights = [" + ", ".join(f"[{'0.0015, ' * 200}]" for _ in range(150)) + "]\n"
+    assert len(numbers) < MAX_TOML
+    began = time.process_time()
+    field = parse_toml(numbers, "numbers", Scenario).heightfield
+    assert field is not None and len(field.heights) == 150
+    assert time.process_time() - began < SECONDS
+
+
+READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "configuration": (".toml", run_config),
+    "body": (".toml", lambda path: load_body(str(path))),
+    "wear profile": (".toml", lambda path: load_wear(str(path), load_body("nao-v3"))),
+    "scenario": (".toml", lambda path: load_scenario(str(path))),
+    "table": (".csv", read_csv),
+    "recording": (".mcap", lambda path: list(read_recording(path))),
+    "program": (".py", program_code),
+    "behaviour": (".xar", read_behaviour),
+}
+"""Suffix and reader of each kind of file that a person can name."""
+
+
+@pytest.mark.parametrize("device", ["/dev/zero", "folder", "pipe"])
+@pytest.mark.parametrize("kind", READERS)
+def test_what_is_no_file_is_refused_in_one_sentence(kind: str, device: str, tmp_path: Path) -> None:
+    suffix, read = READERS[kind]
+    path = tmp_path / f"link{suffix}"
+    if device == "folder":
+        path.mkdir()
+    elif device == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to(device)
+    said = refused(read, path)
+    assert "give" in said
+
+
+@pytest.mark.parametrize("kind", [kind for kind in READERS if kind != "recording"])
+def test_a_file_that_is_too_long_is_refused_before_it_is_read(kind: str, tmp_path: Path) -> None:
+    suffix, read = READERS[kind]
+    path = tmp_path / f"long{suffix}"
+    with path.open("wb") as file:
+        file.truncate(1 << 33)  # of nothing: it takes no place on the disk
+    assert "has more than" in refused(read, path)
+
+
+def test_a_file_of_heights_is_bounded_in_length_and_points(tmp_path: Path) -> None:
+    scenario, heights = tmp_path / "hills.toml", tmp_path / "heights.csv"
+    scenario.write_text('[heightfield]\nfile = "heights.csv"\n')
+    heights.write_text("0.0," * (MAX_CSV // 4) + "0.0")
+    began = time.process_time()
+    with pytest.raises(ConfigurationError, match="has more than"):
+        load_scenario(str(scenario))
+    heights.write_text(("0," * 599 + "0\n") * 600)
+    with pytest.raises(ConfigurationError, match="360000 points; at most 250000"):
+        load_scenario(str(scenario))
+    assert time.process_time() - began < SECONDS
+
+
+def test_a_run_keeps_its_heights_in_a_file_that_can_be_read_again(tmp_path: Path) -> None:
+    text = "[heightfield]\nheights = [[0.1, 0.2], [0.3, 0.123456789012345678]]\n"
+    scenario = parse_toml(text, "hills", Scenario)
+    directory = RunDirectory(tmp_path)
+    directory.write_scenario(scenario)
+    again = load_scenario(str(tmp_path / "scenario.toml"))
+    assert again.heightfield is not None and scenario.heightfield is not None
+    assert again.heightfield.heights == scenario.heightfield.heights
+
+
+@pytest.mark.parametrize("honest", [True, False])
+def test_a_recording_that_unpacks_to_gigabytes_is_refused(honest: bool, tmp_path: Path) -> None:
+    size = 4 * MAX_RECORD
+    packed = zstandard.compress(bytes(size))
+    chunk = struct.pack("<QQQII", 0, 0, size if honest else 100, 0, 4) + b"zstd"
+    chunk += struct.pack("<Q", len(packed)) + packed
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(chunk)) + chunk)
+    assert "a chunk that unpacks to more than" in refused(lambda path: list(read_recording(path)), path)
+
+
+def test_a_file_that_grows_while_it_is_read_is_bounded() -> None:
+    with pytest.raises(ConfigurationError, match=r"is not valid TOML|has more than"):
+        read_toml("/proc/self/maps")
