@@ -106,9 +106,7 @@ def _closed(grid: Floats, ends: Floats, colour: Colour, *, flipped: bool = False
     top = (rings - 1) * around
     faces.append(np.column_stack([top + i, top + j, np.full(around, rings * around + 1)]))
     found = np.vstack(faces)
-    return ColouredMesh(
-        np.vstack([grid.reshape(-1, 3), ends]), found[:, ::-1] if flipped else found, colour
-    )
+    return ColouredMesh(np.vstack([grid.reshape(-1, 3), ends]), found[:, ::-1] if flipped else found, colour)
 
 
 def _knob(

@@ -6,11 +6,8 @@ The shell is in `assets/`; the shapes that touch the world stay primitive, as in
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree as Xml
-
-import numpy as np
 
 from bridge.body import Body
 from emulator.engine.mujoco.scene import FLOOR
@@ -26,7 +23,8 @@ SCENE: Final = """\
   </visual>
   <asset>
     <texture type="skybox" builtin="gradient" rgb1="0.78 0.83 0.9" rgb2="1 1 1" width="512" height="512"/>
-    <texture name="grid" type="2d" builtin="checker" rgb1="0.88 0.9 0.93" rgb2="0.8 0.83 0.87" width="300" height="300"/>
+    <texture name="grid" type="2d" builtin="checker" rgb1="0.9 0.9 0.93" rgb2="0.8 0.83 0.87" width="300"
+      height="300"/>
     <material name="grid" texture="grid" texrepeat="10 10" texuniform="true" reflectance="0.05"/>
   </asset>
   <worldbody>
@@ -42,13 +40,14 @@ The humanoid robot NAO ({body}) for MuJoCo 3.7 or later and as URDF, exported by
 
 | file | holds |
 |---|---|
-| `{name}.xml` | MJCF: drives with backlash, delay, rotor inertia and friction ({wear}), soft soles, key frames `stand`, `one-leg` |
+| `{name}.xml` | MJCF: {wear} drives with backlash and delay, soft soles, key frames `stand`, `one-leg` |
 | `scene.xml` | the same on a floor with light |
 | `{name}.urdf` | links, masses, joints, shapes |
 | `assets/` | the shell: an own design, lofted from published dimensions |
 | `test_{name}.py` | pytest: the model loads and stands |
 
-Numbers are published or assumed as nao-hil's data sheet of the body says. No file of the robot's vendor is in here. Licence: Apache-2.0.
+Numbers are published or assumed as nao-hil's data sheet of the body says.
+No file of the robot's vendor is in here. Licence: Apache-2.0.
 """
 TEST: Final = '''\
 """The model loads, and stands for a second at its key frame."""
@@ -79,9 +78,8 @@ def model_folder(body: Body, wear: str, mjcf: str, urdf: str, licence: str) -> d
         licence: Text of the licence.
     """
     name, parts = body.name.replace("-", "_").replace(".", "_"), shell(body)
-    files = {
-        f"assets/{_mesh(link, i)}.obj": _obj(part) for link, found in parts.items() for i, part in enumerate(found)
-    }
+    pieces = [(_mesh(link, i), part) for link, found in parts.items() for i, part in enumerate(found)]
+    files = {f"assets/{mesh}.obj": _obj(part) for mesh, part in pieces}
     return files | {
         f"{name}.xml": _with_shell_mjcf(mjcf, parts),
         f"{name}.urdf": _with_shell_urdf(urdf, parts),
@@ -133,7 +131,8 @@ def _with_shell_urdf(text: str, parts: Mapping[str, list[ColouredMesh]]) -> str:
         for i, part in enumerate(parts.get(link.get("name", ""), [])):
             mesh, visual = _mesh(link.get("name", ""), i), Xml.SubElement(link, "visual")
             Xml.SubElement(Xml.SubElement(visual, "geometry"), "mesh", filename=f"assets/{mesh}.obj")
-            material = Xml.SubElement(visual, "material", name=f"colour_{'_'.join(map(str, np.array(part.colour)))}")
+            colour = "_".join(map(str, part.colour))
+            material = Xml.SubElement(visual, "material", name=f"colour_{colour}")
             Xml.SubElement(material, "color", rgba=_rgba(part))
     Xml.indent(root)
     return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n"

@@ -66,10 +66,11 @@ def differences(first: Path, second: Path) -> dict[str, Any]:
         [(s.time, s.text) for s in symptoms_of(moments(read_recording(file)), recorded_body(file))]
         for file in (first, second)
     ]
+    alone = [_alone(events[0], events[1]), _alone(events[1], events[0])]
     return {
         "config": _unequal(*configs),
         "figures": _unequal(*(_flat(figure) for figure in figures)),
-        "events": [_alone(events[0], events[1]), _alone(events[1], events[0])] if events[0] != events[1] else [],
+        "events": alone if any(alone) else [],
     }
 
 

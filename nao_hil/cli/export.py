@@ -45,7 +45,9 @@ def urdf(
 
 
 def folder(
-    out: Annotated[Path, typer.Option("--out", help="Folder to write; made if it is not there.", metavar="DIR")],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder to write; made if it is not there.", metavar="DIR")
+    ],
     robot: options.Body = None,
     wear: options.Wear = None,
     as_json: options.Json = False,
@@ -70,7 +72,8 @@ def folder(
         write_text(out / name, text)
     picture = _picture(out)
     open_console().print(
-        f"{body.name} with {profile} drives is in {out}." + ("" if picture else " No picture: MuJoCo cannot draw."),
+        f"{body.name} with {profile} drives is in {out}."
+        + ("" if picture else " No picture: MuJoCo cannot draw."),
         highlight=False,
     )
     if as_json:

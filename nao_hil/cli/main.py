@@ -85,7 +85,12 @@ _GROUPS: Final = {
     ),
     "export": (
         "Write a recorded run as a page or a video, or the calibrated robot for other simulators.",
-        {"run": "export_run:export_run", "mjcf": "export:mjcf", "urdf": "export:urdf", "folder": "export:folder"},
+        {
+            "run": "export_run:export_run",
+            "mjcf": "export:mjcf",
+            "urdf": "export:urdf",
+            "folder": "export:folder",
+        },
     ),
     "config": (
         "Show or check the configuration of a run.",

@@ -53,7 +53,8 @@ class WalkProgress:
         frame, truth, status, walk = monitor.sensors, monitor.truth, monitor.status, monitor.walk
         if frame is None:
             compiled = compiled_count() - self._compiled
-            return {"waiting": "for the robot" + f", {compiled} loops compiled so far (first start)" * (compiled > 0)}
+            first = f"; first start, {compiled} loops compiled so far" if compiled > 0 else ""
+            return {"waiting": f"for the robot{first}"}
         if self._began is None or frame.time < self._began[0]:  # a reset begins at 0 again
             self._began = (frame.time, time.monotonic())
         wall = time.monotonic() - self._began[1]

@@ -42,10 +42,10 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     steps: int
     """Steps completed in all walks, by the walker's word."""
     distance: float
-    """Straight line of the torso over ground from the first frame to the last, or to the fall, m; the sum over
+    """Straight line of the torso over ground from the first frame to the last, or to the fall, m; summed over
     resets."""
     way: float = 0.0
-    """Length of the torso's path over ground, a corner each half second, in which its sway does not count, m."""
+    """Length of the torso's path over ground, m: a corner each half second, so its sway does not count."""
     speed: float
     """Way over the time from the first phase of each walk to its end, m/s."""
     velocity: Vec3 = (0.0, 0.0, 0.0)

@@ -165,9 +165,7 @@ class Orders:
 
     def _restart(self, settings: dict[str, str]) -> str:
         if not self.supervised:
-            raise FrameError(
-                "This page did not begin the run; start `nao-hil up` with other options."
-            )
+            raise FrameError("This page did not begin the run; start `nao-hil up` with other options.")
         print(json.dumps({RESTART: settings}), flush=True, file=sys.stdout)
         return "The run begins again; the page follows."
 

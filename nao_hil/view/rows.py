@@ -18,12 +18,12 @@ from emulator.shell import ColouredMesh, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.footprints import Footprints
-from nao_hil.view.surroundings import terrain_meshes
 from nao_hil.view.packing import PackedTable, pack
 from nao_hil.view.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
 from nao_hil.view.recorded_run import RecordedRun
 from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.support import soles_that_touch, tips
+from nao_hil.view.surroundings import terrain_meshes
 from walker.estimation.odometry import GroundPlane
 from walker.model.floating_base import FloatingBase
 

@@ -115,9 +115,7 @@ class Photographer:
             with sync_playwright() as playwright:
                 path = shutil.which("chromium")
                 browser = playwright.chromium.launch(executable_path=path, args=list(SOFTWARE))
-                page = browser.new_page(
-                    viewport={"width": SCREEN[0], "height": SCREEN[1]}, color_scheme="dark"
-                )
+                page = browser.new_page(viewport={"width": SCREEN[0], "height": SCREEN[1]}, color_scheme="dark")
                 page.set_default_timeout(TIMEOUT)
                 _open(page, f"http://127.0.0.1:{port}/")
                 page.evaluate("player.adaptive = false, player.scene.sharpness = 1")

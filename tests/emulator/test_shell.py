@@ -30,7 +30,9 @@ def test_every_piece_is_closed_and_its_faces_look_outward(name: str) -> None:
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_loft_of_equal_circles_has_the_volume_of_a_cylinder(axis: int) -> None:
-    part = loft(axis, [Section(0.0, (0.1, 0.1)), Section(0.5, (0.1, 0.1))], (0, 0, 0), (0.0, 0.0), 2.0, (64, 20))
+    part = loft(
+        axis, [Section(0.0, (0.1, 0.1)), Section(0.5, (0.1, 0.1))], (0, 0, 0), (0.0, 0.0), 2.0, (64, 20)
+    )
     assert volume(part) == pytest.approx(np.pi * 0.1**2 * 0.5, rel=0.01)
 
 

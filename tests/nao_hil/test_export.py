@@ -87,7 +87,9 @@ def test_the_folder_s_model_stands_and_both_its_forms_are_the_data_sheets(tmp_pa
     for name in joint_tree(body):
         sheet, limit = body.joints[name], urdf.find(f"joint[@name='{name}']/limit")
         assert limit is not None
-        assert (float(limit.get("lower", "")), float(limit.get("upper", ""))) == pytest.approx((sheet.lower, sheet.upper))
+        assert (float(limit.get("lower", "")), float(limit.get("upper", ""))) == pytest.approx(
+            (sheet.lower, sheet.upper)
+        )
     for link in urdf.iter("link"):
         mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
         assert mass is not None and inertia is not None

@@ -160,7 +160,15 @@ def test_the_fall_says_its_first_sign_and_when_it_was_over() -> None:
 def telemetry(seq: int, state: str = "walk") -> WalkTelemetry:
     flat = (0.0,) * 6
     return WalkTelemetry(
-        seq=seq, state=state, phase="SSL", step=3, steps=0, zmp=(0.0, 0.0), com=(0.0, 0.0), left=flat, right=flat
+        seq=seq,
+        state=state,
+        phase="SSL",
+        step=3,
+        steps=0,
+        zmp=(0.0, 0.0),
+        com=(0.0, 0.0),
+        left=flat,
+        right=flat,
     )
 
 
@@ -319,7 +327,9 @@ def test_a_restart_is_a_line_for_the_command_that_began_the_run(
 def test_every_fault_on_offer_is_one_that_there_is() -> None:
     targets = {"joint": "LKneePitch", "sensor": "gyroscope"}
     for kind, (target, number) in FAULTS.items():
-        fields = {"kind": kind} | ({target: targets[target]} if target else {}) | ({number: 0.5} if number else {})
+        fields = (
+            {"kind": kind} | ({target: targets[target]} if target else {}) | ({number: 0.5} if number else {})
+        )
         assert StartFault(fault=convert(fields, Fault))
 
 

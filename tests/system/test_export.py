@@ -10,12 +10,12 @@ from typing import Any
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from nao_hil.view.video import SOFTWARE
 from playwright.sync_api import Page, sync_playwright
 
 from bridge.messages import TruthFrame
 from bridge.recording.playback import read_recording
 from nao_hil.cli.main import run
+from nao_hil.view.video import SOFTWARE
 from tests.loops import until
 
 pytestmark = pytest.mark.browser

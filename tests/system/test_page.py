@@ -118,7 +118,10 @@ def test_walk_push_fall_reset_and_emergency_stop(
     page.get_by_role("tab", name="Walk").click()
     until(lambda: velocity(page)[0] > 0.05, "the velocity in force")  # ordered by a button, not by the pad
     page.get_by_label("forward, m/s").fill("fast")
-    assert page.get_by_label("forward, m/s").locator("xpath=following-sibling::span").inner_text() == "not a number"
+    assert (
+        page.get_by_label("forward, m/s").locator("xpath=following-sibling::span").inner_text()
+        == "not a number"
+    )
     page.get_by_label("forward, m/s").fill("0.1")
     page.keyboard.press("Tab")
     until(lambda: math.isclose(velocity(page)[0], 0.1, abs_tol=0.02), "the velocity that was typed")

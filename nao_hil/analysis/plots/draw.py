@@ -44,11 +44,11 @@ def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
     Raises:
         ConfigurationError: unknown name, nothing recorded that it could show, or no place to write to.
     """
-    make, size, _ = FIGURES[name] if name in FIGURES else (None, None, None)
     for tables, title in runs:
         if lacking := missing(tables, name):
-            raise ConfigurationError(f"{title}: there is no plot `{name}`: nothing of {lacking[0]} was recorded.")
-    assert make is not None and size is not None
+            nothing = f"nothing of {lacking[0]} was recorded"
+            raise ConfigurationError(f"{title}: there is no plot `{name}`: {nothing}.")
+    make, size, _ = FIGURES[name]
     figure = Figure(figsize=size, layout="constrained")
     shows, tables = PLOTS[name], runs[0][0]
     titles = "\n".join(f"{style}{title}" for style, (_, title) in zip(("", *DASHED), runs, strict=False))
