@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from bridge.types import Positive, Vec3
+from bridge.types import NotNegative, Positive, Vec3
 
 Angle: TypeAlias = Annotated[float, msgspec.Meta(ge=-7.0, le=7.0)]
 """rad; the bounds refuse degrees."""
@@ -114,6 +114,8 @@ class InertialUnit(_Sheet, frozen=True):
     """rad/s"""
     gyroscope_step: Positive
     """rad/s per count"""
+    angle_step: NotNegative = 0.0
+    """Step of the fused angles, rad; 0: none."""
 
 
 class Foot(_Sheet, frozen=True):

@@ -35,6 +35,8 @@ class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
     """Friction and softness under the soles (assumed: `emulator.world.surfaces`)."""
     friction: Friction | None = None
     """Coulomb coefficient against soles; none: the surface's, 0.8 on wood."""
+    stiffness: Annotated[float, msgspec.Meta(ge=1e5, le=1e9)] | None = None
+    """Pressure of sole and floor per depth, N/m^3; none: the surface's, 4e7 on wood."""
     roll: Slope = 0.0
     """Degrees; positive raises the left."""
     pitch: Slope = 0.0

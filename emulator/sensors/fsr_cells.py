@@ -31,9 +31,11 @@ class ForceCells:
     def __init__(
         self, max_force: float, cycle: float, parameters: FsrParameters, random: np.random.Generator
     ) -> None:
-        constants, drift, noise = random.spawn(3)
+        constants, drift, noise, common = random.spawn(4)
         p = parameters
-        self.gain: Vector = 1.0 + p.gain * constants.standard_normal(CELLS)
+        self.gain: Vector = (1.0 + p.common_gain * common.standard_normal()) * (
+            1.0 + p.gain * constants.standard_normal(CELLS)
+        )
         """Reading per force, cell by cell."""
         self.offset: Vector = p.offset * constants.standard_normal(CELLS)
         """N"""

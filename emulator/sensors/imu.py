@@ -18,8 +18,8 @@ from emulator.sensors.triaxial import ALL_AXES, Constants, TriaxialSensor, measu
 from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
 
 Vector = NDArray[np.float64]
-REST_BEFORE_START: Final = 5.0
-"""How long the unit has been on and at rest before the first sample, s: it knows its gyroscope's bias."""
+REST_BEFORE_START: Final = 1.0
+"""Time for which the unit has been on and at rest before the first sample, s."""
 
 
 class InertialSample(NamedTuple):
@@ -155,7 +155,7 @@ class InertialSensors:
         self._place = unit.accelerometer
         self._gravity, self._up = gravity, (0.0, 0.0, gravity)
         self._cycle = cycle
-        self._filter = parameters.fused_angle
+        self._filter, self._angle_step = parameters.fused_angle, unit.angle_step
         self.start(torso)
 
     def start(self, torso: TorsoState) -> None:
@@ -163,7 +163,7 @@ class InertialSensors:
         self._rotation = torso.rotation
         self._velocity = _velocity_of(self._place, torso.rotation, torso.velocity, torso.angular_velocity)
         at_rest = rotate_back(torso.rotation, self._up)
-        self._fusion = FusedAngle(self._gravity, self.accelerometer.measure(at_rest), self._filter)
+        self._fusion = self._fused(self.accelerometer.measure(at_rest))
         for _ in range(round(REST_BEFORE_START / self._cycle)):
             self._take(at_rest, (0.0, 0.0, 0.0))
 
@@ -198,5 +198,8 @@ class InertialSensors:
         self._take(seen, rate)
 
     def rezero(self) -> None:
-        """The unit starts anew, as after a loss of power: angle zero, nothing known of the gyroscope's bias."""
-        self._fusion = FusedAngle(self._gravity, self._up, self._filter)
+        """Restart the unit, as after a loss of power: the angle starts at zero."""
+        self._fusion = self._fused(self._up)
+
+    def _fused(self, acceleration: Vec3) -> FusedAngle:
+        return FusedAngle(self._gravity, acceleration, self._filter, self._angle_step)

@@ -38,8 +38,10 @@ class FsrParameters(_Parameters, frozen=True):
     """Nothing above the data sheet's range."""
     step: NotNegative = 0.0
     """Quantisation, N; 0: none."""
+    common_gain: NotNegative = 0.0
+    """Standard deviation of the gain around 1 that all cells of a robot share."""
     gain: NotNegative = 0.0
-    """Standard deviation of the cells' gains around 1."""
+    """Standard deviation of each cell's gain around that."""
     offset: NotNegative = 0.0
     """Standard deviation of the cells' offsets, N."""
     drift: NotNegative = 0.0
@@ -68,15 +70,14 @@ class TriaxialParameters(_Parameters, frozen=True):
 
 
 class FusedAngleParameters(_Parameters, frozen=True):
-    """The filter that fuses the torso's angle; all assumed, the vendor's own is not published."""
+    """Filter that fuses the torso's angle; see `emulator.sensors.fusion`."""
 
     motion_time: Positive = 20.0
-    """Time constant with which the accelerometer pulls the angle of a moving body, s: the gyroscope rules what
-    is quicker."""
-    rest_time: Positive = 1.0
-    """The same of a body that rests, if that is shorter, s; in the first rest so that all of it averages."""
-    bias_time: Positive = 20.0
-    """The gyroscope's bias is its mean over that much time at rest, s: over all of it while there is less."""
+    """Time constant with which the accelerometer pulls the angle while the rate changes, s."""
+    rest_time: Positive = 0.05
+    """The same while the rate is steady, s."""
+    rest_rate: NotNegative = 0.0
+    """Largest standard deviation of a steady rate, rad/s; 0: the filter never switches."""
 
 
 class SonarParameters(_Parameters, frozen=True):

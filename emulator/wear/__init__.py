@@ -1,6 +1,7 @@
 """Wear profiles: how far a robot's drives and sensors are from ideal, each effect a number.
 
-A profile is a TOML file; an effect that it does not name stays ideal.
+A profile is a TOML file; an effect that it does not name stays ideal. Tables `generation.NAME` change it for
+the bodies whose names begin so.
 """
 
 from __future__ import annotations
@@ -9,11 +10,11 @@ from pathlib import Path
 from typing import Final
 
 from bridge.body import Body
-from bridge.config import load_toml
+from bridge.config import from_dict
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from emulator.wear.ensemble import ENSEMBLE, ensemble_member, wear_of_seed
-from emulator.wear.profile import WearProfile
+from emulator.wear.profile import WearProfile, read_profile
 
 __all__ = ["WEAR", "WearProfile", "load_wear", "wear_of_seed"]
 
@@ -26,16 +27,20 @@ def load_wear(name_or_path: str, body: Body | None = None) -> WearProfile:
 
     Args:
         name_or_path: Of the profile.
-        body: Whose ensemble; not read for other profiles.
+        body: Of the robot: generations differ, and each has its own ensemble.
 
     Raises:
         ConfigurationError: no such profile, unknown key, or an impossible value.
     """
     if name_or_path in WEAR:
-        return load_toml(Path(__file__).with_name(f"{name_or_path}.toml"), WearProfile)
+        return _load(Path(__file__).with_name(f"{name_or_path}.toml"), body)
     if name_or_path.partition(":")[0] == ENSEMBLE:
         return ensemble_member(name_or_path, body)
     if not name_or_path.endswith(".toml"):
         known = unknown_name("wear profile", name_or_path, (*WEAR, "ensemble:K"))
         raise ConfigurationError(f"{known}, or the path of a .toml file")
-    return load_toml(Path(name_or_path), WearProfile)
+    return _load(Path(name_or_path), body)
+
+
+def _load(path: Path, body: Body | None) -> WearProfile:
+    return from_dict(read_profile(path, body), str(path), WearProfile)

@@ -1,30 +1,30 @@
-"""Robots that agree with what is published, and the unknowns in which they differ."""
+"""Robots that agree with the measurements of real ones, and the unknowns in which they differ."""
 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
 from bridge.body import Body
 from bridge.config import from_dict, load_toml, read_toml
 from bridge.errors import ConfigurationError
-from emulator.wear.profile import WearProfile
+from emulator.wear.profile import WearProfile, read_profile
 
 ENSEMBLE: Final = "ensemble"
 _HERE: Final = Path(__file__).parent
-GENERATIONS: Final = {"nao-v3": "nao-v3", "nao-v4": "nao-v5", "nao-v5": "nao-v5", "nao-v6": "nao-v6"}
-"""Body whose ensemble a body has, by the beginning of its name; V4 and V5 share one."""
 
 
 class Unknown(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A parameter of the nominal wear profile that no source gives, and where it may lie."""
+    """A number that no source gives, and its range."""
 
-    paths: tuple[str, ...]
-    """Keys of the wear profile, joined by dots; all are set to one value."""
+    paths: tuple[str, ...] = ()
+    """Keys of the wear profile, joined by dots; all are set to one value. None: a condition of an experiment
+    that its source does not give."""
     low: float
     high: float
     reason: str
@@ -32,12 +32,22 @@ class Unknown(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Of the range."""
     log: bool = False
     """The range is divided in ratios."""
+    calibrated: bool = False
+    """The compared measurements depend on it."""
+    generation: str = ""
+    """Beginning of the names of the bodies that it is for; empty: all."""
 
     def at(self, share: float) -> float:
         """The value at a share of the range, 0 to 1."""
         if self.log:
             return float(self.low * (self.high / self.low) ** share)
         return self.low + share * (self.high - self.low)
+
+    def share(self, value: float) -> float:
+        """The share of the range at which a value is: the inverse of `at`."""
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
 
 
 class Member(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -46,21 +56,20 @@ class Member(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     values: tuple[float, ...]
     """In the order of `RobotEnsemble.unknowns`, SI units and radians."""
     figures: dict[str, float]
-    """Of its torso step, by the fields of the experiment's result."""
+    """Measured on it, by name."""
 
 
 class RobotEnsemble(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Robots of one generation, and how they were found."""
+    """The robots, and how they are found."""
 
     command: str
-    robot: str
     engine: str
     seed: int
     """Of the draws."""
-    drawn: int
-    """Points of the ranges."""
     tried: int
-    """Of these, robots that were simulated: those that a linear model did not rule out."""
+    """Robots that were simulated."""
+    accepted: int
+    """Of these, with every figure within its bounds."""
     unknowns: tuple[str, ...]
     members: tuple[Member, ...]
 
@@ -72,62 +81,50 @@ def unknowns() -> dict[str, Unknown]:
     return {name: from_dict(entry, f"unknowns.toml: {name}", Unknown) for name, entry in table.items()}
 
 
-def profile_of(values: Mapping[str, float], name: str) -> WearProfile:
+def profile_of(values: Mapping[str, float], name: str, body: Body) -> WearProfile:
     """The nominal profile with other values of some unknowns.
 
     Args:
         values: By name of the unknown.
         name: Of the profile.
+        body: Of the robot.
 
     Raises:
         ConfigurationError: an impossible value.
     """
-    table: dict[str, Any] = read_toml(_HERE / "nominal.toml") | {"name": name}
-    for unknown, value in values.items():
-        for path in unknowns()[unknown].paths:
+    table = read_profile(_HERE / "nominal.toml", body) | {"name": name}
+    for key, unknown in unknowns().items():
+        if key not in values or not body.name.startswith(unknown.generation):
+            continue
+        for path in unknown.paths:
             *tables, last = path.split(".")
-            functools.reduce(lambda at, key: at[key], tables, table)[last] = value
+            functools.reduce(lambda at, key: at[key], tables, table)[last] = values[key]
     return from_dict(table, name, WearProfile)
 
 
 @functools.cache
-def load_ensemble(robot: str) -> RobotEnsemble:
-    """The shipped ensemble of a body's generation.
-
-    Args:
-        robot: Name of the body.
-
-    Raises:
-        ConfigurationError: none is shipped.
-    """
-    for begin, generation in GENERATIONS.items():
-        file = _HERE / "ensembles" / f"{generation}.toml"
-        if robot.startswith(begin) and file.exists():
-            return load_toml(file, RobotEnsemble)
-    raise ConfigurationError(
-        f"wear profile ensemble: none is there for {robot}; see `nao-hil design ensemble`."
-    )
+def load_ensemble() -> RobotEnsemble:
+    """The shipped ensemble; its robots are of all generations."""
+    return load_toml(_HERE / "ensemble.toml", RobotEnsemble)
 
 
-def wear_of_seed(wear: str, body: Body, seed: int) -> str:
+def wear_of_seed(wear: str, seed: int) -> str:
     """The wear of a run: `ensemble` alone stands for all members, one after the other by the seed."""
-    if wear != ENSEMBLE:
-        return wear
-    return f"{ENSEMBLE}:{seed % len(load_ensemble(body.name).members)}"
+    return f"{ENSEMBLE}:{seed % len(load_ensemble().members)}" if wear == ENSEMBLE else wear
 
 
 def ensemble_member(name: str, body: Body | None) -> WearProfile:
-    """One robot of the ensemble of a body, `ensemble:17`.
+    """One robot of the ensemble, `ensemble:17`.
 
     Raises:
         ConfigurationError: no such member, or no body.
     """
     if body is None:
-        raise ConfigurationError(f"wear profile {name}: each generation has its own; name a robot.")
-    ensemble = load_ensemble(body.name)
+        raise ConfigurationError(f"wear profile {name}: differs between generations; name a robot.")
+    ensemble = load_ensemble()
     number = name.partition(":")[2]
     if not (number.isascii() and number.isdecimal()) or int(number) >= len(ensemble.members):
         last = len(ensemble.members) - 1
-        raise ConfigurationError(f"wear profile {name}: must be ensemble:0 to ensemble:{last} for {body.name}.")
+        raise ConfigurationError(f"wear profile {name}: must be ensemble:0 to ensemble:{last}.")
     values = ensemble.members[int(number)].values
-    return profile_of(dict(zip(ensemble.unknowns, values, strict=True)), name)
+    return profile_of(dict(zip(ensemble.unknowns, values, strict=True)), name, body)

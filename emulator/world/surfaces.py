@@ -1,11 +1,10 @@
 """Surfaces that a scenario can give its floor.
 
-No figure of a NAO's soles on a floor is published. All values are assumed: the friction as usual for hard
-rubber on dry wood and on short pile; the stiffness per area so that under the weight of a NAO on one sole (47 N
-on 0.0133 m^2) the sole and its force sensors sink by 0.06 mm on wood, a carpet's pile by half a millimetre, and
-that of artificial turf, 8 mm high and filled, by a whole one; the relaxation so that a landing foot hardly
-rebounds. Above 4e7 N/m^3 walks no longer depend on the stiffness; at 2e7 and 3 ms the dynamic gait on ideal
-drives falls without its controllers.
+No figure of a NAO's soles on a floor is published. The stiffness of the hard floor is calibrated with the
+drives on the torso step (2.5e7 to 6e7 N/m^3 agree); all else is assumed: the friction as usual for hard rubber
+on dry wood and on short pile, a carpet that sinks by half a millimetre under one sole (47 N on 0.0133 m^2),
+artificial turf, 8 mm high and filled, that sinks by a whole one, and a relaxation that lets a landing foot
+hardly rebound.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from typing import Final
 
 from emulator.engine.values import Surface
 
-WOOD: Final = Surface(friction=0.8, stiffness_per_area=6.0e7, relaxation=0.005)
+WOOD: Final = Surface(friction=0.8, stiffness_per_area=4.0e7, relaxation=0.005)
 """The emulator's own: a hard floor."""
 SURFACES: Final = {
     "wood": WOOD,

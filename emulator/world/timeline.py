@@ -28,6 +28,8 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
     surface = SURFACES[floor.surface]
     if floor.friction is not None:
         surface = replace(surface, friction=floor.friction)
+    if floor.stiffness is not None:
+        surface = replace(surface, stiffness_per_area=floor.stiffness)
     world = World(engine, surface, math.radians(floor.roll), math.radians(floor.pitch))
     lay_terrain(world, terrain_of(scenario, random))
     for box in scenario.boxes:

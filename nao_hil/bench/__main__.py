@@ -44,7 +44,7 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
 }
 LONG: dict[str, Callable[[], dict[str, Any]]] = {
     "identification": identification.measure,
-    "identification-calibration": identification.calibrate,
+    "experiments.calibration": identification.calibrate,
 }
 """A quarter of an hour or more each: run only when named."""
 

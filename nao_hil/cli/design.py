@@ -79,34 +79,31 @@ def torso(
 
 
 def ensemble(
-    robot: options.Body = None,
     members: Annotated[int, typer.Option("--members", help="Robots wanted.", min=1, metavar="N")] = 50,
     seed: Annotated[int, typer.Option("--seed", help="Of the draws.", min=0, metavar="N")] = 0,
     engine: options.Engine = None,
     cluster: options.Cluster = "local",
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="TOML file; default: ensemble-BODY.toml, here.", metavar="FILE"),
+        typer.Option("--out", help="TOML file; default: ensemble.toml, here.", metavar="FILE"),
     ] = None,
     as_json: options.Json = False,
 ) -> int:
-    """Draw robots that agree with the published torso step and servo table.
+    """Draw robots that agree with measurements of real ones: torso step, tracking errors, a knee held out.
 
-    The assumed parameters of the nominal wear profile are drawn from their ranges. The file is written after
-    each batch of draws. The shipped robots are `--wear ensemble:K`. Exit code 1: fewer than wanted.
+    The unknowns of the nominal wear profile are drawn from their ranges. The file is written after each
+    generation. The shipped robots are `--wear ensemble:K`. Exit code 1: fewer than wanted.
 
-    Example: nao-hil design ensemble --robot nao-v6 --members 10 --engine mujoco --json
+    Example: nao-hil design ensemble --members 10 --engine mujoco --json
     """
     # imported late: physics is for those who draw
-    from bridge.body import load_body
-    from nao_hil.experiments.ensemble import design_ensemble, write_ensemble
+    from nao_hil.experiments.calibration import design_ensemble, write_ensemble
     from nao_hil.runs.campaign import Campaign
 
     console = open_console()
-    settings = chosen_engine(run_config(None, robot=robot, engine=engine), console)
-    body = load_body(settings.robot)
-    file = out or Path(f"ensemble-{body.name}.toml")
-    command = f"nao-hil design ensemble --robot {settings.robot} --members {members} --seed {seed}"
+    settings = chosen_engine(run_config(None, engine=engine), console)
+    file = out or Path("ensemble.toml")
+    command = f"nao-hil design ensemble --members {members} --seed {seed}"
     command += f" --engine {settings.engine}"
     stop = stop_event()
 
@@ -119,7 +116,6 @@ def ensemble(
     ):
         progress.begin("ensemble")
         found = design_ensemble(
-            body,
             members,
             seed,
             settings.engine,
@@ -134,8 +130,8 @@ def ensemble(
             json.dumps(
                 {
                     "file": str(file),
-                    "drawn": found.drawn,
                     "tried": found.tried,
+                    "accepted": found.accepted,
                     "members": accepted,
                     "seed": seed,
                 }

@@ -51,7 +51,8 @@ def identify(
     if out.suffix != ".toml":
         raise ConfigurationError(f"--out {out}: the name of a wear profile ends with .toml.")
     console = open_console()
-    profile, recorded = load_wear(base), read_signals(recording, robot, begin, end)
+    recorded = read_signals(recording, robot, begin, end)
+    profile = load_wear(base, recorded.body)
     with console.status("fitting") as status:
         found, signals = identify(recorded, profile, lambda n: status.update(f"fitting: simulation {n}"))
     values = result(recorded, found, signals, profile, str(recording), str(out))

@@ -17,7 +17,7 @@ NONE: Final = "none"
 
 
 DEPENDENT: Final = (
-    *("common_ankle_tilt", "height_recovery", "attitude_correction", "gyroscope_lean"),
+    *("common_ankle_tilt", "attitude_correction", "gyroscope_lean"),
     *("foothold_feedback", "foot_placement", "capture_step", "heading_hold", "velocity_hold", "lean_feedback"),
     *("step_hold", "counterweight", "arm_counterweight"),
 )

@@ -28,12 +28,14 @@ class Entry(NamedTuple):
     """Part of `all`."""
     any_gait: bool = False
     """Takes `--gait`."""
+    function: str = "experiment"
+    """In the module."""
 
     def load(self) -> Callable[[Context], Outcome]:
         """The function that does it."""
-        function: Callable[[Context], Outcome] = importlib.import_module(
-            f"nao_hil.experiments.{self.module}"
-        ).experiment
+        function: Callable[[Context], Outcome] = getattr(
+            importlib.import_module(f"nao_hil.experiments.{self.module}"), self.function
+        )
         return function
 
 
@@ -79,6 +81,22 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     ),
     "falls": Entry(
         "falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False, True
+    ),
+    "real-robots": Entry("real_robots", "every figure of real robots beside the emulated one", 5, False),
+    "tracking": Entry(
+        "real_robots", "tracking errors of the legs in a walk", 5, False, function="tracking_experiment"
+    ),
+    "knee-hold": Entry(
+        "real_robots", "error of a knee that holds its leg out", 5, False, function="knee_hold_experiment"
+    ),
+    "imu-noise": Entry(
+        "real_robots", "noise of inertial unit and encoders at rest", 5, False, function="imu_noise_experiment"
+    ),
+    "force-cells": Entry(
+        "real_robots", "noise and sum of the force cells", 5, False, function="force_cells_experiment"
+    ),
+    "currents": Entry(
+        "real_robots", "motor currents of a standing V3", 5, False, function="currents_experiment"
     ),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
     "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),

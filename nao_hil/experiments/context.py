@@ -10,7 +10,6 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
-from bridge.body import load_body
 from bridge.messages.world import PlateUnderFoot
 from emulator.wear import wear_of_seed
 from nao_hil.analysis.statistics import wilson
@@ -81,7 +80,7 @@ class Context:
         same = gait == self.changes.gait
         return RunConfig(
             robot=self.robot,
-            wear=wear_of_seed(self.wear, load_body(self.robot), seed),
+            wear=wear_of_seed(self.wear, seed),
             engine=self.engine,
             gait=gait,
             seed=seed,

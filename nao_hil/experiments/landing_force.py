@@ -25,17 +25,8 @@ class ObstacleSetup:
     """s of the walk: in SSL, the swing foot on its way down."""
     height: float = 0.01
     """m"""
-    falls: float = 0.8
-    """Share that falls without, at least."""
-    survives: float = 0.8
-    """Share that walks on with, at least."""
     force_ratio: float = 0.5
     """Largest force with over that without, at most."""
-    lower: tuple[float, ...] = (0.002, 0.004, 0.006, 0.008)
-    """Heights of the plate that are tried when the robot falls with the admittances, ascending, m."""
-    higher: tuple[float, ...] = (0.015, 0.020, 0.025)
-    """Heights that are tried when it does not fall without them, ascending, m."""
-    probe_seeds: int = 4
 
 
 class Force(msgspec.Struct, frozen=True, kw_only=True):

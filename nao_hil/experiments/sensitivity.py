@@ -18,14 +18,13 @@ from emulator.wear.ensemble import profile_of, unknowns
 from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.ensemble import torso_figures
 from nao_hil.experiments.landing_force import ObstacleSetup, landing_force
 from nao_hil.experiments.obstacle import plates
 from nao_hil.experiments.servo_bench import LEGS
 from nao_hil.experiments.servo_measure import STEP, motion_times
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.torso_drift import drift_per_step
-from nao_hil.experiments.torso_step import BOUNDS
+from nao_hil.experiments.torso_step import BOUNDS, torso_figures
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk, WalkOutcome
 
@@ -124,7 +123,7 @@ class SensitivityTask(NamedTuple):
 
 def measure(task: SensitivityTask) -> tuple[float, ...]:
     """The figures that need no walk; NaN where the stance fell."""
-    figures = torso_figures(task.body, task.wear, task.engine, task.seed, periods=1)
+    figures = torso_figures(task.body, task.wear, task.engine, task.seed)
     table = figures or dict.fromkeys(BOUNDS, math.nan)
     table["zero_rad_s"] = min(table["zero_rad_s"], LARGEST_ZERO) if figures else math.nan
     track = servo_bench.step_response(task.body, task.wear, task.engine, KNEE, STEP)
@@ -224,7 +223,7 @@ def _figures(
     """
     body = load_body(context.robot)
     wears = [
-        profile_of({name: unknowns()[name].at(share) for name, share in robot.items()}, f"robot {i}")
+        profile_of({name: unknowns()[name].at(share) for name, share in robot.items()}, f"robot {i}", body)
         for i, robot in enumerate(robots)
     ]
     walks = [_walks(context, setup, wear, seed) for wear, seed in zip(wears, seeds, strict=True)]

@@ -55,8 +55,11 @@ def deflection(seed: int, setup: SpringSetup, parameters: LegParameters) -> floa
     for k in range(setup.cycles):
         size = 10.0 ** random.uniform(-2.0, math.log10(setup.largest))
         progress = (k % 150) / 150.0
-        role = "swing" if (k // 150) % 2 == 0 else "stance"
-        leg.update(float(size * random.choice([0.0, 1.0])), role, setup.cycle, progress=progress)  # type: ignore[arg-type]
+        force = float(size * random.choice([0.0, 1.0]))
+        if (k // 150) % 2 == 0:
+            leg.swing(force, setup.cycle, progress=progress)
+        else:
+            leg.shift(float(random.uniform(-0.01, 0.01)))
         worst = max(worst, abs(leg.e + parameters.k_b))
     return worst / parameters.pole
 

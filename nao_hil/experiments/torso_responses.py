@@ -15,6 +15,7 @@ from bridge.body.joints import INDEX
 from bridge.messages import ActuatorFrame
 from bridge.rotations import pitch
 from emulator.robot import EmulatedRobot
+from emulator.scenarios import FLAT, Scenario
 from emulator.wear import WearProfile
 from nao_hil.experiments.one_leg import one_leg_stance
 from walker.stabilization.torso.sign import ankle_pitch_from_lean
@@ -46,7 +47,13 @@ class Responses(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def run_once(
-    body: Body, wear: WearProfile, seed: int, amplitude: float, engine: str = "auto", periods: int = PERIODS
+    body: Body,
+    wear: WearProfile,
+    seed: int,
+    amplitude: float,
+    engine: str = "auto",
+    periods: int = PERIODS,
+    floor: Scenario = FLAT,
 ) -> Responses | None:
     """One robot, one square wave; the first half period, which starts from rest, is left out. None: it fell."""
     random = np.random.default_rng(seed)
@@ -55,7 +62,9 @@ def run_once(
     stance[legs] += random.normal(0.0, SPREAD, len(legs))
     half = round(0.5 * PERIOD / body.cycle)
     fused, true, leans = [], [], []
-    with EmulatedRobot(body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0, engine=engine) as robot:
+    with EmulatedRobot(
+        body, seed=seed, posture=stance.tolist(), wear=wear, settle=2.0, engine=engine, scenario=floor
+    ) as robot:
         for k in range(2 * periods * half):
             request = stance.copy()
             lean = amplitude if (k // half) % 2 == 0 else -amplitude

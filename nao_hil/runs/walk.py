@@ -65,7 +65,9 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
             ConfigurationError: a file that cannot be read.
         """
         body = self.body or (None if self.config.robot in BODIES else load_body(self.config.robot))
-        wear = self.wear or (load_wear(self.config.wear) if self.config.wear.endswith(".toml") else None)
+        wear = self.wear
+        if wear is None and self.config.wear.endswith(".toml"):
+            wear = load_wear(self.config.wear, body or load_body(self.config.robot))
         return msgspec.structs.replace(self, body=body, wear=wear)
 
 

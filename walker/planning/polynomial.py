@@ -68,3 +68,9 @@ def _hermite(p0: float, p1: float, v0: float, v1: float, duration: float, t: flo
         v0 + (2.0 * b * s + 3.0 * a * s * s) / duration,
         (2.0 * b + 6.0 * a * s) / duration**2,
     )
+
+
+def smoothstep(s: float) -> float:
+    """The cubic from 0 to 1 with zero slopes at its ends, constant outside."""
+    s = max(0.0, min(s, 1.0))
+    return s * s * (3.0 - 2.0 * s)

@@ -14,9 +14,9 @@ import msgspec
 
 from bridge.body import Body
 from bridge.types import NotNegative, Positive
+from walker.model.limits import clip
 from walker.planning.feedback import CaptureStep
 from walker.planning.plan import Plan
-from walker.stabilization.admittance.phases import clip
 
 
 class HipBendParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

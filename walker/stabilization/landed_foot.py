@@ -19,9 +19,9 @@ import msgspec
 from bridge.types import NotNegative, Positive, Vec2, Vec3
 from walker.estimation import Contacts
 from walker.estimation.support_state import OTHER
+from walker.model.limits import clip
 from walker.planning.feedback import LandedFoot
 from walker.planning.plan import Plan
-from walker.stabilization.admittance.phases import clip
 
 
 class LandedFootParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

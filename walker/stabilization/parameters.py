@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from bridge.config import from_dict, load_toml, read_toml
-from bridge.types import NotNegative, Positive
+from bridge.types import Positive
 from walker.estimation.estimator import EstimatorParameters
 from walker.estimation.support_state import TouchDownParameters
 from walker.planning.catalogue import gait_file
@@ -43,8 +43,6 @@ class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbi
     landed_foot: LandedFootParameters = LandedFootParameters()
     arm_counterweight: ArmCounterweightParameters = ArmCounterweightParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
-    height_recovery_rate: NotNegative = 0.01
-    """Speed at which the body returns to its height over ground that both feet found off the plan, m/s."""
     max_gap: Positive = 0.1
     """Time without an answer that reached the robot, beyond the usual delay, after which the walk goes
     on in stride, s; the plan makes up for it at once. After a longer one the walk goes on from a stand."""

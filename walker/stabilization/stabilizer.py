@@ -22,7 +22,7 @@ from walker.model.errors import UnreachableError
 from walker.model.limits import AnkleRange
 from walker.planning.plan import Plan, SolePose
 from walker.planning.pose import PoseMaker
-from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdmittance
+from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdmittances
 from walker.stabilization.arm_counterweight import ArmCounterweight
 from walker.stabilization.hip_bend import HipBend
 from walker.stabilization.joint_compliance import JointCompliance
@@ -55,11 +55,10 @@ class Stabilizer:
         self._hips = {INDEX[name]: body.joints[name].lower for name in ("LHipPitch", "RHipPitch")}
         self._compliance = JointCompliance(parameters.compliance, body, cycle)
         self._compensates = on.joint_compliance
-        self._foot_height = body.lengths.FootHeight
         self._ranges = {side: AnkleRange(body, side) for side in SIDES}
         self._legs = self._ankles = self._orientation = self._arm = None
         if on.leg_admittance:
-            self._legs = {side: LegAdmittance(parameters.leg) for side in SIDES}
+            self._legs = LegAdmittances(parameters.leg, body.lengths.FootHeight)
         if on.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in SIDES}
         if on.swing_foot_orientation:
@@ -69,7 +68,6 @@ class Stabilizer:
         self._common_rate = parameters.ground.common_rate if on.common_ankle_tilt else 0.0
         self._ground_rate = parameters.ground.max_rate if on.ground_tilt else 0.0
         self._ground: Vec2 = (0.0, 0.0)
-        self._height_recovery_rate = parameters.height_recovery_rate if on.height_recovery else 0.0
         self._solved: tuple[float, ...] = ()
         self._torso = _torso_control(parameters, cycle)
         self._stance_ankle = StanceAnkle(
@@ -156,39 +154,8 @@ class Stabilizer:
         """Height of both feet over the plan by the leg admittance, m."""
         if self._legs is None:
             return 0.0, 0.0
-        lift = []
-        self._keep_level(self._legs["L"], self._legs["R"], dt)
-        for side, foot, fsr in (
-            (SIDES[0], plan.left, frame.fsr[:4]),
-            (SIDES[1], plan.right, frame.fsr[4:]),
-        ):
-            lift.append(
-                self._legs[side].update(
-                    sum(fsr),
-                    support_state.role(side),
-                    dt,
-                    progress=support_state.progress,
-                    ankle_z=foot.z + self._foot_height - plan.hip_height,
-                    search_depth=support_state.search_depth,
-                    delay=delay,
-                )
-            )
-        return lift[0], lift[1]
-
-    def _keep_level(self, left: LegAdmittance, right: LegAdmittance, dt: float) -> None:
-        """Bring the body back to its planned height over the ground where both feet stand off it.
-
-        Each landing of a body that tilts towards its swing foot is a little early. Held, that shortens the leg,
-        and the other leg lands early by the more: step by step both legs would bend. What both feet have in
-        common is no unevenness of the ground, so both are lowered by it; what differs between them is kept.
-        """
-        common = min(left.held, right.held)
-        if common < 0.0:
-            common = min(max(left.held, right.held), 0.0)
-        step = self._height_recovery_rate * dt
-        by = min(max(common, -step), step)
-        left.lower(by)
-        right.lower(by)
+        forces = sum(frame.fsr[:4]), sum(frame.fsr[4:])
+        return self._legs.update(plan, support_state, forces, dt, delay=delay)
 
     def _lay_on_ground(self, estimate: Estimate, dt: float) -> bool:
         """Turn the plan onto the ground as it was found.

@@ -12,17 +12,21 @@ Not in the thesis.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import msgspec
 
 from bridge.types import SIDES, Fraction, Positive, Side, Vec2, Vec3
 from walker.estimation import Contacts
 from walker.estimation.support_state import OTHER, SupportState
+from walker.model.limits import clip
 from walker.planning.feedback import LandedFoot
 from walker.planning.plan import Foothold, Plan
-from walker.stabilization.admittance.phases import APEX, clip, kept
+from walker.planning.polynomial import smoothstep
 from walker.stabilization.landed_foot import LandedFootBalance, LandedFootParameters
+
+APEX: Final = 0.5
+"""Fraction of the swing at which the foot is highest."""
 
 
 class SwingFootOrientationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -144,7 +148,7 @@ class SwingFootOrientation:
             return roll - clip(roll, -step, step), pitch - clip(pitch, -step, step)
         if contact and support_state.progress > APEX:
             return roll, pitch  # it stands: from here on the torso's turn is no longer the foot's
-        return self._towards(side, angle, p.gain * (1.0 - kept(support_state.progress)), p.max_angle, dt)
+        return self._towards(side, angle, p.gain * smoothstep(support_state.progress / APEX), p.max_angle, dt)
 
     def _towards(self, side: Side, angle: Vec2, gain: float, bound: float, dt: float) -> Vec2:
         step = self._p.max_rate * dt

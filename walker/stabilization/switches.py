@@ -34,8 +34,6 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """What both ankle admittances hold in common becomes the ground's tilt."""
     late_touch_down: bool = False
     """A foot that is late stays a swing foot; it is lowered further, and the plan waits for it."""
-    height_recovery: bool = False
-    """What both leg admittances hold in common is taken out."""
     attitude_correction: bool = False
     """The fused angle is corrected by the mean of the accelerometer."""
     gyroscope_lean: bool = False

@@ -5,12 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from bridge.body import load_body
-from bridge.config import load_toml
-from emulator.wear import ensemble as shipped
-from emulator.wear import load_wear
-from emulator.wear.ensemble import Member, RobotEnsemble, load_ensemble, unknowns
 from nao_hil.experiments.ensemble import (
     Draw,
     Forecast,
@@ -19,6 +13,12 @@ from nao_hil.experiments.ensemble import (
     torso_figures,
     write_ensemble,
 )
+
+from bridge.body import load_body
+from bridge.config import load_toml
+from emulator.wear import ensemble as shipped
+from emulator.wear import load_wear
+from emulator.wear.ensemble import Member, RobotEnsemble, load_ensemble, unknowns
 from nao_hil.experiments.torso_step import BOUNDS
 from tests.unknowns import share
 

@@ -1,6 +1,7 @@
 """Admittance of the ankle (thesis 4.1.2): the swing foot turns until its sole lies on the ground it meets.
 
-M e'' + D e' + K e = tau (4.9) for roll and pitch each, tau from the four force sensors (4.6).
+M e'' + D e' + K e = tau (4.9) for roll and pitch each, tau from the four force sensors (4.6). It acts on the
+swing leg only; the foot stands with the offset with which it landed, and swings on from it.
 
 Departure from the thesis: (4.11) is explicit Euler; its velocity pole 1 - D T_s / M is -0.129 in roll, so
 near the border that the printed damping allows no cycle longer than 17.7 ms. The equation is linear, so here
@@ -17,9 +18,9 @@ import msgspec
 import numpy as np
 
 from bridge.body import Body
-from bridge.types import NotNegative, Positive, Side, Vec3
+from bridge.types import Fraction, NotNegative, Positive, Side, Vec3
 from walker.estimation.support_state import Role
-from walker.stabilization.admittance.phases import APEX, clip, kept
+from walker.model.limits import clip
 
 
 class AnkleParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -41,6 +42,8 @@ class AnkleParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """Sensor tolerance: fraction of its reading by which each cell may be off."""
     force_tolerance: NotNegative = 0.1
     """Sensor tolerance: force by which each cell may be off, N."""
+    start: Fraction = 0.0
+    """Fraction of the swing from which (4.9) runs (not given in the thesis)."""
     max_rate: Positive = 2.0
     """Largest speed of the offsets, rad/s."""
 
@@ -69,7 +72,7 @@ def sole_moment(forces: Sequence[float], places: Sequence[Vec3]) -> tuple[float,
 
 
 class AnkleAdmittance:
-    """Offsets of one foot's roll and pitch from its plan; states as in `phases`.
+    """Offsets of one foot's roll and pitch from its plan.
 
     Args:
         parameters: of the admittance.
@@ -100,9 +103,10 @@ class AnkleAdmittance:
             change by at most `max_rate` dt per cycle, except where the limits force them.
         """
         roll, pitch = self.moment(fsr)
+        free = role == "swing" and progress >= self._p.start
         return (
-            self._roll.update(roll, role, dt, limits.roll_lower, limits.roll_upper, progress),
-            self._pitch.update(pitch, role, dt, limits.pitch_lower, limits.pitch_upper, progress),
+            self._roll.update(roll, dt, limits.roll_lower, limits.roll_upper, free=free),
+            self._pitch.update(pitch, dt, limits.pitch_lower, limits.pitch_upper, free=free),
         )
 
     @property
@@ -132,7 +136,7 @@ class AnkleAdmittance:
 
 
 class _Axis:
-    """(4.9) about one axis, with hold and release."""
+    """(4.9) about one axis while the foot is free; held otherwise."""
 
     def __init__(self, M: float, D: float, K: float, max_rate: float, cycle: float) -> None:
         self._system = (M, D, K)
@@ -147,24 +151,19 @@ class _Axis:
         self._angle -= by
         self.held -= by
 
-    def update(
-        self, moment: float, role: Role, dt: float, lower: float, upper: float, progress: float
-    ) -> float:
-        """The offset of the next cycle, rad: held in stance, then released, then led by (4.9).
+    def update(self, moment: float, dt: float, lower: float, upper: float, *, free: bool) -> float:
+        """The offset of the next cycle, rad: led by (4.9) while the foot is free, else held.
 
         Args:
             moment: About this axis, N m.
-            role: Of the foot.
             dt: Cycle time, s.
             lower: Limit of the offset, rad.
             upper: Limit of the offset, rad.
-            progress: Fraction of the swing that has passed, 0..1.
+            free: The foot swings.
         """
-        if role == "stance":
+        if not free:
             wanted, velocity = self._angle, 0.0
             self.held = wanted
-        elif progress < APEX:
-            wanted, velocity = self.held * kept(progress), 0.0
         else:
             (aa, av, ab), (va, vv, vb) = zero_order_hold(*self._system, dt)
             wanted = aa * self._angle + av * self._velocity + ab * moment

@@ -1,6 +1,10 @@
-"""Admittance of one leg along z (thesis 4.1.1): the swing foot stops where it meets the ground.
+"""Admittance of the legs along z (thesis 4.1.1): the swing foot stops where it meets the ground.
 
-D e' = F_ext - F_d(e) (4.1) with the spring F_d(e) = k_c tan((e + k_b) / (2 pi k_a)) + k_d (4.4).
+D e' = F_ext - F_d(e) (4.1) with the spring F_d(e) = k_c tan((e + k_b) / (2 pi k_a)) + k_d (4.4) acts on the
+swing leg only. What becomes of its offset follows from 3.1: during a double support the height difference of
+the feet l_HD is constant, and the leg that becomes the stance leg then has the length l_GH. So over a double
+support the offset of the foot that landed passes to the other leg, with the opposite sign, and the body rises
+onto the ground that the foot found.
 
 Departures from the thesis: (4.3) is explicit Euler, which overshoots the pole of the tangent; here the step is
 implicit, e_{k+1} = e_k + T_s / D (F_k - F_d(e_{k+1})), whose one solution lies inside the pole for every
@@ -14,10 +18,12 @@ import math
 
 import msgspec
 
-from bridge.types import NotNegative, Positive
-from walker.estimation.support_state import Role
+from bridge.types import SIDES, Fraction, NotNegative, Positive, Side, Vec2
+from walker.estimation.support_state import OTHER, SupportState
+from walker.model.limits import clip
 from walker.model.roots import brent
-from walker.stabilization.admittance.phases import APEX, clip, kept, lowered
+from walker.planning.plan import Plan
+from walker.planning.polynomial import smoothstep
 
 _INSIDE = 1.0 - 1e-9
 """Fraction of the way to the pole that e may go; there the spring pulls with 3e8 N."""
@@ -45,12 +51,15 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     that is not, and is what is used."""
     force_tolerance: NotNegative = 0.5
     """Sum of the foot's sensor forces that does not count, N."""
+    start: Fraction = 0.5
+    """Fraction of the swing from which the force counts (not given in the thesis): before that the foot may
+    still be leaving the ground, and the load it takes with it would shorten the leg for the whole step."""
     target_depth: NotNegative = 0.005
     """How far below the nominal ground the swing foot's target ends, m, to step into depressions too."""
     max_ankle_z: float = -0.100
     """Leg length limit: the ankle stays below this height in the frame of the hip, m (z_{i,0}^{i,8})."""
     max_rate: Positive = 0.3
-    """Largest speed of the offset, m/s: what the knee of a bent leg follows."""
+    """Largest speed of the offset, m/s: a bent knee follows it."""
 
     def __post_init__(self) -> None:
         if abs(self.k_b) >= self.pole:
@@ -67,11 +76,13 @@ class LegParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class LegAdmittance:
-    """Offset of one foot along z from its plan.
+    """Offset of one swing foot along z from its plan.
 
-    States (see `phases`): hold in stance, release in the first half of the swing, comply in the second. The
-    target that reaches below the ground is part of the offset, so that what is held is what the foot found:
-    0 on level ground, positive on an obstacle, down to -`target_depth` (and `search_depth`) in a depression.
+    The target that reaches below the ground is part of the offset: it is 0 on level ground, positive on an
+    obstacle, down to -`target_depth` (and `search_depth`) in a depression.
+
+    Args:
+        parameters: of the admittance.
     """
 
     def __init__(self, parameters: LegParameters) -> None:
@@ -79,13 +90,22 @@ class LegAdmittance:
         self.e = 0.0
         """Error e_z = x_0 - x_d of the thesis, m, up positive."""
         self.depth = 0.0
-        """How far the target x_d lies below the plan, m."""
-        self._held = (0.0, 0.0)
+        """Depth of the target x_d below the plan, m."""
 
-    def update(
+    @property
+    def offset(self) -> float:
+        """Height of the foot over its plan, m."""
+        return self.e - self.depth
+
+    def shift(self, by: float) -> None:
+        """Raise the foot, m; stays inside the spring's poles. The target is the plan again."""
+        p = self._p
+        self.e = clip(self.offset + by, -p.pole * _INSIDE - p.k_b, p.pole * _INSIDE - p.k_b)
+        self.depth = 0.0
+
+    def swing(
         self,
         force_z: float,
-        role: Role,
         dt: float,
         *,
         progress: float = 1.0,
@@ -93,13 +113,12 @@ class LegAdmittance:
         search_depth: float = 0.0,
         delay: float = 0.0,
     ) -> float:
-        """One cycle.
+        """One cycle of the swing leg.
 
         Args:
             force_z: sum of the foot's four sensors, N (F_ext,z).
-            role: of this leg.
             dt: cycle time, s.
-            progress: fraction of the swing that has passed, 0..1; without meaning in stance.
+            progress: fraction of the swing that has passed, 0..1; the target sinks in its second half.
             ankle_z: planned height of this leg's ankle in the frame of its hip, m (negative), for the limit
                 `max_ankle_z`; the limit does not lengthen a leg that is planned too short.
             search_depth: how much further below the ground the target of a late swing foot is, m.
@@ -110,47 +129,20 @@ class LegAdmittance:
             `max_rate` dt per cycle, except downwards where the leg length limit forces it.
         """
         p = self._p
-        damping = p.D * (1.0 + delay / p.latency)
-        e, depth = self._wanted(force_z, role, dt / damping, progress, search_depth)
+        e = self._comply(force_z if progress >= p.start else 0.0, dt / (p.D * (1.0 + delay / p.latency)))
+        depth = p.target_depth * smoothstep(2.0 * progress - 1.0) + search_depth
         step = p.max_rate * dt
         sink = clip(depth - self.depth, -step, step)
         self.e += clip(e - self.e, sink - step, sink + step)
         self.depth += sink
-        if role == "swing":
-            self.e = min(self.e, max(p.max_ankle_z - ankle_z, 0.0) + self.depth)
-        return self.e - self.depth
+        self.e = min(self.e, max(p.max_ankle_z - ankle_z, 0.0) + self.depth)
+        return self.offset
 
-    @property
-    def held(self) -> float:
-        """Height over the plan at which the foot stands, or stood when it was last on the ground, m."""
-        return self._held[0] - self._held[1]
-
-    def lower(self, by: float) -> None:
-        """Lower the foot and where it stood by `by`, m: the body rises over both feet.
-
-        Stays inside the spring's poles.
-        """
-        p = self._p
-        lowest, highest = -p.pole * _INSIDE - p.k_b, p.pole * _INSIDE - p.k_b
-        self.e = clip(self.e - by, lowest, highest)
-        self._held = clip(self._held[0] - by, lowest, highest), self._held[1]
-
-    def _wanted(
-        self, force_z: float, role: Role, yielding: float, progress: float, search_depth: float
-    ) -> tuple[float, float]:
-        """Error and depth before the limits; all three states keep e strictly inside the pole.
+    def _comply(self, force_z: float, yielding: float) -> float:
+        """Implicit step of (4.1): the root of a function that rises from -inf to inf between the poles.
 
         `yielding` is T_s / D, m/N.
         """
-        if role == "stance":
-            self._held = self.e, self.depth
-            return self._held
-        if progress < APEX:
-            return self._held[0] * kept(progress), self._held[1] * kept(progress)
-        return self._comply(force_z, yielding), self._p.target_depth * lowered(progress) + search_depth
-
-    def _comply(self, force_z: float, yielding: float) -> float:
-        """Implicit step of (4.1): the root of a function that rises from -inf to inf between the poles."""
         p = self._p
         force = max(force_z - p.force_tolerance, 0.0)
 
@@ -163,3 +155,60 @@ class LegAdmittance:
         if residual(lowest) >= 0.0:
             return lowest
         return brent(residual, lowest, highest, 1e-12)
+
+
+class LegAdmittances:
+    """Offsets of both feet along z: the swing leg yields, a double support passes its offset on.
+
+    Args:
+        parameters: of the admittance.
+        foot_height: of the ankle over the sole, m.
+    """
+
+    def __init__(self, parameters: LegParameters, foot_height: float) -> None:
+        self._p = parameters
+        self._foot_height = foot_height
+        self._legs = {side: LegAdmittance(parameters) for side in SIDES}
+        self._landed: Side = "L"
+        """The last swing leg, which becomes the stance leg."""
+        self._passed = 0.0
+        """Part of the present double support's exchange that is done, 0..1."""
+
+    def update(self, plan: Plan, support: SupportState, forces: Vec2, dt: float, *, delay: float = 0.0) -> Vec2:
+        """One cycle.
+
+        Args:
+            plan: the plan.
+            support: roles of the legs.
+            forces: sums of both feet's sensors, left and right, N.
+            dt: cycle time, s.
+            delay: of the loop, besides `latency`, s.
+
+        Returns:
+            What to add to the planned heights of both feet, m, up positive.
+        """
+        if support.support == "both":
+            self._exchange(plan.progress, dt)
+        else:
+            side = self._landed = OTHER[support.support]
+            self._passed = 0.0
+            self._legs[side].swing(
+                forces[SIDES.index(side)],
+                dt,
+                progress=support.progress,
+                ankle_z=plan.foot(side).z + self._foot_height - plan.hip_height,
+                search_depth=support.search_depth,
+                delay=delay,
+            )
+        return self._legs["L"].offset, self._legs["R"].offset
+
+    def _exchange(self, progress: float, dt: float) -> None:
+        """Both legs change alike until the coming stance leg is as long as planned at the end of the phase."""
+        passed = max(smoothstep(progress), self._passed)
+        left = 1.0 - self._passed
+        share = (passed - self._passed) / left if left > 0.0 else 1.0
+        step = self._p.max_rate * dt
+        by = clip(-self._legs[self._landed].offset * share, -step, step)
+        self._passed = passed
+        for leg in self._legs.values():
+            leg.shift(by)
