@@ -283,10 +283,10 @@ def _foot(body: Body, side: Side) -> list[ColouredMesh]:
     outline, low = sole_hull(body, side), -body.lengths.FootHeight
     n = len(outline)
     plate = np.array([np.column_stack([outline, np.full(n, low + z)]) for z in (0.0, _SOLE)])
-    middle = outline.mean(axis=0)
+    middle = np.asarray(outline.mean(axis=0), dtype=np.float64)
     ends = np.array([[*middle, low], [*middle, low + _SOLE]])
-    angle = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
-    round_outline = _ray_lengths(outline - middle, angle)
+    angle = np.asarray(np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False), dtype=np.float64)
+    round_outline = _ray_lengths(np.asarray(outline - middle, dtype=np.float64), angle)
     way = np.column_stack([np.cos(angle), np.sin(angle)])
     rings = []
     for share, scale, z in (
@@ -304,7 +304,7 @@ def _foot(body: Body, side: Side) -> list[ColouredMesh]:
         rings.append(np.column_stack([centre + scale * (shape - centre), np.full(len(angle), low + z)]))
     shell_ends = np.array([[*middle, low + _SOLE - 0.001], [-0.004, 0.0, low + 0.054]])
     toes = outline[outline[:, 0] > 0.6 * outline[:, 0].max(), 1]
-    across = np.linspace(*np.quantile(toes, (0.0, 1.0)), 11)[1:-1]
+    across = np.linspace(float(toes.min()), float(toes.max()), 11)[1:-1]
     bumper = [Section(y, (0.006, 0.0065), (_front(outline, y) - 0.003, low + 0.018)) for y in across.tolist()]
     return [
         _closed(plate, ends, DARK),

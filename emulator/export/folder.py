@@ -55,12 +55,17 @@ TEST: Final = '''\
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 
 def test_the_robot_stands() -> None:
     model = mujoco.MjModel.from_xml_path(str(Path(__file__).parent / "scene.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("stand").id)
+    for i, (samples, _) in enumerate(model.actuator_history):  # the delays begin with the key frame's requests
+        if samples:
+            mujoco.mj_initCtrlHistory(model, data, i, None, np.full((samples, 1), data.ctrl[i]))
+    mujoco.mj_forward(model, data)
     height = data.body("Torso").xpos[2]
     mujoco.mj_step(model, data, round(1.0 / model.opt.timestep))
     assert abs(data.body("Torso").xpos[2] - height) < 0.02
@@ -117,8 +122,12 @@ def _with_shell_mjcf(text: str, parts: Mapping[str, list[ColouredMesh]]) -> str:
         for i, part in enumerate(parts.get(body.get("name", ""), [])):
             mesh = _mesh(body.get("name", ""), i)
             Xml.SubElement(asset, "mesh", name=mesh, file=f"{mesh}.obj")
-            looks = {"contype": "0", "conaffinity": "0", "group": "2", "mass": "0", "rgba": _rgba(part)}
-            Xml.SubElement(body, "geom", type="mesh", mesh=mesh, **looks)
+            Xml.SubElement(
+                body,
+                "geom",
+                {"type": "mesh", "mesh": mesh, "contype": "0", "conaffinity": "0"}
+                | {"group": "2", "mass": "0", "rgba": _rgba(part)},
+            )
     Xml.indent(root)
     return Xml.tostring(root, encoding="unicode") + "\n"
 

@@ -141,8 +141,9 @@ class RunStatistics(Observer):
         """The last, or where it fell: what it slides after that is no walk."""
         self._turned_before = 0.0
         """Turn of the torso before the first walk, rad: of one that lies it says nothing."""
-        self._way, self._corner = 0.0, self._first
-        """Up to the last corner of the path, m; and the corner."""
+        self._way = 0.0
+        """Up to the last corner of the path, m."""
+        self._corner: TruthFrame | None = None
         self._fell = False
         self._steps_before = self._step = 0
         self._walked = 0.0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.errors import ConfigurationError
@@ -68,5 +69,5 @@ def _overlay(figure: Figure, other: Figure, dashes: str) -> None:
     """Curves of another figure with the same axes, thinner; its marks and legends stay away."""
     for axes, found in zip(figure.axes, other.axes, strict=False):
         for line in found.lines:
-            if len(line.get_xdata()) > MARK:
+            if np.size(line.get_xdata()) > MARK:
                 axes.plot(*line.get_data(), dashes, color=line.get_color(), lw=0.9, alpha=0.85)
