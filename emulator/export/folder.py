@@ -5,12 +5,18 @@ The shell is in `assets/`; the shapes that touch the world stay primitive, as in
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree as Xml
 
 from bridge.body import Body
+from bridge.errors import ConfigurationError
+from emulator.engine.mujoco.client import mujoco
+from emulator.engine.mujoco.picture import Painter
 from emulator.engine.mujoco.scene import FLOOR
+from emulator.engine.values import PinholeCamera
 from emulator.shell import ColouredMesh, shell
 
 SCENE: Final = """\
@@ -93,6 +99,24 @@ def model_folder(body: Body, wear: str, mjcf: str, urdf: str, licence: str) -> d
         f"test_{name}.py": TEST,
         "LICENSE": licence,
     }
+
+
+def draw_model(folder: Path) -> str:
+    """Draw the scene's robot at its key frame `stand`; the picture's name, empty where MuJoCo cannot draw."""
+    model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("stand").id)
+    mujoco.mj_forward(model, data)
+    painter, eye = Painter(), PinholeCamera((0.75, -0.55, 0.42), (0.0, 0.0, 0.26), 640, 720, math.radians(42.0))
+    try:
+        from PIL import Image
+
+        Image.fromarray(painter.draw(model, data, eye)).save(folder / "nao.png")
+    except (ConfigurationError, ModuleNotFoundError):
+        return ""
+    finally:
+        painter.close()
+    return "nao.png"
 
 
 def _mesh(link: str, i: int) -> str:

@@ -61,7 +61,7 @@ def folder(
     # imported late: MuJoCo and the walker's posture solver take time
     from importlib.metadata import distribution
 
-    from emulator.export.folder import model_folder
+    from emulator.export.folder import draw_model, model_folder
 
     texts = {form: _text(form, robot, wear) for form in ("mjcf", "urdf")}
     (body, profile, model), (_, _, urdf_text) = texts["mjcf"], texts["urdf"]
@@ -70,7 +70,7 @@ def folder(
     for name, text in files.items():
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         write_text(out / name, text)
-    picture = _picture(out)
+    picture = draw_model(out)
     open_console().print(
         f"{body.name} with {profile} drives is in {out}."
         + ("" if picture else " No picture: MuJoCo cannot draw."),
@@ -80,32 +80,6 @@ def folder(
         found = sorted([*files, *([picture] if picture else [])])
         print(json.dumps({"robot": body.name, "wear": profile, "folder": str(out), "files": found}))
     return 0
-
-
-def _picture(out: Path) -> str:
-    """A picture of the scene's robot at its key frame `stand`; its name, empty where MuJoCo cannot draw."""
-    import math
-
-    import mujoco
-
-    from bridge.errors import ConfigurationError
-    from emulator.engine.mujoco.picture import Painter
-    from emulator.engine.values import PinholeCamera
-
-    model = mujoco.MjModel.from_xml_path(str(out / "scene.xml"))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("stand").id)
-    mujoco.mj_forward(model, data)
-    painter, eye = Painter(), PinholeCamera((0.75, -0.55, 0.42), (0.0, 0.0, 0.26), 640, 720, math.radians(42.0))
-    try:
-        from PIL import Image
-
-        Image.fromarray(painter.draw(model, data, eye)).save(out / "nao.png")
-    except (ConfigurationError, ModuleNotFoundError):
-        return ""
-    finally:
-        painter.close()
-    return "nao.png"
 
 
 def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: bool) -> int:
