@@ -34,10 +34,7 @@ $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
 		{ echo "$(PYTHON) cannot make virtual environments; install python3-venv (Debian, Ubuntu)."; exit 2; } >&2
 	$(PYTHON) -m venv $(VENV)
-	@sed -n '/^pip==/,/[^\]$$/p' requirements.lock >$(VENV)/pip.lock  # a new pip takes half the time of an old one
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $(VENV)/pip.lock
-	$(BIN)/python -m pip install --quiet --no-compile --require-hashes -r requirements.lock
-	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
+	@.ci/setup $(VENV)
 	@touch $@
 
 demo: setup

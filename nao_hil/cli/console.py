@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+from pathlib import Path
 from typing import Final
 
 from rich.console import Console
@@ -21,3 +23,11 @@ def open_console(*, stderr: bool = True) -> Console:
     terminal = stream is not None and stream.isatty()
     width = None if terminal or os.environ.get("COLUMNS") else WIDE
     return Console(stderr=stderr, width=width, emoji=False, markup=False)
+
+
+def own_command() -> str:
+    """How to call `nao-hil` here: by its path where no environment is active that has it."""
+    if shutil.which("nao-hil"):
+        return "nao-hil"
+    path = Path(sys.executable).with_name("nao-hil")
+    return os.path.relpath(path) if path.exists() else f"{sys.executable} -m nao_hil.cli"

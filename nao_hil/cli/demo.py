@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import check_free
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, own_command
 from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.up import both_sides, new_folder
 from nao_hil.runs.config import run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo
 from nao_hil.view.server import DEFAULT_PORT
-
-NEXT: Final = (
-    f"walk it, push it: nao-hil up --serve --view --robot {ROBOT} --gait {GAIT}\n"
-    "the thesis' experiments: nao-hil experiment all --out DIR"
-)
 
 
 def demo(
@@ -54,5 +49,9 @@ def demo(
             as_json=as_json,
             demo=play,
         )
-    open_console().print(NEXT, highlight=False)
+    open_console().print(
+        f"walk it, push it: {own_command()} up --serve --view --robot {ROBOT} --gait {GAIT}\n"
+        f"the thesis' experiments: {own_command()} experiment all --out DIR",
+        highlight=False,
+    )
     return code

@@ -47,7 +47,7 @@ EXTRAS: Final = {
     "campaign": ("distributed", "duckdb", "optuna", "pyarrow"),
     "design": ("control", "optuna"),
     "naoqi": ("qi",),
-    "view": ("viser",),
+    "view": ("websockets",),
 }
 """Optional packages by the extra of nao-hil that brings them."""
 

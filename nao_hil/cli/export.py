@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -44,7 +44,55 @@ def urdf(
     return _export("urdf", out, robot, wear, as_json)
 
 
+def folder(
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder to write; made if it is not there.", metavar="DIR")
+    ],
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    as_json: options.Json = False,
+) -> int:
+    """Write the robot with its shell as MuJoCo Menagerie and robot_descriptions lay models out.
+
+    MJCF, a scene, URDF, meshes, a picture where MuJoCo can draw, licence, README and a test.
+
+    Example: nao-hil export folder --robot nao-v6 --out nao_v6
+    """
+    # imported late: MuJoCo and the walker's posture solver take time
+    from importlib.metadata import distribution
+
+    from emulator.export.folder import draw_model, model_folder
+
+    texts = {form: _text(form, robot, wear) for form in ("mjcf", "urdf")}
+    (body, profile, model), (_, _, urdf_text) = texts["mjcf"], texts["urdf"]
+    licence = next((f for f in distribution("nao-hil").files or () if f.name == "LICENSE"), None)
+    files = model_folder(body, profile, model, urdf_text, licence.read_text() if licence else NOTICE)
+    for name, text in files.items():
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        write_text(out / name, text)
+    picture = draw_model(out)
+    open_console().print(
+        f"{body.name} with {profile} drives is in {out}."
+        + ("" if picture else " No picture: MuJoCo cannot draw."),
+        highlight=False,
+    )
+    if as_json:
+        found = sorted([*files, *([picture] if picture else [])])
+        print(json.dumps({"robot": body.name, "wear": profile, "folder": str(out), "files": found}))
+    return 0
+
+
 def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: bool) -> int:
+    body, profile, text = _text(form, robot, wear)
+    write_text(out, text)
+    open_console().print(f"{body.name} with {profile} drives is in {out}.", highlight=False)
+    if as_json:
+        print(json.dumps({"format": form, "robot": body.name, "wear": profile, "file": str(out)}))
+    return 0
+
+
+def _text(form: str, robot: str | None, wear: str | None) -> tuple[Any, str, str]:
+    """Body, name of the wear profile, and the file's text."""
     # imported late: MuJoCo and the walker's posture solver take time
     from bridge.body import load_body
     from bridge.body.postures import POSTURES
@@ -61,13 +109,7 @@ def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: 
         from emulator.export.mjcf import to_mjcf
 
         poses = {"stand": POSTURES["StandInit"], "one-leg": one_leg_stance(body)}
-        text = to_mjcf(body, profile, poses, notice)
-    else:
-        from emulator.export.urdf import to_urdf
+        return body, profile.name, to_mjcf(body, profile, poses, notice)
+    from emulator.export.urdf import to_urdf
 
-        text = to_urdf(body, profile, notice)
-    write_text(out, text)
-    open_console().print(f"{body.name} with {profile.name} drives is in {out}.", highlight=False)
-    if as_json:
-        print(json.dumps({"format": form, "robot": body.name, "wear": profile.name, "file": str(out)}))
-    return 0
+    return body, profile.name, to_urdf(body, profile, notice)

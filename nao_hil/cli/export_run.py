@@ -16,7 +16,7 @@ from nao_hil.files import write_text
 
 
 def export_run(
-    recording: options.Recording,
+    recordings: options.Recordings,
     page: Annotated[
         Path | None,
         typer.Option("--html", help="Write a page that any browser plays from the disk.", metavar="FILE"),
@@ -33,6 +33,8 @@ def export_run(
     as_json: options.Json = False,
 ) -> int:
     """Write a recorded run as one file: robot, charts, events. The page has a timeline and slow motion.
+
+    Of two recordings the page has two robots side by side, and their charts over each other.
 
     --from, --to and --speed are the video's; the page always has the whole run.
 
@@ -59,19 +61,19 @@ def export_run(
             raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")
     written: dict[str, Path] = {}
     if page is not None:
-        from nao_hil.view.export.page import exported_page
+        from nao_hil.view.page import recorded_page
 
-        write_text(page, exported_page(recording))
+        write_text(page, recorded_page(recordings)[0])
         written["html"] = page
     if video is not None:
-        from nao_hil.view.export.video import write_video
+        from nao_hil.view.video import write_video
 
-        write_video(recording, video, begin, end, speed)
+        write_video(recordings[0], video, begin, end, speed)
         written["video"] = video
     for file in written.values():
         size = 1e-6 * file.stat().st_size
         open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
     if as_json:
         files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
-        print(json.dumps({**files, "config": recorded_config(recording)}), flush=True)
+        print(json.dumps({**files, "config": recorded_config(recordings[0])}), flush=True)
     return 0

@@ -41,6 +41,7 @@ _COMMANDS: Final = {
     "replay": "replay:replay",
     "info": "info:info",
     "plot": "plot:plot",
+    "diff": "diff:diff",
     "compare": "compare:compare",
     "excite": "excite:excite",
     "identify": "identify:identify",
@@ -86,7 +87,13 @@ _GROUPS: Final = {
     ),
     "export": (
         "Write a recorded run as a page, a video or a ROS bag, or the calibrated robot for other simulators.",
-        {"run": "export_run:export_run", "rosbag": "ros:rosbag", "mjcf": "export:mjcf", "urdf": "export:urdf"},
+        {
+            "run": "export_run:export_run",
+            "rosbag": "ros:rosbag",
+            "mjcf": "export:mjcf",
+            "urdf": "export:urdf",
+            "folder": "export:folder",
+        },
     ),
     "config": (
         "Show or check the configuration of a run.",

@@ -212,6 +212,22 @@ Serve = Annotated[
     bool,
     typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
 ]
+
+
+def recordings_of(runs: list[Path]) -> list[Path]:
+    """Recordings of some runs, each a folder or a file."""
+    return [recording_of(run) for run in runs]
+
+
+Recordings = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Recordings (.mcap), or folders of runs.",
+        metavar="FILE...",
+        show_default=False,
+        callback=recordings_of,
+    ),
+]
 Recording = Annotated[
     Path,
     typer.Argument(

@@ -17,7 +17,7 @@ from nao_hil.cli.console import open_console
 
 
 def plot(
-    file: options.Recording,
+    files: options.Recordings,
     what: Annotated[
         str,
         typer.Option(
@@ -39,7 +39,7 @@ def plot(
     ] = None,
     as_json: options.Json = False,
 ) -> int:
-    """Draw plots of a recording, one file each, FILE-NAME.png.
+    """Draw plots of a recording, one file each, FILE-NAME.png; of several, later ones dashed over the first.
 
     Three of them, or what --what names. Bands mark single supports (blue on the left foot, red on the right),
     dotted lines what happened in the world, a red line the fall; the axes show the range before the fall.
@@ -56,26 +56,32 @@ def plot(
     except ModuleNotFoundError as error:
         raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[analysis]'.") from None
     from nao_hil.analysis.run_title import run_title
+    from nao_hil.runs.folder import RECORDING
     from nao_hil.runs.replay import recorded_body
 
     console = open_console()
-    with console.status(f"reading {file}") as status:
-        tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
-        if not tables.sensors:
-            raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
-        folder = out if out is not None else file.parent
+    written: list[Path] = []
+    with console.status(f"reading {files[0]}") as status:
+        runs = []
+        for file in files:
+            tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
+            if not tables.sensors:
+                raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
+            label = file.resolve().parent.name if file.name == RECORDING else file.stem
+            runs.append((tables, ", ".join(word for word in (run_title(file), label) if word)))
+        folder = out if out is not None else files[0].parent
         _make(folder)
-        files, title = [], ", ".join(word for word in (run_title(file), file.name) if word)
         for name in names:
-            if what == "all" and missing(tables, name):
+            if what == "all" and any(missing(tables, name) for tables, _ in runs):
                 continue
             status.update(f"drawing {name}")
-            files.append(folder / f"{file.stem}-{name}.{form}")
-            draw(tables, name, files[-1], title)
-    for path in files:
+            several = f"-and-{len(runs) - 1}-more" if len(runs) > 1 else ""
+            written.append(folder / f"{files[0].stem}{several}-{name}.{form}")
+            draw(runs, name, written[-1])
+    for path in written:
         console.print(f"written to {path}", soft_wrap=True)
     if as_json:
-        print(json.dumps({"files": [str(path) for path in files]}), flush=True)
+        print(json.dumps({"files": [str(path) for path in written]}), flush=True)
     return 0
 
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from emulator.compiled import compiled_count
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.monitor import Monitor
@@ -30,6 +31,7 @@ class WalkProgress:
         self._settings, self._console = settings, console
         self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
         self._began: tuple[float, float] | None = None
+        self._compiled = compiled_count()
         self._next_line = time.monotonic() + LINE_INTERVAL
 
     def show(self, monitor: Monitor) -> None:
@@ -50,7 +52,9 @@ class WalkProgress:
     def _values(self, monitor: Monitor) -> dict[str, str]:
         frame, truth, status, walk = monitor.sensors, monitor.truth, monitor.status, monitor.walk
         if frame is None:
-            return {"waiting": "for the robot"}
+            compiled = compiled_count() - self._compiled
+            first = f"; first start, {compiled} loops compiled so far" if compiled > 0 else ""
+            return {"waiting": f"for the robot{first}"}
         if self._began is None or frame.time < self._began[0]:  # a reset begins at 0 again
             self._began = (frame.time, time.monotonic())
         wall = time.monotonic() - self._began[1]

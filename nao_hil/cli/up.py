@@ -7,13 +7,14 @@ from pathlib import Path
 import msgspec
 
 from bridge.body import load_body
+from bridge.config import from_dict
 from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import check_free
 from bridge.motion import get_up_motions
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, own_command
 from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.outcome import conclude
 from nao_hil.cli.progress import WalkProgress
@@ -120,43 +121,91 @@ def both_sides(
     Raises:
         NaoHilError: a side failed.
     """
-    file = str(directory.config)
-    directory.release()  # the robot's process takes it
-    stop = stop_event()
-    common = ["--name", name, "--config", file, "--json"]
-    emulator = Child(
-        "robot", ["emulate", "--listen", listen, "--out", str(directory.path), *common], directory.path
-    )
-    serving = ["--serve"] if serve else []
-    walker = Child("walker", ["walk", "--connect", listen, *serving, *common], directory.path)
+    stop, console = stop_event(), open_console()
     page = LivePage(name, listen, port, directory.path) if port is not None else None
-    console = open_console()
-    try:
-        with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
-            while not stop.is_set() and emulator.running and walker.running and not (demo and demo.done):
-                stop.wait(0.2)
-                progress.show(monitor)
-                if page is not None:
-                    page.tell(console)
-                if demo is not None:
-                    demo.go_on(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")
-    finally:
-        if page is not None:
-            page.ask_to_end()
-        # Both at once; a walker that ended by itself has brought the robot to a stand before.
-        walker.ask_to_end()
-        emulator.ask_to_end()
-        walker_result = walker.end(GRACE)
-        robot_result = emulator.end(GRACE)
-        if page is not None:
-            page.end(GRACE)
-    code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+    run = 1
+    while True:
+        sides = _Sides(settings, directory, name, listen, serve=serve)
+        again: RunConfig | None = None
+        try:
+            with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
+                while not stop.is_set() and sides.running and not (demo and demo.done) and again is None:
+                    stop.wait(0.2)
+                    progress.show(monitor)
+                    if page is not None:
+                        page.tell(console)
+                        again = _asked(page, settings)
+                    if demo is not None:
+                        demo.go_on(monitor.sensors, monitor.telemetry.state if monitor.telemetry else "")
+        finally:
+            if page is not None and again is None:
+                page.ask_to_end()
+            walker_result, robot_result = sides.end()
+            if page is not None and again is None:
+                page.end(GRACE)
+        if again is None:
+            code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+            break
+        run += 1
+        folder = directory.path.parent / f"{directory.path.name}-{run}"
+        settings, directory = again, new_folder(again, folder, overwrite=True)
     if page is not None and code != 130 and robot_result.result is not None:
         recording = directory.last_recording(robot_result.result["resets"])
-        console.print(f"look at it again: nao-hil view --replay {recording}", highlight=False, soft_wrap=True)
+        again_by = f"{own_command()} view --replay {recording}"
+        console.print(f"look at it again: {again_by}", highlight=False, soft_wrap=True)
         if not serve:
-            console.print("walk it, push it: nao-hil up --serve --view", highlight=False)
+            console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
     return 0 if serve and code == 130 else code  # a walker that serves has no other end
+
+
+class _Sides:
+    """Robot and walker as two processes.
+
+    Args:
+        settings: Of the run.
+        directory: Its folder.
+        name: Id of the robot.
+        listen: Zenoh endpoint of the robot.
+        serve: The walker waits for commands.
+    """
+
+    def __init__(
+        self, settings: RunConfig, directory: RunDirectory, name: str, listen: str, *, serve: bool
+    ) -> None:
+        directory.release()  # the robot's process takes it
+        folder, common = directory.path, ["--name", name, "--config", str(directory.config), "--json"]
+        serving = ["--serve"] if serve else []
+        self._robot = Child("robot", ["emulate", "--listen", listen, "--out", str(folder), *common], folder)
+        self._walker = Child("walker", ["walk", "--connect", listen, *serving, *common], folder)
+
+    @property
+    def running(self) -> bool:
+        """Whether both are."""
+        return self._robot.running and self._walker.running
+
+    def end(self) -> tuple[ChildResult, ChildResult]:
+        """End both, and give the results of walker and robot."""
+        # Both at once; a walker that ended by itself has brought the robot to a stand before.
+        self._walker.ask_to_end()
+        self._robot.ask_to_end()
+        walker = self._walker.end(GRACE)
+        return walker, self._robot.end(GRACE)
+
+
+def _asked(page: LivePage, settings: RunConfig) -> RunConfig | None:
+    """The settings of another run that the page asks for; None: it asks for none that can be had."""
+    from nao_hil.runs.build import check_run  # imported late: as in `up`
+
+    changes = page.restart()
+    if changes is None:
+        return None
+    try:
+        again = from_dict(msgspec.to_builtins(settings) | changes, "the page", RunConfig)
+        check_run(again)
+    except NaoHilError as error:
+        open_console().print(f"the page's run cannot begin: {error}", highlight=False)
+        return None
+    return again
 
 
 def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> int:

@@ -16,7 +16,8 @@ from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import recording_of
 from nao_hil.view.child import READY
 from nao_hil.view.door import open_door
-from nao_hil.view.server import DEFAULT_HOST, DEFAULT_PORT, open_server
+from nao_hil.view.page import page, recorded_page
+from nao_hil.view.server import DEFAULT_HOST, DEFAULT_PORT, PageServer
 
 NICENESS = 10
 """The page gives way to the real-time loops of robot and walker."""
@@ -31,10 +32,10 @@ def view(
         typer.Option("--host", help="Address the page listens on; beyond loopback with TLS and a token."),
     ] = DEFAULT_HOST,
     replay: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
             "--replay",
-            help="Show a recording, or that of a run's folder, with a timeline instead.",
+            help="Show a recording, or that of a run's folder, instead; given twice: two runs side by side.",
             metavar="FILE",
         ),
     ] = None,
@@ -48,13 +49,14 @@ def view(
     Example: nao-hil view --replay runs/20260101T120000Z/frames.mcap
     """
     os.nice(NICENESS)  # of this thread, and of those that it starts from here on
-    if replay is not None:
-        replay = recording_of(replay)
-        read_recording(replay)  # says so where it is none, before there is a page
+    replay = [recording_of(file) for file in replay or ()]
+    for file in replay:
+        read_recording(file)  # says so where it is none, before there is a page
     stop = stop_event()
     console = open_console()
     door = open_door(host)
-    server = open_server(host, port, "nao-hil", door.access, door.tls)
+    server = PageServer(host, port, door.access, door.tls)
+    server.show(*(recorded_page(replay) if replay else page(f"nao-hil: {name}")))
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)
     if door.fingerprint:
         console.print(
@@ -63,13 +65,11 @@ def view(
             highlight=False,
             soft_wrap=True,
         )
-    if replay is not None:
-        from nao_hil.view.film import Film
-
-        Film(server, replay, stop).run()
+    if replay:
+        stop.wait()
     else:
-        from nao_hil.view.follow import Follower
+        from nao_hil.view.follow import Follower  # imported late: the page is served meanwhile
 
         Follower(server, name, connect, stop, run).run()
-    server.stop()
+    server.close()
     return 0

@@ -17,6 +17,8 @@ from nao_hil.runs.fall_watch import FallWatch
 from nao_hil.runs.heading_motion import HeadingMotion
 from nao_hil.runs.seen_walk import SeenWalk
 
+CORNER: Final = 0.5
+"""Robot time from one corner of the path to the next, s: two steps of `omni`."""
 _LIES: Final = math.radians(45.0)
 """rad; a torso that leans farther lies."""
 
@@ -40,9 +42,12 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     steps: int
     """Steps completed in all walks, by the walker's word."""
     distance: float
-    """Way of the torso over ground from the first frame to the last, or to the fall, m; the sum over resets."""
+    """Straight line of the torso over ground from the first frame to the last, or to the fall, m; summed over
+    resets."""
+    way: float = 0.0
+    """Length of the torso's path over ground, m: a corner each half second, so its sway does not count."""
     speed: float
-    """Distance over the time from the first phase of each walk to its end, m/s."""
+    """Way over the time from the first phase of each walk to its end, m/s."""
     velocity: Vec3 = (0.0, 0.0, 0.0)
     """Mean of the torso's in its own heading, forward and to the left, m/s, and turn, rad/s, from 2 s after the
     walk began until it closes its feet, or falls; of the last walk, zeros where it was shorter."""
@@ -96,6 +101,7 @@ class _Sums(NamedTuple):
 
     time: float = 0.0
     distance: float = 0.0
+    way: float = 0.0
     walked: float = 0.0
     steps: int = 0
     cycles: int = 0
@@ -135,6 +141,9 @@ class RunStatistics(Observer):
         """The last, or where it fell: what it slides after that is no walk."""
         self._turned_before = 0.0
         """Turn of the torso before the first walk, rad: of one that lies it says nothing."""
+        self._way = 0.0
+        """Up to the last corner of the path, m."""
+        self._corner: TruthFrame | None = None
         self._fell = False
         self._steps_before = self._step = 0
         self._walked = 0.0
@@ -156,6 +165,10 @@ class RunStatistics(Observer):
         if not self._fell:
             self._way_end = truth
             self._motion.add(truth)
+            self._corner = self._corner or truth
+            if truth.time >= self._corner.time + CORNER:
+                self._way += _between(self._corner, truth)
+                self._corner = truth
         self._fell = self._fell or falls
         if not self._has_telemetry:
             self._look(truth)
@@ -184,7 +197,8 @@ class RunStatistics(Observer):
             return before
         return _Sums(
             time=before.time + last.time - first.time,
-            distance=before.distance + math.dist(first.torso_position[:2], end.torso_position[:2]),
+            distance=before.distance + _between(first, end),
+            way=before.way + self._way + (_between(self._corner, end) if self._corner else 0.0),
             walked=before.walked + self._walked + (self._walk[1] - self._walk[0] if self._walk else 0.0),
             steps=before.steps + self._steps_before + self._step,
             cycles=before.cycles + last.seq,
@@ -243,7 +257,8 @@ class RunStatistics(Observer):
             recoveries=self._recoveries,
             steps=sums.steps,
             distance=sums.distance,
-            speed=sums.distance / sums.walked if sums.walked > 0.0 else 0.0,
+            way=sums.way,
+            speed=sums.way / sums.walked if sums.walked > 0.0 else 0.0,
             velocity=self._motion.velocity,
             displacement=self._displacement(),
             heading_change=self._motion.turned,
@@ -256,3 +271,8 @@ class RunStatistics(Observer):
             engine=self._engine,
             resets=self._resets,
         )
+
+
+def _between(a: TruthFrame, b: TruthFrame) -> float:
+    """Between two places of the torso over ground, m."""
+    return math.dist(a.torso_position[:2], b.torso_position[:2])

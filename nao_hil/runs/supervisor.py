@@ -104,6 +104,11 @@ class Child:
         self._process.wait()
 
     @property
+    def stdout(self) -> str:
+        """Its stdout so far."""
+        return self._out.read_text()
+
+    @property
     def stderr(self) -> str:
         """Its stderr so far."""
         return self._log.read_text()

@@ -1,1 +1,1 @@
-"""The live page: the robot in 3-D, its loads and balance, charts, and what one may do to it (viser)."""
+"""The live page: the robot in 3-D, its loads and balance, charts, and orders to it."""

@@ -1,4 +1,4 @@
-"""Who may open the page: each request is checked before viser sees it.
+"""Who may open the page: each request is checked before it is answered.
 
 A browser lets any web page of any site open a WebSocket to this machine, and lets a site point its own name at
 127.0.0.1 (DNS rebinding). So the handshake must come from the page itself (its `Origin` is the address it was
@@ -18,8 +18,6 @@ from urllib.parse import parse_qs, urlsplit
 from bridge.link.session import is_loopback
 
 COOKIE: Final = "nao-hil-page"
-ALIVE: Final = "/alive"
-"""What the page asks for to learn that its server has ended."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class Answer:
     """The response to a request that is not a WebSocket's handshake, or to a refused one."""
 
     status: HTTPStatus
-    text: str
+    body: bytes = b""
     headers: tuple[tuple[str, str], ...] = ()
 
 
@@ -54,36 +52,26 @@ class Access:
     token: str | None = None
     tls: bool = False
 
-    def check(self, asked: Asked, page: str) -> Answer | None:
-        """What a request is answered with; None: it is a handshake, and may go on.
-
-        Args:
-            asked: The request.
-            page: The page, HTML.
-        """
+    def check(self, asked: Asked) -> Answer | None:
+        """The refusal of a request, or the cookie for its token; None: the request may go on."""
         name = _name(asked.host)
         if self.token is None and not is_loopback(name):
-            return Answer(HTTPStatus.FORBIDDEN, "This page answers at localhost and 127.0.0.1 only.\n")
+            return Answer(HTTPStatus.FORBIDDEN, b"This page answers at localhost and 127.0.0.1 only.\n")
         address = urlsplit(asked.target)
         if self.token is not None:
             given = parse_qs(address.query).get("token", [""])[0]
             if self._knows(given):
                 cookie = f"{COOKIE}={given}; Path=/; HttpOnly; SameSite=Strict" + "; Secure" * self.tls
-                return Answer(HTTPStatus.SEE_OTHER, "", (("Set-Cookie", cookie), ("Location", ".")))
+                return Answer(HTTPStatus.SEE_OTHER, b"", (("Set-Cookie", cookie), ("Location", ".")))
             if not self._knows(_cookie(asked.cookie)):
                 return Answer(
-                    HTTPStatus.UNAUTHORIZED, "Open the address with the token that `nao-hil view` printed.\n"
+                    HTTPStatus.UNAUTHORIZED, b"Open the address with the token that `nao-hil view` printed.\n"
                 )
         if asked.upgrade:
             own = f"{'https' if self.tls else 'http'}://{asked.host}"
             if asked.origin != own:
-                return Answer(HTTPStatus.FORBIDDEN, "Only the page itself may connect.\n")
-            return None
-        if address.path == ALIVE:
-            return Answer(HTTPStatus.NO_CONTENT, "")
-        if address.path in ("/", "/index.html"):
-            return Answer(HTTPStatus.OK, page, (("Content-Type", "text/html; charset=utf-8"),))
-        return Answer(HTTPStatus.NOT_FOUND, "There is nothing here; the page is at /.\n")
+                return Answer(HTTPStatus.FORBIDDEN, b"Only the page itself may connect.\n")
+        return None
 
     def _knows(self, given: str) -> bool:
         return self.token is not None and hmac.compare_digest(given.encode(), self.token.encode())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Final
 
@@ -27,6 +28,16 @@ class LivePage(Child):
         view = ["view", "--name", robot, "--connect", connect, "--port", str(port), "--run", str(folder)]
         super().__init__("page", view, folder)
         self._reported = False
+        self._restarts = 0
+
+    def restart(self) -> dict[str, str] | None:
+        """Settings of another run that somebody asked the page for since the last call; None: nobody did."""
+        lines = [json.loads(line) for line in self.stdout.splitlines() if line.startswith('{"restart"')]
+        if len(lines) <= self._restarts:
+            return None
+        self._restarts = len(lines)
+        settings: dict[str, str] = lines[-1]["restart"]
+        return settings
 
     def tell(self, console: Console) -> None:
         """Print the address once it is served, or the one sentence why it is not."""

@@ -1,28 +1,13 @@
-"""Driving from the page: its buttons, or the keys and the gamepad that press them."""
+"""Driving from the page: keys, gamepad and pad share one driver."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Final
 
 from bridge.errors import NaoHilError
 from bridge.types import Vec3
 from nao_hil.drive.session import Session, Walker
-
-KEYS: Final = {
-    "Slower": "s",
-    "Stop": "x",
-    "Faster": "w",
-    "Turn left": "a",
-    "Turn right": "d",
-    "Left": "q",
-    "Right": "e",
-    "Gait": "g",
-    "Torso control": "t",
-    "Admittance": "m",
-}
-"""Button -> key of `nao-hil drive` that does the same; `page.js` presses the button by its name."""
 
 
 class Driving:
@@ -38,8 +23,8 @@ class Driving:
         self._lock = threading.Lock()
         self._session: Session | None = None
 
-    def press(self, button: str) -> str:
-        """Do what one of `KEYS` says.
+    def press(self, key: str) -> str:
+        """Do what a key of `nao-hil drive` does.
 
         Returns:
             What came of it, in a sentence.
@@ -48,7 +33,7 @@ class Driving:
             LinkError: no walker takes commands.
             WalkRefused: the walker has no robot.
         """
-        return self._do(lambda session: session.take([KEYS[button]]))
+        return self._do(lambda session: session.take([key]))
 
     def steer(self, velocity: Vec3) -> str:
         """Walk at a velocity, forward and to the left, m/s, and turn, rad/s; returns and raises as `press`."""

@@ -1,60 +1,194 @@
-"""The page on a running robot: listens, draws thirty times a second, sends what a button says."""
+"""The page on a running robot: listens to it, sends rows to the browsers, and carries out their orders."""
 
 from __future__ import annotations
 
 import contextlib
+import json
+import math
+import os
+import re
 import threading
 import time
-from functools import partial
+from collections import deque
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.body import load_body
+import msgspec
+import numpy as np
+
+from bridge.body import BODIES, load_body
 from bridge.errors import NaoHilError
-from bridge.messages import Info, Notice, SensorFrame
+from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.elements import ELEMENTS
+from bridge.messages.guard import GuardStatus
+from bridge.messages.walk import WalkStatus
 from bridge.messages.world import Status
-from nao_hil.analysis.diagnosis import MomentBuilder
+from bridge.messages.world_state import WorldReply
+from bridge.types import Array
+from emulator.scenarios import SCENARIOS
+from emulator.wear import WEAR
+from nao_hil.analysis.diagnosis import (
+    Balance,
+    BalanceEstimator,
+    Diagnosis,
+    Moment,
+    MomentBuilder,
+    Symptom,
+    Symptoms,
+    explain,
+)
 from nao_hil.runs.demo import CAPTION
-from nao_hil.view.controls import Controls
-from nao_hil.view.downloads import add_downloads, latest_recording
+from nao_hil.runs.supervisor import SUPERVISED
+from nao_hil.view.access import Answer
 from nao_hil.view.driving import Driving
 from nao_hil.view.hand import Hand
-from nao_hil.view.live import Commands, Subscriber
-from nao_hil.view.page import Page
+from nao_hil.view.live import Commands, Published, Subscriber
+from nao_hil.view.orders import Orders
+from nao_hil.view.page import recorded_page
+from nao_hil.view.rows import RunRows, events_json, world_json
+from nao_hil.view.server import HTML, PageServer
+from nao_hil.view.signals import Lateness
+from nao_hil.view.state import describe
+from walker.estimation.odometry import GroundPlane
+from walker.planning.catalogue import GAITS, gait_parameters
 
-RATE: Final = 30.0
-"""Pictures per second."""
-WATCH_EVERY: Final = 0.5
-"""s between questions for what the world is like, and between looks whether a sign of the driver is due."""
+RATE: Final = 40.0
+"""Looks for new messages per second."""
+BEHIND: Final = 400
+"""Messages, of a second, that a page works through; one that is further behind skips the frames before."""
+SKIPPED: Final = (SensorFrame, TruthFrame, ActuatorFrame, WalkTelemetry)
+WATCH_EVERY: Final = 0.15
+"""s between two questions for the walker's status and the world."""
+KEPT: Final = 10_000
+"""Rows that are kept: five minutes."""
+MOST: Final = 200
+"""Symptoms and footprints that are kept."""
 ENDING: Final = 1.0
 """s that the last question may take when the page ends."""
+FAULTS: Final[dict[str, tuple[str, str]]] = {
+    "joint-weak": ("joint", "fraction"),
+    "joint-stuck": ("joint", ""),
+    "joint-limp": ("joint", ""),
+    "joint-hot": ("joint", ""),
+    "sensor-dead": ("sensor", ""),
+    "sensor-stuck": ("sensor", ""),
+    "sensor-noisy": ("sensor", "deviation"),
+    "command-lost": ("", "probability"),
+    "inertial-rezero": ("", ""),
+    "hal-error": ("", ""),
+    "power-loss": ("", ""),
+}
+"""Kinds of faults that the page offers: the part concerned, and the number that says how severe."""
+
+
+class LiveRun:
+    """One robot from its start, or its last reset, up to now.
+
+    Args:
+        info: The robot.
+        title: Its name on the page.
+        world: Its surroundings; None: a real robot.
+    """
+
+    def __init__(self, info: Info, title: str, world: WorldReply | None) -> None:
+        body = load_body(info.body)
+        self.info, self._title = info, title
+        self.rows = RunRows(body, world)
+        self._observer = BalanceEstimator(body)
+        self._watch, self._late = Symptoms(self._observer), Lateness()
+        self.set_world(world)
+        self._table: deque[Array] = deque(maxlen=KEPT)
+        self._prints: deque[list[float]] = deque(maxlen=MOST)
+        self._symptoms: list[Symptom] = []
+        self.diagnosis: Diagnosis | None = None
+        self.newest: Moment | None = None
+        self._lock = threading.Lock()
+        self._latest_late = math.nan
+
+    def set_world(self, world: WorldReply | None) -> None:
+        """The surroundings are like this."""
+        if world is not None:
+            self._observer.ground = GroundPlane(*world.floor, 0.0)
+            if world.terrain is None and self.rows.world is not None:
+                world = _with_terrain(world, self.rows.world)
+            self.rows.world = world
+
+    def take(self, moment: Moment) -> list[bytes | dict[str, Any]]:
+        """The next moment; returns what the browsers are to be sent."""
+        balance = self._observer.update(moment)
+        late = self._late.update(moment.sensors.time, moment.sensors.wall)
+        self._latest_late = float(np.fmax(self._latest_late, late))
+        messages: list[bytes | dict[str, Any]] = []
+        found = self._watch.update(balance)
+        with self._lock:
+            self.newest = moment
+            if found:
+                messages.append(self._add_symptoms(found))
+            elif self._stands_again(balance):
+                self.diagnosis = None
+                messages.append(events_json(self._symptoms, None))
+            if prints := self.rows.prints(balance):
+                self._prints.extend(prints)
+                messages.append({"prints": prints})
+            if self.rows.due(moment.sensors.time):
+                row = self.rows.row(balance, self._latest_late)
+                self._latest_late = math.nan
+                self._table.append(row)
+                messages.append(row.astype("<f4").tobytes())
+        return messages
+
+    def _add_symptoms(self, found: list[Symptom]) -> dict[str, Any]:
+        self._symptoms += found
+        del self._symptoms[:-MOST]
+        if any(s.kind == "fall" for s in found):
+            last = self.diagnosis.fell if self.diagnosis else -1.0
+            since = [s for s in self._symptoms if s.time > last]
+            self.diagnosis = explain(since, torso_off=self._watch.torso_off) or self.diagnosis
+        return events_json(self._symptoms, self.diagnosis)
+
+    def _stands_again(self, balance: Balance) -> bool:
+        walk = balance.moment.walk
+        if self.diagnosis is None or walk is None or balance.moment.sensors.time < self.diagnosis.fell + 1.0:
+            return False
+        return walk.state in ("stand", "walk")
+
+    def packed(self, **header: Any) -> bytes:
+        """The run up to now."""
+        with self._lock:
+            table = np.array(self._table) if self._table else np.zeros((0, self.rows.width))
+            prints, symptoms, diagnosis = list(self._prints), list(self._symptoms), self.diagnosis
+        subtitle = f"{self.info.body}, {self.info.side}, {self.info.mode}"
+        events = events_json(symptoms, diagnosis)
+        return self.rows.pack(table, prints, title=self._title, subtitle=subtitle, live=header, **events)
 
 
 class Follower:
     """Shows one robot until it is told to stop.
 
     Args:
-        server: A `viser.ViserServer`.
+        server: Serves the page.
         robot: Id of the robot.
         connect: Zenoh endpoint of the robot.
         stop: Ends it.
-        folder: Of the run, where it is on this machine: its recording can be downloaded.
+        folder: Of the run, where it is on this machine: its recordings can be saved.
     """
 
     def __init__(
-        self, server: Any, robot: str, connect: str, stop: threading.Event, folder: Path | None = None
+        self, server: PageServer, robot: str, connect: str, stop: threading.Event, folder: Path | None = None
     ) -> None:
-        self._robot, self._endpoint, self._folder = robot, connect, folder
-        self._hand: Hand | None = None
-        self._page = Page(server, f"robot {robot}")
+        self._server, self._robot, self._endpoint, self._folder = server, robot, connect, folder
         self._subscriber, self._commands = Subscriber(robot, connect), Commands(robot, connect)
-        self._driving = Driving(self._commands.walker, lambda: bool(server.get_clients()))
+        self._driving = Driving(self._commands.walker, lambda: server.watched)
         self._stop = stop
-        self._info: Info | None = None
-        self._controls: Controls | None = None
-        self._seq = -1
-        self._anew = True
-        """The robot began anew, perhaps on another terrain."""
+        self._run: LiveRun | None = None
+        self._orders: Orders | None = None
+        self._hand: Hand | None = None
+        self._heard = time.monotonic()
+        self._guard: GuardStatus | None = None
+        self._walk: WalkStatus | None = None
+        self._world: WorldReply | None = None
+        self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
 
     def run(self) -> None:
@@ -63,82 +197,152 @@ class Follower:
         Raises:
             ConfigurationError: not an endpoint.
         """
-        builder = MomentBuilder()
-        due = time.monotonic()
+        builder, due = MomentBuilder(), time.monotonic()
         try:
             while not self._stop.is_set():
-                for message in self._subscriber.take():
-                    if isinstance(message, SensorFrame) and not self._known(message):
-                        continue
-                    if isinstance(message, Notice) and message.code == CAPTION:
-                        self._page.caption(message.text)
-                    if (moment := builder.add(message)) is not None:
-                        self._page.take(moment)
-                self._page.show()
+                messages = self._subscriber.take()
+                for i, message in enumerate(messages):
+                    if len(messages) - i < BEHIND or not isinstance(message, SKIPPED):
+                        self._take(message, builder)
+                self._publish_state()
                 due = max(due + 1.0 / RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
         finally:
-            self._subscriber.close()
-            if self._hand is not None:
-                self._hand.let_go()
-            if self._controls is not None:
-                with contextlib.suppress(NaoHilError):
-                    self._controls.end()
-            if self._watcher is not None:
-                self._watcher.join(ENDING)
-            self._commands.close()
+            self._end()
+
+    def _take(self, message: Published, builder: MomentBuilder) -> None:
+        if isinstance(message, GuardStatus):
+            self._guard = message
+            return
+        if isinstance(message, SensorFrame):
+            self._heard = time.monotonic()
+            if not self._known(message):
+                return
+        if isinstance(message, Notice) and message.code == CAPTION:
+            self._server.publish({"caption": message.text})
+        if (moment := builder.add(message)) is not None and self._run is not None:
+            for part in self._run.take(moment):
+                self._server.publish(part)
+
+    def _publish_state(self) -> None:
+        """Send the state where it has changed."""
+        newest, silent = self._run.newest if self._run else None, time.monotonic() - self._heard
+        state = describe(newest, self._guard, self._walk, self._world, silent)
+        state["holds"] = self._hand is not None and self._hand.holds
+        if state != self._state:
+            self._state = state
+            self._server.publish({"state": state})
+
+    def _end(self) -> None:
+        self._subscriber.close()
+        if self._orders is not None:
+            with contextlib.suppress(NaoHilError):
+                self._orders.end()
+        if self._watcher is not None:
+            self._watcher.join(ENDING)
+        self._commands.close()
 
     def _known(self, frame: SensorFrame) -> bool:
-        """Whether it is known what robot that is; asks at the first frame, and when it begins anew."""
-        anew, self._seq = frame.seq < self._seq, frame.seq
-        if self._info is None or anew:
-            info = self._commands.info()
-            if info is None:
-                return self._info is not None
-            if self._info is None or info.body != self._info.body:
-                self._meet(info)
-            self._info = info
-            self._anew = True
-        return True
+        """Whether it is known which robot that is; asks at the first frame, and when the robot began again."""
+        newest = self._run.newest if self._run is not None else None
+        if self._run is not None and (newest is None or frame.seq >= newest.sensors.seq):
+            return True
+        info = self._commands.info()
+        if info is not None:
+            self._begin(info)
+        return self._run is not None
 
-    def _meet(self, info: Info) -> None:
-        self._page.meet(load_body(info.body))
-        if self._info is not None:
-            return  # the controls are there
+    def _begin(self, info: Info) -> None:
+        """A robot that is new, or began again."""
         emulated = info.side == "emulator"
-        page, cycle = self._page, load_body(info.body).cycle
-        self._controls = controls = Controls(page.gui, self._commands, self._driving, page.say, page.aim, cycle)
-        controls.build(page.tabs, world=emulated)
-        tab = page.add_joint_tab()
+        self._world = None
         if emulated:
-            page.on_drag(controls.drag)
+            with contextlib.suppress(NaoHilError):
+                self._world = self._commands.world(Status(terrain=True))
+        self._run = LiveRun(info, f"robot {self._robot}", self._world)
+        if self._orders is None or self._orders.body.name != info.body:
             body = load_body(info.body)
-            self._hand = Hand(page.gui, tab, body, self._robot, self._endpoint, page.say)
-        page.add_view_tab()
-        if (folder := self._folder) is not None:
-            with page.tabs.add_tab("Save"):
-                newest, before = partial(latest_recording, folder), partial(latest_recording, folder, 1)
-                add_downloads(page.gui, newest, page.say, before)
-        self._page.say("answers to the buttons appear here")
-        self._watcher = threading.Thread(
-            target=self._watch, args=(controls, emulated), name="watch", daemon=True
-        )
-        self._watcher.start()
+            self._hand = Hand(body, self._robot, self._endpoint, self._say) if emulated else None
+            supervised = SUPERVISED in os.environ and self._folder is not None
+            self._orders = Orders(self._commands, self._driving, self._hand, body, supervised)
+        self._server.feed(self._packed, self._orders.carry_out, self._file)
+        if self._watcher is None:
+            self._watcher = threading.Thread(target=self._watch, name="watch", daemon=True)
+            self._watcher.start()
 
-    def _watch(self, controls: Controls, emulated: bool) -> None:
-        """What waits for answers of the robot, apart from the drawing."""
+    def _packed(self) -> bytes | None:
+        run, orders = self._run, self._orders
+        if run is None or orders is None:
+            return None
+        return run.packed(
+            emulated=run.info.side == "emulator",
+            supervised=orders.supervised,
+            saves=self._folder is not None,
+            state=self._state,
+            gaits={gait: gait_parameters(gait).limits is not None for gait in GAITS},
+            robots=list(BODIES),
+            wears=list(WEAR),
+            scenarios=list(SCENARIOS),
+            faults=FAULTS,
+            sensors=[*ELEMENTS, *(f"fsr.{cell}" for cell in ELEMENTS["fsr"])],
+            buttons=list(ELEMENTS["touch"]),
+        )
+
+    def _say(self, sentence: str) -> None:
+        self._server.publish({"answer": sentence, "done": True})
+
+    def _watch(self) -> None:
+        """Ask walker and world, apart from the drawing."""
         while not self._stop.wait(WATCH_EVERY):
             self._driving.sign()
-            with contextlib.suppress(NaoHilError):
-                controls.show_armed(self._commands.guard().armed)
-            with contextlib.suppress(NaoHilError):
-                if self._page.walks:
-                    controls.show_gait(self._commands.walker().status().gait)
-            if not emulated:
+            run = self._run
+            if run is None:
                 continue
             try:
-                world = self._commands.world(Status(terrain=self._anew))
+                walks = run.newest is not None and run.newest.walk is not None
+                self._walk = self._commands.walker().status() if walks else None
             except NaoHilError:
-                continue  # the robot is gone, or gone again
-            self._anew = False
-            self._page.set_world(world)
+                self._walk = None
+            if run.info.side == "emulator":
+                self._ask_world(run)
+
+    def _ask_world(self, run: LiveRun) -> None:
+        with contextlib.suppress(NaoHilError):
+            before, world = self._world, self._commands.world(Status())
+            self._world = world
+            run.set_world(world)
+            if before is None or (before.objects, before.floor) != (world.objects, world.floor):
+                self._server.publish({"world": world_json(world)})
+
+    def _file(self, path: str) -> Answer | None:
+        """Recordings of the session: their names as JSON, each as MCAP, and each as a page."""
+        folder = self._folder
+        if folder is None:
+            return None
+        restart = re.compile(rf"{re.escape(folder.name)}-\d+")
+        later = (path for path in folder.parent.iterdir() if restart.fullmatch(path.name))
+        files = {
+            f"{run.name}/{file.stem}": file
+            for run in (folder, *sorted(later))
+            for file in sorted(run.glob("frames*.mcap"))
+        }
+        if path == "/recordings":
+            return _json({name: file.stat().st_size for name, file in files.items()})
+        name, _, kind = path.lstrip("/").rpartition(".")
+        if name not in files or kind not in ("mcap", "html"):
+            return None
+        content = files[name].read_bytes() if kind == "mcap" else recorded_page([files[name]])[0].encode()
+        return _download(f"{name.replace('/', '-')}.{kind}", content)
+
+
+def _json(value: Any) -> Answer:
+    return Answer(HTTPStatus.OK, json.dumps(value).encode(), (("Content-Type", "application/json"),))
+
+
+def _download(name: str, content: bytes) -> Answer:
+    kind = HTML if name.endswith(".html") else (("Content-Type", "application/octet-stream"),)
+    return Answer(HTTPStatus.OK, content, (*kind, ("Content-Disposition", f'attachment; filename="{name}"')))
+
+
+def _with_terrain(world: WorldReply, before: WorldReply) -> WorldReply:
+    return msgspec.structs.replace(world, terrain=before.terrain)

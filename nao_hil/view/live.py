@@ -23,7 +23,9 @@ from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldReply
 from bridge.recording.canonical import Recordable
 
-KINDS: Final[dict[str, type[Recordable]]] = {
+Published = Recordable | GuardStatus
+KINDS: Final[dict[str, Any]] = {
+    keys.GUARD: GuardStatus,
     keys.SENSORS: SensorFrame,
     keys.ACTUATORS: ActuatorFrame,
     keys.TRUTH: TruthFrame,
@@ -50,7 +52,7 @@ class Subscriber:
         self._subscribers: list[Any] = []
         self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(KEPT)
 
-    def take(self) -> list[Recordable]:
+    def take(self) -> list[Published]:
         """What came since the last call; tries to connect until that is done.
 
         Raises:
@@ -64,7 +66,7 @@ class Subscriber:
                 subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
                 for suffix in KINDS
             ]
-        messages = []
+        messages: list[Published] = []
         for suffix, payload in self._mailbox.drain():
             try:
                 messages.append(decode(payload, KINDS[suffix]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -23,7 +24,6 @@ from nao_hil.analysis.diagnosis import (
     moments,
     recorded_body,
 )
-from nao_hil.view.history import History
 from nao_hil.view.surroundings import recorded_world
 
 MOST: Final = 20_000
@@ -35,14 +35,12 @@ class RecordedRun(NamedTuple):
 
     body: Body
     balances: list[Balance]
-    stride: int
-    """Cycles from one of them to the next."""
-    history: History
-    """Of every cycle."""
     symptoms: list[Symptom]
     """Up to the fall, if there was one."""
     diagnosis: Diagnosis | None
     """Of the fall."""
+    stood: float
+    """Robot time at which it stood or walked again after the fall, s; inf: it did not."""
     world: WorldReply | None
     """As it was at the start; None where it was not recorded."""
 
@@ -60,7 +58,6 @@ def read_run(file: Path) -> RecordedRun:
     observer = BalanceEstimator(body)
     watch = Symptoms(observer)
     stride = 1 + len(run) // MOST
-    history = History(len(run))
     balances: list[Balance] = []
     symptoms: list[Symptom] = []
     off = None
@@ -68,7 +65,6 @@ def read_run(file: Path) -> RecordedRun:
     for i, moment in enumerate(track(run, "reading the recording", console=console, transient=True)):
         balance = observer.update(moment)
         symptoms += watch.update(balance)
-        history.add(balance)
         if i % stride == 0:
             balances.append(balance)
         if off is None and symptoms and symptoms[-1].kind == "fall":
@@ -76,7 +72,13 @@ def read_run(file: Path) -> RecordedRun:
     diagnosis = explain(symptoms, torso_off=bool(off))
     if diagnosis is not None:  # what a fallen robot does is no sign of anything
         symptoms = [s for s in symptoms if s.time <= diagnosis.fell]
-    return RecordedRun(body, balances, stride, history, symptoms, diagnosis, recorded_world(file))
+    return RecordedRun(body, balances, symptoms, diagnosis, _stood(run, diagnosis), recorded_world(file))
+
+
+def _stood(run: list[Moment], diagnosis: Diagnosis | None) -> float:
+    fell = diagnosis.fell + 1.0 if diagnosis is not None else math.inf
+    later = (m for m in run if m.sensors.time > fell and m.walk is not None)
+    return next((m.sensors.time for m in later if m.walk and m.walk.state in ("stand", "walk")), math.inf)
 
 
 def first_run(recorded: list[Moment]) -> list[Moment]:

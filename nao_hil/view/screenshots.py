@@ -1,8 +1,8 @@
-"""Pictures of the live page, as the documentation shows them. Needs Chromium and playwright.
+"""Pictures of the page, as the documentation shows them. Needs Chromium and playwright.
 
-`python -m nao_hil.view.screenshots docs/images/page`: all ten, at 1280 x 800 and as on a phone, 390 x 844.
+`python -m nao_hil.view.screenshots docs/images/page`: all, at 1280 x 800 and as on a phone, 390 x 844.
 
-`python -m nao_hil.view.screenshots FOLDER --only joints things`: the runs that make these.
+`python -m nao_hil.view.screenshots FOLDER --only replay`: the runs that make these.
 """
 
 from __future__ import annotations
@@ -16,40 +16,25 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from PIL import Image
-from playwright.sync_api import Error, Page, ViewportSize, sync_playwright
+from playwright.sync_api import Error, Page, sync_playwright
 
 from nao_hil.runs.supervisor import Child, free_endpoint, free_port
-from nao_hil.view.export.video import SOFTWARE
+from nao_hil.view.video import SOFTWARE
 
-SCREEN: Final[ViewportSize] = {"width": 1280, "height": 800}
-PHONE: Final[ViewportSize] = {"width": 390, "height": 844}
+SCREEN: Final = (1280, 800)
+PHONE: Final = (390, 844)
 TIMEOUT: Final = 600_000
 """ms; without a graphics card, and beside other work, drawing takes its time."""
-SETTLING: Final = 3_000
-"""ms from a change of the page to its picture: meshes, light and the script's pins come last."""
-IMPULSE: Final = ".nao-pad:visible >> xpath=following::input[1]"
-"""Field of the pad in the World tab."""
+SETTLING: Final = 4_000
+"""ms from a change of the page to its picture."""
 COLOURS: Final = 256
 """Of a picture, so that its file is small."""
-PUSH: Final = "[[pushes]]\ntime = 5.0\nimpulse = 5.0\ndirection = 90.0\n"
+FALL: Final = "[[pushes]]\ntime = 5.0\nimpulse = 6.0\ndirection = 90.0\n"
 """What the recorded robot falls by."""
-THINGS: Final = """floor = { roll = 3.0 }
-
-[[boxes]]
-name = "plate"
-size = [0.12, 0.12, 0.03]
-at = [0.25, 0.16]
-
-[[boxes]]
-name = "crate"
-size = [0.1, 0.1, 0.1]
-at = [0.3, -0.2]
-mass = 0.2
-"""
-"""A world in which there is something to see."""
+WALK: Final = ("--robot", "nao-v6", "--engine", "mujoco", "--gait", "omni")
 
 
 class Photographer:
@@ -64,129 +49,103 @@ class Photographer:
         self._folder, self._work = folder, work
 
     def live(self) -> None:
-        """A robot that stands, walks, is pushed and falls, on a screen and on a phone."""
-        with self._up("--gait", "omni") as page:
+        """A robot that stands, walks, is pushed, falls, gets up and is stopped."""
+        up = ["up", "--serve", "--view", *WALK, "--listen", free_endpoint(), "--out", str(self._work / "live")]
+        with self._served(up) as page:
+            _state(page, "stands")
             self._take(page, "stand", "Charts")
-            press(page, "Walk")
-            page.wait_for_function("/step [3-9]/.test(document.body.innerText)")
-            pause(page, "Pause")
+            _press(page, "Walk")
+            _state(page, "step")
             self._take(page, "walk", "Walk")
+            self._take(page, "phone-walk", "Walk", PHONE)
             page.get_by_role("tab", name="World").click()
-            page.locator(IMPULSE).fill("0.5 1.5")  # the arrow shows it before it is given
+            page.get_by_label("to the left, N s").fill("0.8")
+            _press(page, "Push")
             self._take(page, "push", "World")
-            self._take(page, "phone-walk", "Walk", PHONE)  # the panel's width does not come back
-            pause(page, "Resume")
-            page.locator(IMPULSE).fill("0 5")
-            press(page, "Push")
-            page.wait_for_function("document.body.innerText.includes('It fell at')")
-            self._take(page, "phone-fall", "Charts", PHONE)
+            page.get_by_label("to the left, N s").fill("6")
+            _press(page, "Push")
+            _state(page, "lies")
+            self._take(page, "live-fall", "Charts")
+            _state(page, "stands")
+            self._take(page, "got-up", "Events")
+            _press(page, "Emergency stop")
+            _state(page, "limp")
+            self._take(page, "stop", "Run")
 
     def replay(self) -> None:
-        """A recorded fall at what went wrong first, and a walk by day."""
-        recording = self._recorded()
-        with self._page("· walk", "?t=4.5", ["view", "--replay", str(recording)]) as page:
-            page.get_by_role("tab", name="View").click()
-            page.get_by_label("dark", exact=True).uncheck()
-            self._take(page, "light", "Charts")
-            page.get_by_role("tab", name="View").click()
-            page.get_by_label("dark", exact=True).check()
-            page.get_by_role("tab", name="Timeline").click()
-            press(page, "To what went wrong first")
-            page.wait_for_function("document.body.innerText.includes('What went wrong first')")
+        """A recorded fall at its first sign, on dark and light pages, the estimate, and two runs."""
+        walk, fall = self._recorded("walk"), self._recorded("fall", FALL)
+        with self._served(["view", "--replay", str(fall)]) as page:
+            page.evaluate("player.goTo(player.runs[0].header.fall.time + 0.05)")
             self._take(page, "fall", "Charts")
-            self._take(page, "phone-replay", "Timeline", PHONE)
+            self._take(page, "phone-replay", "Charts", PHONE)
+            page.evaluate("player.goTo(4.0), $('theme').click()")
+            page.get_by_role("button", name="Legend").click()
+            page.get_by_label("estimated pose").check()
+            self._take(page, "light", "Joints")
+        with self._served(["view", "--replay", str(walk), "--replay", str(fall)]) as page:
+            page.evaluate("player.goTo(5.2)")
+            self._take(page, "two", "Charts")
 
-    def joints(self) -> None:
-        """A robot that hangs, its joints at sliders."""
-        endpoint = free_endpoint()
-        hangs, view = ["emulate", "--start", "hang", "--listen", endpoint], ["view", "--connect", endpoint]
-        with self._page(" s", "", hangs, view) as page:
-            page.get_by_role("tab", name="Joints").click()
-            press(page, "Take the joints")
-            page.get_by_text("The page holds the robot").wait_for()
-            self._take(page, "joints", "Joints")
+    def _recorded(self, name: str, scenario: str = "") -> Path:
+        """A walk, in a world of its own."""
+        options = [*WALK, "--steps", "30", "--mode", "in-process", "--out", str(self._work / name)]
+        if scenario:
+            (self._work / f"{name}.toml").write_text(scenario)
+            options += ["--scenario", str(self._work / f"{name}.toml")]
+        command = [sys.executable, "-m", "nao_hil.cli", "up", *options]
+        subprocess.run(command, check=False, stdout=subprocess.DEVNULL)  # one falls, and so ends with 1
+        return self._work / name
 
-    def things(self) -> None:
-        """Boxes on a tilted floor."""
-        scenario = self._work / "things.toml"
-        scenario.write_text(THINGS)
-        with self._up("--scenario", str(scenario)) as page:
-            self._take(page, "things", "World")
-
-    def _recorded(self) -> Path:
-        """A walk and its fall."""
-        scenario = self._work / "push.toml"
-        scenario.write_text(PUSH)
-        run = self._work / "recorded"
-        walk = ["--gait", "omni", "--steps", "30", "--mode", "lockstep", "--scenario", str(scenario)]
-        up = [sys.executable, "-m", "nao_hil.cli", "up", *walk, "--listen", free_endpoint(), "--out", str(run)]
-        subprocess.run(up, check=False, stdout=subprocess.DEVNULL)  # it falls, and so ends with 1
-        return run / "frames.mcap"
-
-    def _up(self, *options: str) -> contextlib.AbstractContextManager[Page]:
-        """The page of a robot that stands."""
-        run = Path(tempfile.mkdtemp(dir=self._work))
-        up = ["up", "--serve", "--view", "--listen", free_endpoint(), "--out", str(run), *options]
-        return self._page("· stand", "", up)
-
-    def _take(self, page: Page, name: str, tab: str, size: ViewportSize = SCREEN) -> None:
-        page.set_viewport_size(size)
+    def _take(self, page: Page, name: str, tab: str, size: tuple[int, int] = SCREEN) -> None:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
         page.get_by_role("tab", name=tab).click()
         page.wait_for_timeout(SETTLING)
         picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-        picture = picture.quantize(COLOURS, kmeans=2)
-        picture.save(self._folder / f"{name}.png", optimize=True)
+        picture.quantize(COLOURS, kmeans=2).save(self._folder / f"{name}.png", optimize=True)
         print(self._folder / f"{name}.png", flush=True)
+        page.set_viewport_size({"width": SCREEN[0], "height": SCREEN[1]})
 
     @contextlib.contextmanager
-    def _page(self, ready: str, query: str, *commands: list[str]) -> Iterator[Page]:
-        """The page of the last of some commands in a browser, once these words are on it."""
+    def _served(self, command: list[str]) -> Iterator[Page]:
+        """The page of a command in a browser, once it shows a robot."""
         port = free_port()
-        served = []
+        served = Child("page", [*command, "--port", str(port)], self._work)
         try:
-            for i, command in enumerate(commands):
-                last = ["--port", str(port)] if i + 1 == len(commands) else []
-                served.append(Child(f"command-{i}", [*command, *last], self._work))
             with sync_playwright() as playwright:
-                browser = playwright.chromium.launch(
-                    executable_path=shutil.which("chromium"), args=list(SOFTWARE)
-                )
-                page = browser.new_page(viewport=SCREEN)
+                path = shutil.which("chromium")
+                browser = playwright.chromium.launch(executable_path=path, args=list(SOFTWARE))
+                page = browser.new_page(viewport={"width": SCREEN[0], "height": SCREEN[1]}, color_scheme="dark")
                 page.set_default_timeout(TIMEOUT)
-                _open(page, f"http://127.0.0.1:{port}/{query}")
-                page.wait_for_function("words => document.body.innerText.includes(words)", arg=ready)
+                _open(page, f"http://127.0.0.1:{port}/")
+                page.evaluate("player.adaptive = false, player.scene.sharpness = 1")
                 yield page
                 browser.close()
         finally:
-            for child in reversed(served):
-                child.end(20.0)
+            served.end(20.0)
 
 
-def press(page: Page, button: str) -> None:
-    """Click a button by its label."""
+def _press(page: Page, button: str) -> None:
     page.get_by_role("button", name=button, exact=True).click()
 
 
-def pause(page: Page, button: str) -> None:
-    """Pause or resume: a browser that draws in software shows lines later than meshes."""
-    page.get_by_role("tab", name="World").click()
-    press(page, button)
+def _state(page: Page, words: str) -> None:
+    """Wait until the robot's state is this."""
+    page.locator("#state", has_text=words).wait_for()
 
 
 def _open(page: Page, address: str) -> None:
-    """Open the page as soon as it is served, and wait for its charts."""
+    """Open the page as soon as it is served, and wait for its robot."""
     while True:
         try:
             page.goto(address)
             break
         except Error:
             page.wait_for_timeout(500)
-    page.wait_for_selector(".uplot canvas")
-    for notice in page.locator(".mantine-Notification-closeButton").all():
-        notice.click()  # of the browser's missing graphics card
+    page.wait_for_selector("body[data-ready=yes]")
 
 
-RUNS: Final = ("live", "replay", "joints", "things")
+RUNS: Final[tuple[Any, ...]] = ("live", "replay")
 
 
 if __name__ == "__main__":

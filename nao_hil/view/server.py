@@ -1,20 +1,24 @@
-"""The page's server: viser, behind our own check of who asks, with our own script in its page."""
+"""The page's server: one HTML page, files to save, and a WebSocket that carries rows and orders."""
 
 from __future__ import annotations
 
 import contextlib
-import io
+import json
 import logging
 import os
-import re
+import queue
 import socket
 import ssl
-from collections.abc import Callable, Iterator
-from pathlib import Path
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from http import HTTPStatus
 from typing import Any, Final
+from urllib.parse import urlsplit
 
-from bridge.errors import ConfigurationError, LinkError
+from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from nao_hil.view.access import Access, Answer, Asked
+from nao_hil.view.orders import LARGEST
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
@@ -22,110 +26,203 @@ HEADERS: Final = (
     ("Cache-Control", "no-store"),
     ("Referrer-Policy", "no-referrer"),
     ("X-Content-Type-Options", "nosniff"),
-    (
-        "Content-Security-Policy",
-        "default-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; frame-ancestors 'none'",
-    ),
 )
-"""The page asks no other site, and no other site shows it in a frame."""
+POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
+"""Content-Security-Policy of everything but the page, which has its own."""
+HTML: Final = (("Content-Type", "text/html; charset=utf-8"),)
+BACKLOG: Final = 300
+"""Messages that wait for a browser; one that is further behind gets the run from its start again."""
+URGENT: Final = b'{"do":"stop"'
+"""Beginning of an emergency stop: it waits for no order before it."""
+
+Whole = Callable[[], "bytes | None"]
+Files = Callable[[str], "Answer | None"]
 
 
-def open_server(
-    host: str, port: int, label: str, access: Access | None = None, tls: ssl.SSLContext | None = None
-) -> Any:
-    """A `viser.ViserServer`; its page loads nothing from beyond this machine.
+class Browser:
+    """One open page.
+
+    Args:
+        connection: Its WebSocket.
+        whole: Gives the packed run from its start; None: there is none yet.
+    """
+
+    def __init__(self, connection: Any, whole: Whole) -> None:
+        self._connection, self._whole = connection, whole
+        self._queue: queue.Queue[bytes | str | None] = queue.Queue()
+        self._sender = threading.Thread(target=self._send, name="sender", daemon=True)
+
+    def start(self) -> None:
+        """Send the run, and from then on what is put."""
+        self._begin()
+        self._sender.start()
+
+    def put(self, message: bytes | str) -> None:
+        """Send a message after those before it."""
+        if self._queue.qsize() > BACKLOG:
+            self._begin()
+        else:
+            self._queue.put(message)
+
+    def _begin(self) -> None:
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._queue.get_nowait()
+        if (run := self._whole()) is not None:
+            self._queue.put(run)
+
+    def end(self) -> None:
+        """Send no more."""
+        self._queue.put(None)
+
+    def _send(self) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        with contextlib.suppress(ConnectionClosed, OSError):
+            while (message := self._queue.get()) is not None:
+                self._connection.send(message)
+
+
+class PageServer:
+    """Serves the page until `close`.
 
     Args:
         host: Address to listen on.
         port: TCP port.
-        label: Headline of the page.
-        access: Who may open it; None: this machine's own browsers.
+        access: Who may open it.
         tls: Serve it over TLS.
 
     Raises:
-        ConfigurationError: viser is not installed, or too old.
+        ConfigurationError: websockets is not installed.
         LinkError: the place cannot be listened on.
     """
-    try:
-        import viser
-    except ModuleNotFoundError as error:
-        if error.name != "viser":
-            raise
-        raise ConfigurationError(
-            "The page needs viser, which is not installed: pip install 'nao-hil[view]'."
-        ) from None
-    _check_free(host, port)
-    # viser announces itself on stdout, which belongs to `--json`.
-    with _owndoor(access or Access(), _page(label), tls), contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
-    # What a browser can ask for: a tunnel from viser's own site on the internet to this page.
-    server.request_share_url = lambda *_, **__: None
-    return server
+
+    def __init__(self, host: str, port: int, access: Access, tls: ssl.SSLContext | None = None) -> None:
+        try:
+            from websockets.sync.server import serve
+        except ModuleNotFoundError as error:
+            raise ConfigurationError(
+                f"The page needs {error.name}, which is not installed: pip install 'nao-hil[view]'."
+            ) from None
+        self._lock = threading.Lock()
+        self._browsers: set[Browser] = set()
+        self._page = Answer(HTTPStatus.SERVICE_UNAVAILABLE)
+        self._files: Files = lambda _: None
+        self._whole: Whole = lambda: None
+        self._order: Callable[[str | bytes], tuple[str, bool]] = lambda _: ("There is no robot yet.", False)
+        self._workers = {urgent: ThreadPoolExecutor(1, "orders") for urgent in (True, False)}
+        silent = logging.getLogger("nao_hil.view.connections")
+        silent.setLevel(logging.CRITICAL)
+        try:
+            self._server = serve(
+                self._handle,
+                sock=socket.create_server((host, port)),
+                ssl=tls,
+                process_request=door(access, self._file),
+                compression=None,
+                max_size=LARGEST,
+                logger=silent,
+            )
+        except (OSError, OverflowError) as error:
+            reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+            raise LinkError(
+                f"The page cannot be served at {host}:{port} ({reason}); give another --port."
+            ) from None
+        self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
+        self._thread.start()
+
+    def show(self, page: str, policy: str) -> None:
+        """Serve this page, HTML, under this Content-Security-Policy."""
+        headers = (*HTML, ("Content-Security-Policy", f"{policy}; frame-ancestors 'none'"))
+        self._page = Answer(HTTPStatus.OK, page.encode(), headers)
+
+    def feed(self, whole: Whole, order: Callable[[str | bytes], tuple[str, bool]], files: Files) -> None:
+        """Fill the page with a live run.
+
+        Args:
+            whole: Gives the packed run up to now.
+            order: Carries out an order; returns a sentence and whether it was carried out.
+            files: Answers to paths other than the page's.
+        """
+        self._whole, self._order, self._files = whole, order, files
+        with self._lock:
+            for browser in self._browsers:
+                browser._begin()
+
+    @property
+    def watched(self) -> bool:
+        """Whether a browser is open."""
+        return bool(self._browsers)
+
+    def publish(self, message: bytes | dict[str, Any]) -> None:
+        """Send rows, or an object as JSON, to all browsers."""
+        data = message if isinstance(message, bytes) else json.dumps(message)
+        with self._lock:
+            for browser in self._browsers:
+                browser.put(data)
+
+    def close(self) -> None:
+        """End all connections."""
+        for worker in self._workers.values():
+            worker.shutdown(wait=False, cancel_futures=True)
+        self._server.shutdown()
+        self._thread.join(2.0)
+
+    def _handle(self, connection: Any) -> None:
+        browser = Browser(connection, lambda: self._whole())
+        with self._lock:
+            browser.start()
+            self._browsers.add(browser)
+        try:
+            for text in connection:
+                urgent = (text.encode() if isinstance(text, str) else text).startswith(URGENT)
+                self._workers[urgent].submit(self._answer, browser, text)
+        finally:
+            with self._lock:
+                self._browsers.discard(browser)
+            browser.end()
+
+    def _answer(self, browser: Browser, text: str | bytes) -> None:
+        sentence, done = self._order(text)
+        browser.put(json.dumps({"answer": sentence, "done": done}))
+
+    def _file(self, path: str) -> Answer:
+        if path in ("/", "/index.html"):
+            return self._page
+        try:
+            found = self._files(path)
+        except (NaoHilError, OSError) as error:
+            return Answer(HTTPStatus.NOT_FOUND, f"{error}\n".encode())
+        return found or Answer(HTTPStatus.NOT_FOUND, b"There is nothing here; the page is at /.\n")
 
 
-def _check_free(host: str, port: int) -> None:
-    """Say so where the server would take the next free port without a word."""
-    try:
-        with socket.create_server((host, port)):
-            pass
-    except (OSError, OverflowError) as error:
-        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-        raise LinkError(
-            f"The page cannot be served at {host}:{port} ({reason}); give another --port."
-        ) from None
+def door(access: Access, file: Callable[[str], Answer]) -> Callable[[Any, Any], Any]:
+    """Gives the response to a request; None: the WebSocket opens.
 
+    Args:
+        access: Who may ask.
+        file: Answers to a path.
+    """
 
-@contextlib.contextmanager
-def _owndoor(access: Access, page: str, tls: ssl.SSLContext | None) -> Iterator[None]:
-    """While the server opens: its connections are checked, its only file is `page`, and it logs no probe."""
-    from websockets.asyncio import server
-
-    original: Callable[..., Any] = server.serve
-    silent = logging.getLogger("nao_hil.view.connections")
-    silent.setLevel(logging.CRITICAL)
-
-    def serve(*arguments: Any, **options: Any) -> Any:
-        own = {"process_request": door(access, page), "ssl": tls, "logger": silent}
-        return original(*arguments, **(options | own))
-
-    server.serve = serve  # type: ignore[misc, assignment]
-    try:
-        yield
-    finally:
-        server.serve = original  # type: ignore[misc, assignment]
-
-
-def door(access: Access, page: str) -> Callable[[Any, Any], Any]:
-    """What websockets asks about each request."""
-    from websockets.datastructures import Headers
-    from websockets.http11 import Response
-
-    def response(answer: Answer) -> Response:
-        body = answer.text.encode()
-        headers = dict([("Content-Type", "text/plain; charset=utf-8"), *HEADERS, *answer.headers])
-        headers["Content-Length"] = str(len(body))
-        return Response(answer.status.value, answer.status.phrase, Headers(headers), body)
-
-    def check(_: Any, request: Any) -> Response | None:
-        """The refusal of a request; None: it may pass."""
-
+    def check(_: Any, request: Any) -> Any:
         def only(name: str) -> str:
             values = request.headers.get_all(name)
             return values[0] if len(values) == 1 else ""
 
         asked = Asked(request.path, only("Host"), only("Origin"), only("Cookie"), only("Upgrade"))
-        answer = access.check(asked, page)
-        return None if answer is None else response(answer)
+        answer = access.check(asked)
+        if answer is None and asked.upgrade:
+            return None
+        return _response(answer or file(urlsplit(asked.target).path))
 
     return check
 
 
-def _page(title: str) -> str:
-    """The page of viser with our title and script."""
-    import viser
+def _response(answer: Answer) -> Any:
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
 
-    file = Path(viser.__file__).with_name("client") / "build" / "index.html"
-    text = file.read_text(encoding="utf-8")
-    script = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
-    head = f"<title>{title}</title>\n<script>\n{script}</script>"
-    return re.sub(r"<title>.*?</title>", lambda _: head, text, count=1)
+    first = (("Content-Type", "text/plain; charset=utf-8"), ("Content-Security-Policy", POLICY))
+    headers = dict([*first, *HEADERS, *answer.headers])
+    headers["Content-Length"] = str(len(answer.body))
+    return Response(answer.status.value, answer.status.phrase, Headers(headers), answer.body)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from bridge.messages.world_state import WorldObject, WorldReply
+from bridge.messages.world_state import Terrain, WorldObject, WorldReply
 from bridge.recording.playback import recorded_config
 from bridge.rotations import R_yaw, rotation
 from emulator.scenarios import load_scenario
@@ -58,3 +60,34 @@ def initial_world(scenario: Scenario, seed: int) -> WorldReply:
         faults=(),
         terrain=terrain_of(scenario, np.random.default_rng(seed).spawn(2)[0]),  # as the robot draws it
     )
+
+
+_SQUARE: Final = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+_SIDES_AND_TOP: Final = np.array(
+    [[4, 5, 6], [4, 6, 7]]
+    + [[[a, b, b + 4], [a, b + 4, a + 4]][k] for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)) for k in (0, 1)]
+)
+"""Faces of a tile whose lower corners are 0 to 3 and upper ones 4 to 7, outward."""
+
+
+def terrain_meshes(terrain: Terrain) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Vertices (n, 3), m, floor frame, and faces (m, 3) of all tiles in one mesh, and of the heights."""
+    meshes = []
+    if terrain.tiles:
+        corners = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in _SQUARE])
+        scale = np.array([(tile.edge, tile.edge, tile.height) for tile in terrain.tiles])
+        at = np.array([(*tile.at, 0.0) for tile in terrain.tiles])
+        vertices = (corners[None] * scale[:, None] + at[:, None]).reshape(-1, 3)
+        faces = (_SIDES_AND_TOP[None] + len(corners) * np.arange(len(at))[:, None, None]).reshape(-1, 3)
+        meshes.append((vertices, faces))
+    if terrain.grid is not None:
+        z = np.array(terrain.grid.heights)
+        rows, columns = z.shape
+        x = terrain.grid.centre[0] + terrain.grid.spacing * (np.arange(columns) - 0.5 * (columns - 1))
+        y = terrain.grid.centre[1] + terrain.grid.spacing * (np.arange(rows) - 0.5 * (rows - 1))
+        vertices = np.stack([*np.meshgrid(x, y), z], axis=-1).reshape(-1, 3)
+        first = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
+        lower = np.column_stack([first, first + 1, first + columns])
+        upper = np.column_stack([first + 1, first + columns + 1, first + columns])
+        meshes.append((vertices, np.vstack([lower, upper])))
+    return meshes

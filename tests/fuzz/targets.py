@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
+from http import HTTPStatus
 from pathlib import Path
 from threading import RLock
 from types import SimpleNamespace
@@ -54,7 +55,7 @@ from bridge.recording.playback import read_recording, recording_end
 from emulator.scenarios import Scenario
 from emulator.wear import WearProfile
 from nao_hil.runs.config import RunConfig
-from nao_hil.view.access import Access
+from nao_hil.view.access import Access, Answer
 from nao_hil.view.server import door
 from tests.frames import STANDING, standing_frame
 from walker.model.tree import BodyTree
@@ -192,7 +193,7 @@ def page(data: bytes) -> None:
         protocol.receive_data(data)
         for event in protocol.events_received():
             if isinstance(event, Request):
-                answer = door(access, "<html>")(None, event)
+                answer = door(access, lambda _: Answer(HTTPStatus.OK, b"<html>"))(None, event)
                 protocol.send_response(answer or protocol.accept(event))
         protocol.data_to_send()
 

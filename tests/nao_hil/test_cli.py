@@ -284,7 +284,7 @@ def test_help_and_completion_load_no_library_of_one_command() -> None:
         "mujoco",
         "numba",
         "matplotlib",
-        "viser",
+        "websockets",
         "qi",
         "optuna",
         "control",

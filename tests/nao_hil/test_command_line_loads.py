@@ -18,7 +18,7 @@ EXTRAS = (
     "cryptography",
     "qi",
     "optuna",
-    "viser",
+    "websockets",
 )
 WITHOUT = f"""
 import sys

@@ -58,7 +58,7 @@ def test_json_is_one_object_on_the_last_line(capsys: pytest.CaptureFixture[str])
     assert result["healthy"] is (code == 0)
     names = [f["name"] for f in result["findings"]]
     assert names[:6] == ["python", "cores", "timer", "real-time scheduling", "port 7447", "port 8080"]
-    assert "viser" in names
+    assert "websockets" in names
     timer = result["findings"][2]
     assert "of 1" in timer["value"] and "us (p50)" in timer["value"]
     assert all(f["verdict"] in ("good", "warning", "bad") and f["advice"] for f in result["findings"])

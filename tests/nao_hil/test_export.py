@@ -2,6 +2,8 @@
 
 import re
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -70,3 +72,29 @@ def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatc
     assert read_shape(time, response).peak == pytest.approx(ours.true_shape.peak, rel=0.1)
     # and the page's own reading
     assert found["frequency"] == pytest.approx(ours.true.natural_frequency_rad_s, rel=0.1)
+
+
+def test_the_folder_s_model_stands_and_both_its_forms_are_the_data_sheets(tmp_path: Path) -> None:
+    assert run(["export", "folder", "--robot", "nao-v6", "--out", str(tmp_path)]) == 0
+    body = load_body("nao-v6")
+    test: dict[str, Any] = {"__file__": str(tmp_path / "test_nao_v6.py")}
+    exec((tmp_path / "test_nao_v6.py").read_text(), test)
+    test["test_the_robot_stands"]()
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
+    assert (model.body_inertia[1:] >= 0.0).all()
+    assert (tmp_path / "LICENSE").read_text().count("Apache License") >= 1
+    urdf = ElementTree.parse(tmp_path / "nao_v6.urdf").getroot()
+    for name in joint_tree(body):
+        sheet, limit = body.joints[name], urdf.find(f"joint[@name='{name}']/limit")
+        assert limit is not None
+        assert (float(limit.get("lower", "")), float(limit.get("upper", ""))) == pytest.approx(
+            (sheet.lower, sheet.upper)
+        )
+    for link in urdf.iter("link"):
+        mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
+        assert mass is not None and inertia is not None
+        assert float(mass.get("value", "")) == pytest.approx(body.links[link.get("name", "")].mass)
+        xx, xy, xz, yy, yz, zz = (float(inertia.get(k, "")) for k in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+        assert np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() > 0.0
+        for mesh in link.findall("visual/geometry/mesh"):
+            assert (tmp_path / mesh.get("filename", "")).is_file()

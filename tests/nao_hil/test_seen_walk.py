@@ -9,6 +9,8 @@ from bridge.guard import Guard
 from bridge.messages import WalkTelemetry
 from emulator.robot import EmulatedRobot
 from nao_hil.runs import in_process
+from nao_hil.runs.build import controller_maker
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.summary import RunStatistics
 from walker.controller import Controller, WalkOrder
 from walker.planning import gait_parameters, make_gait
@@ -37,3 +39,17 @@ def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
     assert found.torso_max > 0.0
     for field in ("distance", "cycles", "frames_sha256", "fell"):
         assert getattr(found, field) == getattr(expected, field)
+
+
+def test_speed_is_way_over_time_where_the_walk_goes_in_a_circle() -> None:
+    body = load_body("nao-v6")
+    told = RunStatistics(0, "mujoco")
+    circle = RunConfig(robot="nao-v6", gait="omni", velocity=(0.15, 0.0, 0.8), steps=60)
+    controller = controller_maker(circle)(body, body.cycle)
+    with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
+        in_process.run(robot, Guard(body), controller, [told], 2500)
+    summary = told.summary(1.0)
+    assert not summary.fell and summary.steps == 60
+    # A circle of 0.19 m radius: it never gets farther than its diameter, and goes on at its speed.
+    assert summary.distance < 0.45 < summary.way
+    assert summary.speed == pytest.approx(0.15, rel=0.2)

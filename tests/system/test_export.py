@@ -15,7 +15,7 @@ from playwright.sync_api import Page, sync_playwright
 from bridge.messages import TruthFrame
 from bridge.recording.playback import read_recording
 from nao_hil.cli.main import run
-from nao_hil.view.export.video import SOFTWARE
+from nao_hil.view.video import SOFTWARE
 from tests.loops import until
 
 pytestmark = pytest.mark.browser
@@ -99,15 +99,52 @@ def test_a_linked_moment_shows_where_the_robot_was(
     truth = [r.message for r in read_recording(recording / "frames.mcap") if isinstance(r.message, TruthFrame)]
     fell = next(frame for frame in truth if frame.fell)
     page = open_run(width, height, f"#t={fell.time + 0.02:.2f}")
-    shown = page.evaluate(f"player.moment({fell.time}).position.slice(0, 3)")
+    shown = page.evaluate(f"player.runs[0].moment({fell.time}).position.slice(0, 3)")
     np.testing.assert_allclose(shown, fell.torso_position, atol=2e-3)
     until(lambda: "It fell at" in page.inner_text("#fell"), "the verdict")
     assert "the ZMP left the support polygon" in page.inner_text("#fell")
+    page.get_by_role("tab", name="Events").click()
     assert "is pushed with 5 N s" in page.inner_text("#events")
     robot, controls = page.locator("#scene").bounding_box(), page.locator("footer").bounding_box()
     assert robot and controls and robot["height"] > 0.45 * height
     assert controls["y"] >= robot["y"] + robot["height"] - 1.0  # the controls do not cover the robot
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert complaints == []
+
+
+def test_two_runs_are_shown_side_by_side_with_their_charts_over_each_other(
+    chromium: Any, recording: Path, tmp_path: Path, complaints: list[str]
+) -> None:
+    file = tmp_path / "two.html"
+    assert run(["export", str(recording), str(recording), "--html", str(file)]) == 0
+    page = chromium.new_page(viewport={"width": 1280, "height": 800})
+    page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+    page.goto(f"file://{file}#t=1.0")
+    page.wait_for_selector("body[data-ready=yes]")
+    first, second = page.evaluate("player.actors().map(({moment, shift}) => moment.position[1] + shift[1])")
+    assert first - second == pytest.approx(0.6)
+    until(lambda: page.locator("#labels span").count() == 2, "the names of both")
+    until(lambda: "/" in page.locator(".chart").first.inner_text(), "values of both")
+    assert complaints == []
+    page.close()
+
+
+def test_any_signal_gets_a_chart_and_the_estimate_is_off_until_it_is_wanted(
+    open_run: Callable[..., Page], complaints: list[str]
+) -> None:
+    page = open_run(1280, 800, "#t=1.0")
+    assert not page.evaluate("player.overlays.estimate") and page.locator("#labels span").count() == 0
+    page.get_by_role("button", name="Legend").click()
+    page.get_by_label("estimated pose").check()
+    page.get_by_text("estimated pose", exact=True).first.wait_for()
+    apart = page.evaluate(
+        "(() => { const [{run, moment}] = player.actors(), e = run.estimate(moment);"
+        "return Math.max(...e.position.map((x, i) => Math.abs(x - moment.position[i]))) })()"
+    )
+    assert apart < 0.02  # it stands: the outline is at the robot's place
+    charts = page.locator(".chart").count()
+    page.get_by_label("chart of another signal").select_option("current LKneePitch")
+    assert page.locator(".chart").count() == charts + 1
     assert complaints == []
 
 

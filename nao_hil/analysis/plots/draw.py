@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.errors import ConfigurationError
@@ -13,6 +16,11 @@ from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 from nao_hil.files import atomic_path
+
+DASHED: Final = {"dashed: ": "--", "dotted: ": ":", "dash-dotted: ": "-."}
+"""Line styles of the second and later runs."""
+MARK: Final = 2
+"""Points of a line that marks a time."""
 
 
 def missing(tables: Tables, name: str) -> list[str]:
@@ -26,26 +34,40 @@ def missing(tables: Tables, name: str) -> list[str]:
     return [kind for kind in FIGURES[name][2] if not getattr(tables, kind)]
 
 
-def draw(tables: Tables, name: str, file: Path, title: str) -> None:
+def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
     """Draw one plot; the file's suffix says in which format.
 
     Args:
-        tables: what was recorded.
-        name: of `nao_hil.analysis.plots.names.PLOTS`.
-        file: to write.
-        title: of the run, above it.
+        runs: Tables and title of each run; curves of the second and later ones are dashed over the first's.
+        name: Of `nao_hil.analysis.plots.names.PLOTS`.
+        file: To write.
 
     Raises:
         ConfigurationError: unknown name, nothing recorded that it could show, or no place to write to.
     """
-    if lacking := missing(tables, name):
-        raise ConfigurationError(f"{title}: there is no plot `{name}`: nothing of {lacking[0]} was recorded.")
+    for tables, title in runs:
+        if lacking := missing(tables, name):
+            nothing = f"nothing of {lacking[0]} was recorded"
+            raise ConfigurationError(f"{title}: there is no plot `{name}`: {nothing}.")
     make, size, _ = FIGURES[name]
     figure = Figure(figsize=size, layout="constrained")
-    shows = PLOTS[name]
-    figure.suptitle(f"{shows[0].upper()}{shows[1:]}\n{title}", fontsize=10)
+    shows, tables = PLOTS[name], runs[0][0]
+    titles = "\n".join(f"{style}{title}" for style, (_, title) in zip(("", *DASHED), runs, strict=False))
+    figure.suptitle(f"{shows[0].upper()}{shows[1:]}\n{titles}", fontsize=10)
     make(tables, figure)
+    for (other, _), dashes in zip(runs[1:], DASHED.values(), strict=False):
+        beside = Figure(figsize=size)
+        make(other, beside)
+        _overlay(figure, beside, dashes)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
     with atomic_path(file) as temporary:
         figure.savefig(temporary, dpi=110)
+
+
+def _overlay(figure: Figure, other: Figure, dashes: str) -> None:
+    """Curves of another figure with the same axes, thinner; its marks and legends stay away."""
+    for axes, found in zip(figure.axes, other.axes, strict=False):
+        for line in found.lines:
+            if np.size(line.get_xdata()) > MARK:
+                axes.plot(*line.get_data(), dashes, color=line.get_color(), lw=0.9, alpha=0.85)

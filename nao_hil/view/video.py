@@ -16,8 +16,8 @@ from rich.progress import track
 
 from bridge.errors import ConfigurationError
 from nao_hil.files import write_bytes
-from nao_hil.view.export.page import exported_page
-from nao_hil.view.export.webm import EncodedPicture, webm
+from nao_hil.view.page import recorded_page
+from nao_hil.view.webm import EncodedPicture, webm
 
 CHROMIUM: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 SOFTWARE: Final = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
@@ -47,7 +47,7 @@ def write_video(recording: Path, file: Path, begin: float, end: float | None, sp
     """
     with _browser() as browser, tempfile.TemporaryDirectory() as folder:
         page_file = Path(folder) / "run.html"
-        page_file.write_text(exported_page(recording), encoding="utf-8")
+        page_file.write_text(recorded_page([recording])[0], encoding="utf-8")
         page = browser.new_page()
         page.goto(page_file.as_uri())
         page.wait_for_selector("body[data-ready]")

@@ -1,0 +1,273 @@
+"""A run as numbers that the page draws: a header, and one row of fixed width for each moment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bridge.body import Body, joint_tree
+from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
+from bridge.messages.world_state import WorldReply
+from bridge.rotations import heading, rotation
+from bridge.types import SIDES, Array
+from emulator.shell import ColouredMesh, shell
+from nao_hil.analysis.diagnosis import Balance, Diagnosis, Symptom
+from nao_hil.analysis.diagnosis.symptoms import MEANING
+from nao_hil.view.footprints import Footprints
+from nao_hil.view.packing import PackedTable, pack
+from nao_hil.view.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
+from nao_hil.view.recorded_run import RecordedRun
+from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
+from nao_hil.view.support import soles_that_touch, tips
+from nao_hil.view.surroundings import terrain_meshes
+from walker.estimation.odometry import GroundPlane
+from walker.model.floating_base import FloatingBase
+
+PERIOD: Final = 0.03
+"""Robot time from one row to the next, s; the page interpolates between them."""
+LENGTH: Final = 1e-4
+"""Step to which lengths are rounded in a file, m."""
+TURN: Final = 1.0 / 16384.0
+"""Likewise of a quaternion's components."""
+NEAR: Final = 1e-6
+"""s"""
+
+
+class RunRows:
+    """Turns the moments of one robot into rows.
+
+    Args:
+        body: Its data sheet.
+        world: Its surroundings.
+    """
+
+    def __init__(self, body: Body, world: WorldReply | None = None) -> None:
+        self.body, self.world = body, world
+        self._kinematics = FloatingBase(body)
+        self._parts = shell(body)
+        self.links = [name for name in self._kinematics.links if name in self._parts]
+        self._places = [self._kinematics.links.index(name) for name in self.links]
+        corners = 3 * sum(len(sole) for sole in self._kinematics.soles.values())
+        n = len(self.links)
+        self.fields: dict[str, tuple[int, float]] = {
+            "time": (1, 1e-3),
+            "position": (3 * n, LENGTH),
+            "attitude": (4 * n, TURN),
+            "heading": (1, TURN),
+            "points": (3 * len(POINTS), LENGTH),
+            "loads": (8, 0.1),
+            "tips": (1, 1.0),
+            "support": (corners, LENGTH),
+            "step": (1, 1.0),
+            "phase": (1, 1.0),
+            "signals": (len(SIGNALS), 0.01),
+        }
+        """Columns of a row: name -> width, and step to which a file rounds."""
+        self.width = sum(width for width, _ in self.fields.values())
+        self._turns = np.zeros((n, 4))
+        self._phases = {name: float(i) for i, name in enumerate(PHASES)}
+        self._footprints = Footprints(self._kinematics)
+        self._last = -math.inf
+
+    @property
+    def floor(self) -> GroundPlane:
+        """The floor that marks are drawn on."""
+        return GroundPlane(*self.world.floor, 0.0) if self.world else GroundPlane()
+
+    def due(self, time: float) -> bool:
+        """Whether a moment of this robot time, s, gets a row; an earlier one than the last does."""
+        if self._last <= time < self._last + PERIOD - NEAR:
+            return False
+        self._last = time
+        return True
+
+    def row(self, balance: Balance, late: float = math.nan) -> Array:
+        """One row, shape (width,); `late` as of `signal_values`."""
+        frame, walk = balance.moment.sensors, balance.moment.walk
+        frames = balance.best.robot.frames
+        turns = Rotation.from_matrix(frames[self._places, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
+        turns[(turns * self._turns).sum(axis=1) < 0.0] *= -1.0
+        self._turns = turns
+        polygon, width = soles_that_touch(self._kinematics, balance.best), self.fields["support"][0]
+        corners = np.full(width, math.nan)
+        if polygon is not None:
+            flat = np.array([self._on_floor((float(x), float(y))) for x, y in polygon.corners]).ravel()
+            corners[: len(flat)] = flat
+        return np.concatenate(
+            [
+                [frame.time],
+                frames[self._places, :3, 3].ravel(),
+                turns.ravel(),
+                [heading(frames[0])],
+                self._points(balance),
+                frame.fsr,
+                [math.nan if polygon is None else float(tips(balance.best, polygon))],
+                corners,
+                [walk.step if walk else math.nan, self._phases.get(walk.phase, math.nan) if walk else math.nan],
+                signal_values(balance, late),
+            ]
+        )
+
+    def prints(self, balance: Balance) -> list[list[float]]:
+        """Footprints that a moment adds: time, kind by its place in `PRINTS`, corners on the floor, m."""
+        kinds = list(PRINTS)
+        return [
+            [
+                balance.moment.sensors.time,
+                float(kinds.index(kind)),
+                *(c for x, y in corners for c in self._on_floor((float(x), float(y)))),
+            ]
+            for kind, corners in self._footprints.update(balance)
+        ]
+
+    def _points(self, balance: Balance) -> list[float]:
+        """Places of `POINTS`, in their order."""
+        best, com = balance.best, balance.best.robot.com
+        flat = {
+            "zmp_plan": balance.plan.zmp if balance.plan else None,
+            "zmp_fsr": balance.felt,
+            "zmp_true": balance.true.zmp if balance.true else None,
+            "com_ground": (float(com[0]), float(com[1])),
+            "capture": best.capture,
+        }
+        return [c for p in POINTS for c in (com if p.name == "com" else self._on_floor(flat[p.name]))]
+
+    def _on_floor(self, point: tuple[float, float] | None) -> tuple[float, float, float]:
+        if point is None:
+            return (math.nan,) * 3
+        return (*point, self.floor.at(*point) + OVER)
+
+    def pack(self, rows: Array, prints: Sequence[Sequence[float]], **header: Any) -> bytes:
+        """The run, packed.
+
+        Args:
+            rows: Shape (n, width).
+            prints: As `prints` gives them.
+            header: Added to the header: title, subtitle, `events_json` and the like.
+        """
+        pieces = [(1 + i, part) for i, name in enumerate(self.links) for part in self._parts[name]]
+        pieces += [(0, part) for part in self._terrain()]
+        fields = np.split(rows, np.cumsum([width for width, _ in self.fields.values()])[:-1], axis=1)
+        tables = {
+            "vertices": PackedTable(np.vstack([part.vertices for _, part in pieces]), LENGTH),
+            "faces": PackedTable(np.vstack([part.faces for _, part in pieces]), 1.0),
+            "footprints": PackedTable(_padded(prints), LENGTH),
+            **{
+                name: PackedTable(columns, step)
+                for (name, (_, step)), columns in zip(self.fields.items(), fields, strict=True)
+            },
+        }
+        return pack({**self._header(pieces), **header}, tables)
+
+    def _header(self, pieces: Sequence[tuple[int, ColouredMesh]]) -> dict[str, Any]:
+        return {
+            "body": self.body.name,
+            "pieces": [
+                {"link": link, "colour": part.colour, "vertices": len(part.vertices), "faces": len(part.faces)}
+                for link, part in pieces
+            ],
+            "links": self.links,
+            "chain": self._chain(),
+            "fields": [[name, width] for name, (width, _) in self.fields.items()],
+            "points": [p._asdict() for p in POINTS],
+            "cells": self._cells(),
+            "newton": NEWTON,
+            "colours": {"safe": SAFE, "lost": LOST, "object": OBSTACLE, **PRINTS},
+            "charts": [chart.to_json() for chart in CHARTS],
+            "signals": list(SIGNALS.items()),
+            "whole": len(BALANCE),
+            "joints": [[j, *np.degrees([s.lower, s.upper])] for j in JOINTS if (s := self.body.joints.get(j))],
+            "phases": [{"name": name, "colour": colour} for name, colour in PHASES.items()],
+            **world_json(self.world),
+        }
+
+    def _chain(self) -> list[dict[str, Any]]:
+        """Joints from the Torso outward: how the page places the robot by its encoders alone."""
+        tree = joint_tree(self.body)
+        return [
+            {
+                "link": name,
+                "parent": tree[name].parent,
+                "offset": tree[name].offset,
+                "axis": tree[name].axis,
+                "joint": INDEX_WITH_MIRROR[name],
+            }
+            for name in self._kinematics.links[1:]
+        ]
+
+    def _terrain(self) -> list[ColouredMesh]:
+        """Tiles and heights of the ground."""
+        if self.world is None or self.world.terrain is None:
+            return []
+        turn = rotation(*self.world.floor, 0.0)
+        return [ColouredMesh(v @ turn.T, faces, GROUND) for v, faces in terrain_meshes(self.world.terrain)]
+
+    def _cells(self) -> list[dict[str, Any]]:
+        """The force sensors: the link that each is in, its place there, m, and the end of its range, N."""
+        fsr = self.body.fsr
+        return [
+            {
+                "link": 1 + self.links.index(f"{s}AnkleRoll"),
+                "at": [*at[:2], at[2] + BARS_OVER],
+                "range": fsr.range,
+            }
+            for s, places in zip(SIDES, (fsr.L, fsr.R), strict=True)
+            for at in places
+        ]
+
+
+def recorded_rows(run: RecordedRun, title: str, subtitle: str) -> bytes:
+    """A whole recorded run, packed.
+
+    Args:
+        run: The run.
+        title: Its name.
+        subtitle: Robot, gait, seed.
+    """
+    rows = RunRows(run.body, run.world)
+    shown = [b for b in run.balances if rows.due(b.moment.sensors.time)]
+    prints = [found for b in run.balances for found in rows.prints(b)]
+    table = np.array([rows.row(b) for b in shown])
+    events = events_json(run.symptoms, run.diagnosis, run.stood)
+    return rows.pack(table, prints, title=title, subtitle=subtitle, **events)
+
+
+def world_json(world: WorldReply | None) -> dict[str, Any]:
+    """Floor (its upward normal) and boxes."""
+    floor = world.floor if world else (0.0, 0.0)
+    return {
+        "floor": rotation(*floor, 0.0)[:, 2].tolist(),
+        "objects": [
+            {"size": o.size, "position": o.position, "attitude": [o.orientation[3], *o.orientation[:3]]}
+            for o in (world.objects if world else ())
+        ],
+    }
+
+
+def events_json(
+    symptoms: Sequence[Symptom], diagnosis: Diagnosis | None, stood: float = math.inf
+) -> dict[str, Any]:
+    """Events, and the fall with its first symptom; `stood`: robot time at which the robot was up again, s."""
+    fall = None
+    if diagnosis is not None:
+        first = diagnosis.first
+        fall = {
+            "time": diagnosis.fell,
+            "until": stood if math.isfinite(stood) else None,
+            "first": first.time if first else diagnosis.fell,
+            "text": first.text if first else "there was no sign before",
+            "meaning": (MEANING.get(first.kind, "") if first else "")
+            + (" The torso control was off." if diagnosis.torso_off else ""),
+        }
+    return {"events": [{"time": s.time, "kind": s.kind, "text": s.text} for s in symptoms], "fall": fall}
+
+
+def _padded(rows: Sequence[Sequence[float]]) -> Array:
+    """Rows of one length, filled up with NaN."""
+    width = max((len(row) for row in rows), default=1)
+    table: Array = np.array([[*row, *[math.nan] * (width - len(row))] for row in rows]).reshape(-1, width)
+    return table

@@ -1,1 +1,0 @@
-"""What the page draws in 3-D."""

@@ -1,0 +1,182 @@
+"""Signals that a chart can show, the charts shown at first, and the phases of a walk."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from bridge.body.joints import JOINTS
+from nao_hil.analysis.diagnosis import Balance
+
+BLUE, ORANGE, GREEN, RED, GREY = "#339af0", "#ff922b", "#40c057", "#fa5252", "#868e96"
+PHASES: Final = {
+    "DSL": "#495057",
+    "DSR": "#495057",
+    "SSL": "#1c7ed6",
+    "SSR": "#e8590c",
+    "start": "#2b8a3e",
+    "stop": "#2b8a3e",
+    "stand": "#343a40",
+}
+"""Phases of a walk and their colours."""
+LEGS: Final = [i for i, name in enumerate(JOINTS) if "Hip" in name or "Knee" in name or "Ankle" in name]
+QUANTITIES: Final = {"angle": "deg", "command": "deg", "current": "A", "temperature": "°C"}
+"""Signals of each joint: quantity and unit."""
+BALANCE: Final = {
+    "torso roll": "deg",
+    "torso pitch": "deg",
+    "force left foot": "N",
+    "force right foot": "N",
+    "ZMP margin planned": "mm",
+    "ZMP margin by FSR": "mm",
+    "ZMP margin true": "mm",
+    "cycle late": "ms",
+    "gyroscope roll": "deg/s",
+    "gyroscope pitch": "deg/s",
+    "gyroscope yaw": "deg/s",
+    "accelerometer x": "m/s²",
+    "accelerometer y": "m/s²",
+    "accelerometer z": "m/s²",
+    "height left foot planned": "mm",
+    "height right foot planned": "mm",
+    "largest leg current": "A",
+    "hottest motor": "°C",
+}
+"""Signals of the whole robot and their units."""
+SIGNALS: Final = BALANCE | {f"{q} {joint}": unit for joint in JOINTS for q, unit in QUANTITIES.items()}
+"""Signal -> unit, in the order of `signal_values`."""
+LATE: Final = list(SIGNALS).index("cycle late")
+PAUSE: Final = 500.0
+"""A longer time from one frame to the next was a pause of the world, ms."""
+WINDOW: Final = 10.0
+"""Robot time over which the earliest frame counts as punctual, s."""
+
+
+class Line(NamedTuple):
+    """One curve: its signal, its name in the chart, its colour."""
+
+    signal: str
+    name: str
+    colour: str
+
+
+class Chart(NamedTuple):
+    """One strip chart."""
+
+    title: str
+    lines: tuple[Line, ...]
+    least: tuple[float, float]
+    """Range that is always shown."""
+    height: float
+    """Pixels."""
+    most: tuple[float | None, float | None] = (None, None)
+    """Range that is never left."""
+
+    def to_json(self) -> dict[str, Any]:
+        """The chart as the page's script takes it."""
+        return {**self._asdict(), "lines": [line._asdict() for line in self.lines]}
+
+
+def _pair(signal: str) -> tuple[Line, Line]:
+    return Line(signal.format("left"), "left", BLUE), Line(signal.format("right"), "right", ORANGE)
+
+
+CHARTS: Final = (
+    Chart(
+        "torso angle, deg",
+        (Line("torso pitch", "pitch", BLUE), Line("torso roll", "roll", ORANGE)),
+        (-5.0, 5.0),
+        74.0,
+        (-30.0, 30.0),
+    ),
+    Chart("vertical force on each foot, N", _pair("force {} foot"), (0.0, 55.0), 62.0, (0.0, 120.0)),
+    Chart(
+        "ZMP to the edge of the feet, mm",
+        (
+            Line("ZMP margin planned", "planned", BLUE),
+            Line("ZMP margin by FSR", "by FSR", ORANGE),
+            Line("ZMP margin true", "true", GREEN),
+        ),
+        (-10.0, 80.0),
+        80.0,
+        (-40.0, 120.0),
+    ),
+    Chart("cycle late, ms", (Line("cycle late", "late", BLUE),), (0.0, 2.0), 40.0),
+    Chart(
+        "gyroscope, deg/s",
+        (
+            Line("gyroscope roll", "roll", ORANGE),
+            Line("gyroscope pitch", "pitch", BLUE),
+            Line("gyroscope yaw", "yaw", GREEN),
+        ),
+        (-60.0, 60.0),
+        62.0,
+        (-240.0, 240.0),
+    ),
+    Chart("planned height of each foot, mm", _pair("height {} foot planned"), (0.0, 20.0), 54.0, (-10.0, 60.0)),
+)
+"""The charts shown at first; any signal can be added."""
+
+
+def signal_values(balance: Balance, late: float = math.nan) -> list[float]:
+    """Values of `SIGNALS` at a moment; NaN where a value is not known.
+
+    Args:
+        balance: The moment.
+        late: How late its cycle is, ms.
+    """
+    frame, walk, asked = balance.moment.sensors, balance.moment.walk, balance.moment.asked
+    values = [
+        *np.degrees(frame.angle),
+        sum(frame.fsr[:4]),
+        sum(frame.fsr[4:]),
+        _mm(balance.plan.margin if balance.plan else None),
+        _mm(balance.sensed.margin),
+        _mm(balance.true.margin if balance.true else None),
+        late,
+        *np.degrees(frame.gyroscope),
+        *frame.accelerometer,
+        _mm(walk.left[2] if walk is not None else None),
+        _mm(walk.right[2] if walk is not None else None),
+        max(frame.current[i] for i in LEGS),
+        max(frame.temperature),
+    ]
+    command = np.degrees(asked.position) if asked is not None else np.full(len(JOINTS), math.nan)
+    joints = np.column_stack([np.degrees(frame.position), command, frame.current, frame.temperature])
+    return [*values, *joints.ravel()]
+
+
+class Lateness:
+    """How late each frame is against the most punctual one of the last seconds; a pause is no lateness."""
+
+    def __init__(self) -> None:
+        self._recent: deque[tuple[float, float]] = deque()
+        self._last, self._paused = math.nan, 0.0
+
+    def update(self, time: float, wall: int) -> float:
+        """Lateness of the next frame, ms.
+
+        Args:
+            time: Robot time, s.
+            wall: Wall clock when the frame was sent, ns; 0: not known.
+        """
+        if not wall:
+            return math.nan
+        behind = 1e-6 * wall - 1e3 * time
+        if abs(behind - self._last) > PAUSE:
+            self._paused += behind - self._last
+        self._last = behind
+        now = behind - self._paused
+        while self._recent and (self._recent[-1][1] >= now or self._recent[-1][0] > time):
+            self._recent.pop()
+        self._recent.append((time, now))
+        while self._recent[0][0] < time - WINDOW:
+            self._recent.popleft()
+        return now - self._recent[0][1]
+
+
+def _mm(metres: float | None) -> float:
+    return math.nan if metres is None else 1e3 * metres

@@ -1,0 +1,95 @@
+"""State of the robot in words, from its own report and its sensors."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from bridge.messages.guard import GuardStatus
+from bridge.messages.walk import WalkStatus, WalkTelemetry
+from bridge.messages.world_state import WorldReply
+from bridge.motion.player import lying
+from nao_hil.analysis.diagnosis import Moment
+from nao_hil.runs.monitor import walk_in_force
+
+SILENT: Final = 1.0
+"""s without a frame after which the robot counts as silent."""
+LYING: Final = {"upright": "", "back": "lies on its back", "front": "lies on its front"}
+GUARD: Final = {
+    "idle": "free, joints left alone",
+    "approach": "moves slowly to its first pose",
+    "hold": "holds its pose: its controller is silent",
+    "crouch": "crouching",
+    "sit": "sitting down",
+    "rest": "limp",
+    "fallen": "limp",
+}
+"""State of the guard -> words."""
+WALK: Final = {
+    "approach": "moves to its first pose",
+    "stand": "stands",
+    "walk": "walks",
+    "stopping": "closes its feet",
+    "fallen": "has fallen",
+    "motion": "plays a motion",
+    "rest": "rests",
+}
+"""State of the walker -> words."""
+ALARMS: Final = ("crouch", "rest", "fallen")
+"""States of the guard that are shown in red."""
+
+
+def describe(
+    moment: Moment | None,
+    guard: GuardStatus | None,
+    status: WalkStatus | None,
+    world: WorldReply | None,
+    silent: float,
+) -> dict[str, Any]:
+    """The state as the page shows it.
+
+    Args:
+        moment: The newest; None: no frame has come.
+        guard: The robot's newest report of itself; None: none has come.
+        status: The walker's; None: no walker answers.
+        world: Of an emulator; None: not known, or a real robot.
+        silent: Time since the last frame, s.
+
+    Returns:
+        words, alarm (bool), walks (bool: a walker is in force), velocity in force (m/s, m/s, rad/s), gait,
+        armed, paused, held by, cycles missed.
+    """
+    paused = world is not None and world.paused
+    walk = walk_in_force(guard, moment.walk, moment.sensors) if moment is not None else None
+    state: dict[str, Any] = {
+        "words": _words(moment, guard, walk, silent, paused),
+        "alarm": guard is not None and guard.state in ALARMS,
+        "walks": walk is not None,
+        "velocity": list(status.velocity) if walk and status else [0.0, 0.0, 0.0],
+        "gait": status.gait if status else "",
+        "armed": guard is None or guard.armed,
+        "paused": paused,
+        "holder": guard.holder if guard else "",
+        "missed": moment.sensors.missed if moment else 0,
+    }
+    return state
+
+
+def _words(
+    moment: Moment | None, guard: GuardStatus | None, walk: WalkTelemetry | None, silent: float, paused: bool
+) -> str:
+    if moment is None:
+        return "waits for the robot"
+    if silent > SILENT:
+        return "paused" if paused else f"no word from the robot for {silent:.0f} s"
+    posture = LYING.get(lying(moment.sensors.angle), "lies on its side")
+    if walk is not None:
+        words = "gets up" if walk.state == "motion" and posture else WALK.get(walk.state, walk.state)
+    elif guard is None:
+        words = ""
+    elif guard.state == "active":
+        words = f"held by {guard.holder or 'another controller'}"
+    else:
+        words = GUARD[guard.state]
+        if guard.reason == "stop":
+            words += ", emergency stop"
+    return ", ".join(word for word in (words, posture, "paused" if paused else "") if word)

@@ -1,0 +1,383 @@
+// A live run: rows come over a WebSocket, orders go back.
+"use strict";
+
+const AGAIN = 150; // ms between two orders of a knob that is dragged
+const RETRY = 700; // ms from a lost connection to the next try
+const SAID = 6000; // ms for which an answer is shown
+const MOST = { velocity: [0.35, 0.2, 1.5], push: [3, 3] }; // at the edges of the pads, m/s, m/s, rad/s; N s
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
+const DRIVE = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
+const ENDED = "The page has ended, and the run with it, or its robot's process. To look at the run again: nao-hil view --replay RUN. For a robot that stays: nao-hil up --serve --view.";
+
+// An element: el("button", {properties}, ...children).
+function el(tag, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+}
+
+class Live {
+  constructor(player) {
+    this.player = player;
+    this.connect();
+  }
+
+  connect() {
+    this.socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/#.*/, ""));
+    this.socket.binaryType = "arraybuffer";
+    let chain = Promise.resolve(); // messages are taken one after the other: a packed run takes its time
+    this.socket.onmessage = ({ data }) => (chain = chain.then(() => this.take(data)));
+    this.socket.onclose = () => {
+      this.lost = (this.lost ?? 0) + 1;
+      if (this.lost > 1) this.say(ENDED, false, true);
+      setTimeout(() => this.connect(), RETRY);
+    };
+  }
+
+  async take(data) {
+    this.lost = 0;
+    if (typeof data === "string") return this.told(JSON.parse(data));
+    const start = new Uint8Array(data, 0, 2), [run] = this.player.runs;
+    if (start[0] === 0x1f && start[1] === 0x8b) return this.show(await unpack(data));
+    if (!run || data.byteLength !== 4 * run.width) return;
+    run.append(new Float32Array(data));
+    if (run.count === 1 && this.player.following) this.player.time = run.last;
+  }
+
+  show(run) {
+    const { player } = this, followed = !player.runs.length || player.following;
+    player.show([run]);
+    if (followed) player.follow();
+    $("live").hidden = false;
+    document.body.classList.add("live");
+    this.build(run.header.live);
+    this.told({ state: run.header.live.state });
+    document.body.dataset.ready = "yes";
+  }
+
+  told(message) {
+    const run = this.player.runs[0], header = run?.header;
+    if (message.answer) this.say(message.answer, message.done);
+    if (message.caption) Object.assign($("caption"), { hidden: false, textContent: message.caption });
+    if (!header) return;
+    if (message.prints) message.prints.forEach((print) => run.print(print));
+    if (message.events) Object.assign(header, { events: message.events, fall: message.fall }), this.player.events();
+    if (message.world) Object.assign(header, message.world);
+    if (message.state) (header.live.state = message.state), this.state(message.state);
+  }
+
+  say(text, done = true, stays = false) {
+    const toast = $("toast");
+    Object.assign(toast, { textContent: text, className: done ? "card" : "card refused" });
+    clearTimeout(this.silence);
+    if (!stays) this.silence = setTimeout(() => (toast.textContent = ""), done ? SAID : 2 * SAID);
+  }
+
+  order(doing, fields = {}) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: doing, ...fields }));
+    else this.say("The page is not connected; the order was not sent.", false);
+  }
+
+  walk(command) {
+    this.order("walk", { command });
+  }
+
+  world(command) {
+    this.order("world", { command });
+  }
+
+  push([x, y]) {
+    this.player.push = [x, y];
+    this.world({ op: "push", impulse: [x, y, 0] });
+    clearTimeout(this.aimed);
+    this.aimed = setTimeout(() => (this.player.push = null), 2500);
+  }
+
+  drives(key) {
+    return Boolean(this.driving?.checked && key in DRIVE);
+  }
+
+  // A key of the keyboard; whether it was an order.
+  key(key) {
+    if (!this.drives(key)) return false;
+    this.order("key", { key });
+    return true;
+  }
+
+  // What is in force: buttons, pad and fields.
+  state(state) {
+    const { live } = this.player.runs[0].header;
+    if (!this.orders) return;
+    for (const [name, button] of Object.entries(this.orders)) button.hidden = (name === "Arm") === state.armed && name !== "Emergency stop";
+    const everywhere = live.gaits[state.gait] ?? true;
+    this.velocity.show(state.velocity, everywhere);
+    this.paused.textContent = state.paused ? "Resume" : "Pause";
+    this.missed.textContent = `cycles missed: ${state.missed} · controller: ${state.holder || "none"}`;
+    this.player.chip();
+    if (this.holds !== state.holds) this.sliders((this.holds = state.holds));
+  }
+
+  build(live) {
+    const key = JSON.stringify({ ...live, state: null });
+    if (this.built === key) return;
+    this.built = key;
+    for (const tab of document.querySelectorAll(".tab.live")) tab.remove();
+    const button = (label, act, properties = {}) => {
+      const made = el("button", { textContent: label, ...properties });
+      made.addEventListener("click", act);
+      return made;
+    };
+    this.button = button;
+    this.orders = {
+      "Emergency stop": button("Emergency stop", () => this.order("stop", { how: "crouch" }), { className: "stop", title: "the robot crouches, lets go, and takes no command until it is armed again" }),
+      Walk: button("Walk", () => this.walk(this.settings("walk")), { className: "go" }),
+      Stop: button("Stop", () => this.order("key", { key: "x" })),
+      Sit: button("Sit", () => this.walk({ op: "motion", motion: "sit-down" })),
+      Arm: button("Arm", () => this.order("arm"), { className: "go", title: "take commands again", hidden: true }),
+    };
+    $("orders").replaceChildren(...Object.values(this.orders));
+    $("orders").hidden = false;
+    this.tab("Walk", this.walkTab(live));
+    if (live.emulated) this.tab("World", this.worldTab(live));
+    this.tab("Run", this.runTab(live));
+    this.holds = null;
+    const hold = button("Take the joints", () => this.order("hold", { on: !this.holds }), { title: "of a robot that no controller holds: nao-hil emulate --start hang" });
+    $("hold").replaceChildren(...(live.emulated ? [el("div", { className: "row" }, (this.hold = hold))] : []));
+    this.player.tabs();
+  }
+
+  tab(name, children) {
+    const tab = el("section", { className: "tab live", hidden: true }, ...children);
+    tab.dataset.name = name;
+    document.querySelector("aside").append(tab);
+  }
+
+  row(...children) {
+    return el("div", { className: "row" }, ...children);
+  }
+
+  select(label, options, hint = "") {
+    const select = el("select", {}, ...options.map((text) => new Option(text)));
+    select.setAttribute("aria-label", label);
+    return [el("label", { className: "field", title: hint }, el("span", { textContent: label }), select), select];
+  }
+
+  // A field for a number; `value` is null while its text is none.
+  number(label, unit, initial, low, high, changed) {
+    const input = el("input", { type: "text", inputMode: "decimal", value: initial }), refusal = el("span", { className: "refusal" });
+    input.setAttribute("aria-label", `${label}, ${unit}`);
+    const field = { box: el("label", { className: "field" }, el("span", { textContent: `${label}, ${unit}` }), input, refusal), input, value: Number(initial) };
+    const check = () => {
+      const text = input.value.trim().replace(",", "."), number = Number(text);
+      const bad = !NUMBER.test(text) ? "not a number" : number < low || number > high ? `${low} to ${high}` : "";
+      refusal.textContent = bad;
+      input.classList.toggle("bad", Boolean(bad));
+      field.value = bad ? null : number;
+      return !bad;
+    };
+    input.addEventListener("input", check);
+    input.addEventListener("change", () => check() && changed?.());
+    field.set = (number) => {
+      if (document.activeElement === input || input.classList.contains("bad")) return;
+      field.value = number;
+      input.value = number.toFixed(2);
+    };
+    return field;
+  }
+
+  // A pad to drag forward and to the left, with a strip for a turn if there are three numbers, and their fields.
+  pad(most, names, units, initial, act) {
+    const square = el("div", { className: "pad" }, el("em", { textContent: "forward" }), el("b")), strip = el("div", { className: "pad strip" }, el("em", { textContent: "turn left — right" }), el("b"));
+    const fields = names.map((name, i) => this.number(name, units[i], initial[i], -10, 10, () => told()));
+    const values = () => fields.map((field) => field.value);
+    const place = () => {
+      const [x, y, turn] = values().map((value, i) => Math.max(-1, Math.min(1, (value ?? 0) / most[i])));
+      Object.assign(square.lastChild.style, { top: `${50 - 50 * x}%`, left: `${50 - 50 * y}%` });
+      Object.assign(strip.lastChild.style, { top: "50%", left: `${50 - 50 * (turn ?? 0)}%` });
+    };
+    let sent = 0;
+    const told = () => {
+      place();
+      if (values().every((value) => value !== null)) act(values());
+    };
+    const drag = (event) => {
+      if (event.type === "pointerdown") event.currentTarget.setPointerCapture(event.pointerId);
+      if (event.type === "pointermove" && !event.buttons) return;
+      const part = event.currentTarget, { left, top, width, height } = part.getBoundingClientRect();
+      const share = (way) => (Math.abs(way) < 0.08 ? 0 : Math.max(-1, Math.min(1, way)));
+      const toLeft = share(1 - (2 * (event.clientX - left)) / width), ahead = share(1 - (2 * (event.clientY - top)) / height);
+      const set = (i, value) => Object.assign(fields[i], { value }) && ((fields[i].input.value = value.toFixed(2)), fields[i].input.classList.remove("bad"));
+      if (part === strip) set(2, toLeft * most[2]);
+      else set(0, ahead * most[0]), set(1, toLeft * most[1]);
+      pad.dragging = event.type !== "pointerup";
+      place();
+      if (event.type !== "pointerup" && performance.now() - sent < AGAIN) return;
+      sent = performance.now();
+      told();
+    };
+    for (const part of [square, strip]) for (const kind of ["pointerdown", "pointermove", "pointerup"]) part.addEventListener(kind, drag);
+    const box = el("div", { className: "pads" }, el("div", {}, square, ...(most.length > 2 ? [el("div", { style: "height: 6px" }), strip] : [])), el("div", {}, ...fields.map((field) => field.box)));
+    const pad = { box, values, place, fields };
+    place();
+    return pad;
+  }
+
+  settings(op) {
+    const chosen = (select) => (select.selectedIndex ? select.value : undefined), command = { op };
+    const [x, y, turn] = this.velocity.pad.values();
+    if (op === "walk" && (x || y || turn)) command.velocity = [x ?? 0, y ?? 0, turn ?? 0];
+    if (op === "walk") command.steps = this.steps.value ?? 0;
+    command.gait = chosen(this.gait);
+    command.torso = chosen(this.torso);
+    command.admittance = { on: true, off: false }[chosen(this.admittance)];
+    return command;
+  }
+
+  walkTab(live) {
+    const pad = this.pad(MOST.velocity, ["forward", "to the left", "turn"], ["m/s", "m/s", "rad/s"], ["0.00", "0.00", "0.00"], (velocity) => this.order("steer", { velocity }));
+    this.velocity = {
+      pad,
+      show: (velocity, everywhere) => {
+        if (!pad.dragging) velocity.forEach((value, i) => pad.fields[i].set(value)), pad.place();
+        pad.fields.slice(1).forEach((field) => (field.input.disabled = !everywhere));
+      },
+    };
+    const [gaitBox, gait] = this.select("gait", ["as it is", ...Object.keys(live.gaits)], "another one begins at a stand");
+    const [torsoBox, torso] = this.select("torso control", ["as it is", "none", "thesis", "robust"], "keeps the torso upright");
+    const [admittanceBox, admittance] = this.select("admittance", ["as it is", "on", "off"], "legs and ankles that give way to the ground");
+    this.steps = this.number("steps", "0: no end", "0", 0, 1e6);
+    Object.assign(this, { gait, torso, admittance });
+    this.driving = el("input", { type: "checkbox" });
+    const keys = el("p", { className: "faint", hidden: true }, Object.entries(DRIVE).map(([key, does]) => `${key === " " ? "Space" : key} ${does}`).join(" · ") + " · a gamepad's left stick walks");
+    this.driving.addEventListener("change", () => ((keys.hidden = !this.driving.checked), this.pads()));
+    this.missed = el("p", { className: "faint" });
+    return [
+      el("h2", { textContent: "Velocity in force" }), pad.box,
+      el("label", { className: "row" }, this.driving, "drive by keys and gamepad"), keys,
+      el("h2", { textContent: "Next walk" }), gaitBox, torsoBox, admittanceBox, this.steps.box,
+      this.row(this.button("Set without walking", () => this.walk(this.settings("set")), { title: "a walk that is under way goes on, changed as far as that is possible in stride" })),
+      el("h2", { textContent: "Motors" }), this.row(this.button("Let go", () => this.order("stop", { how: "limp" }), { title: "stiffness off at once: a standing robot falls" })),
+      this.missed,
+    ];
+  }
+
+  worldTab(live) {
+    const world = (op, fields = {}) => () => this.world({ op, ...fields }), { button } = this;
+    const pad = this.pad(MOST.push, ["forward", "to the left"], ["N s", "N s"], ["0.00", "1.00"], (values) => (this.player.push = values));
+    const push = () => pad.values().every((value) => value !== null) && this.push(pad.values());
+    const angle = (label) => this.number(label, "deg", "0", -15, 15), roll = angle("roll"), pitch = angle("pitch");
+    const friction = this.number("friction", "0.02 to 1.2", "0.8", 0.02, 1.2), height = this.number("height", "mm", "10", 1, 40);
+    const whole = (...fields) => fields.every((field) => field.value !== null);
+    const radians = (field) => (field.value * Math.PI) / 180;
+    const tilt = () => whole(roll, pitch) && this.world({ op: "tilt", roll: radians(roll), pitch: radians(pitch), duration: 1 + 0.12 * (15 + Math.max(Math.abs(roll.value), Math.abs(pitch.value))) });
+    const plate = (command) => () => whole(height) && this.world(command(0.001 * height.value));
+    this.paused = button("Pause", () => this.world({ op: this.player.runs[0].header.live.state.paused ? "resume" : "pause" }));
+    const [slowBox, slow] = this.select("slow motion", ["1", "0.5", "0.25", "0.1", "0.05"], "robot time per time of the clock");
+    slow.addEventListener("change", () => this.order("slow", { speed: Number(slow.value) }));
+    const press = (name) => {
+      const made = button(name.replace(/_/g, " "), () => {});
+      const tell = (pressed) => this.world({ op: "press", button: name, pressed });
+      made.addEventListener("pointerdown", (event) => (made.setPointerCapture(event.pointerId), tell(true)));
+      for (const end of ["pointerup", "pointercancel"]) made.addEventListener(end, () => tell(false));
+      return made;
+    };
+    return [
+      el("h2", { textContent: "Robot and time" }),
+      this.row(button("Stand up", world("stand-up"), { title: "put it back on its feet" }), button("Reset", world("reset"), { title: "everything begins again" })),
+      this.row(this.paused, button("Step", world("step"), { title: "one cycle, then it is paused" })), slowBox,
+      el("h2", { textContent: "Push" }), pad.box, this.row(button("Push", push, { title: "or hold Shift and drag the robot" })),
+      el("h2", { textContent: "Touch (pressed while held)" }), Object.assign(this.row(...live.buttons.map(press)), { className: "row three" }),
+      el("h2", { textContent: "Floor" }), roll.box, pitch.box, this.row(button("Tilt the floor", tilt)), friction.box,
+      this.row(button("Set friction", () => whole(friction) && this.world({ op: "friction", friction: friction.value }))),
+      height.box,
+      this.row(
+        button("Plate under the swing foot", plate((z) => ({ op: "plate-under-foot", size: [0.16, 0.08, z] }))),
+        button("Plate ahead", plate((z) => ({ op: "place", name: "ahead", size: [0.2, 0.4, z], at: [0.25, 0], frame: "robot" }))),
+      ),
+      ...this.faults(live),
+    ];
+  }
+
+  faults(live) {
+    const [kindBox, kind] = this.select("fault", Object.keys(live.faults));
+    const [jointBox, joint] = this.select("joint", this.player.runs[0].header.joints.map(([name]) => name));
+    const [sensorBox, sensor] = this.select("sensor", live.sensors), amount = this.number("amount", "0 to 1", "0.5", 0, 1);
+    joint.value = "LKneePitch";
+    const targets = { joint: [jointBox, joint], sensor: [sensorBox, sensor] };
+    const choose = () => {
+      const [target, number] = live.faults[kind.value];
+      for (const [name, [box]] of Object.entries(targets)) box.hidden = name !== target;
+      amount.box.hidden = !number;
+      amount.box.firstChild.textContent = `${number}, 0 to 1`;
+    };
+    kind.addEventListener("change", choose);
+    choose();
+    const start = () => {
+      const [target, number] = live.faults[kind.value], fault = { kind: kind.value };
+      if (target) fault[target] = targets[target][1].value;
+      if (number && amount.value === null) return;
+      if (number) fault[number] = amount.value;
+      this.world({ op: "fault-on", fault });
+    };
+    return [
+      el("h2", { textContent: "Faults" }), kindBox, jointBox, sensorBox, amount.box,
+      this.row(this.button("Begin the fault", start), this.button("End all faults", () => this.world({ op: "fault-off" }))),
+    ];
+  }
+
+  runTab(live) {
+    const parts = [];
+    if (live.saves) {
+      const list = el("div");
+      const look = async () => {
+        const sizes = await fetch("recordings").then((response) => response.json());
+        const link = (name, kind) => el("a", { href: `${name}.${kind}`, textContent: kind === "mcap" ? "recording" : "page", download: "" });
+        list.replaceChildren(...Object.entries(sizes).map(([name, size]) => el("div", { className: "field" }, `${name}, ${(1e-6 * size).toFixed(1)} MB`, el("span", {}, link(name, "mcap"), " · ", link(name, "html")))));
+      };
+      parts.push(el("h2", { textContent: "Save" }), el("p", { className: "faint", textContent: "Every recording of this run; a reset begins another one. The page plays in any browser." }), list, this.row(this.button("Look for recordings", look)));
+      look();
+    }
+    if (live.supervised) {
+      const [robotBox, robot] = this.select("robot", ["as it is", ...live.robots]), [wearBox, wear] = this.select("wear", ["as it is", ...live.wears]);
+      const [scenarioBox, scenario] = this.select("scenario", ["as it is", ...live.scenarios]), chosen = { robot, wear, scenario };
+      const restart = () => this.order("restart", { settings: Object.fromEntries(Object.entries(chosen).filter(([, select]) => select.selectedIndex).map(([name, select]) => [name, select.value])) });
+      parts.push(el("h2", { textContent: "Another run" }), robotBox, wearBox, scenarioBox, this.row(this.button("Restart", restart, { title: "ends this run and begins another one" })));
+    }
+    return parts.length ? parts : [el("p", { className: "faint", textContent: "This page did not begin the run: nothing to save or to restart here." })];
+  }
+
+  // Sliders in the table of the joints while the page holds them.
+  sliders(on) {
+    if (!this.hold) return;
+    this.hold.textContent = on ? "Give the joints back" : "Take the joints";
+    const { player } = this, run = player.runs[0], [{ moment }] = run.count ? player.actors() : [{}];
+    for (const row of $("joints").querySelectorAll("tr[data-joint]")) {
+      const [name, low, high] = run.header.joints.find(([joint]) => joint === row.dataset.joint);
+      const slider = el("input", { type: "range", min: low, max: high, step: 0.5 });
+      slider.setAttribute("aria-label", name);
+      slider.value = moment ? run.value(moment.row, run.signal[`angle ${name}`]) : 0;
+      slider.addEventListener("input", () => this.order("joints", { angles: { [name]: (Number(slider.value) * Math.PI) / 180 } }));
+      row.cells[1].replaceChildren(...(on ? [slider] : []));
+    }
+  }
+
+  // A gamepad: its left stick walks, buttons 0 to 3 stop, and change gait, torso control and admittance.
+  pads() {
+    if (this.polling || !this.driving.checked) return;
+    const down = new Set(), buttons = ["x", "g", "t", "m"];
+    let notch = 0;
+    this.polling = setInterval(() => {
+      if (!this.driving.checked) this.polling = clearInterval(this.polling);
+      const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each);
+      if (!pad) return;
+      buttons.forEach((key, i) => {
+        const pressed = Boolean(pad.buttons[i]?.pressed);
+        if (pressed && !down.has(i)) this.key(key);
+        down[pressed ? "add" : "delete"](i);
+      });
+      const way = -(pad.axes[1] ?? 0);
+      if (Math.abs(way) < 0.5) notch = 0;
+      else if (performance.now() - notch > 400) (notch = performance.now()), this.key(way > 0 ? "w" : "s");
+    }, 50);
+  }
+}

@@ -1,0 +1,158 @@
+// One robot's run: a header, and rows of numbers that may grow. Packed by nao_hil/view/packing.py.
+"use strict";
+
+const NOTHING = -(2 ** 31);
+const PRINTS = 32; // footprints drawn
+const LONGEST = 14000; // rows kept of a live run: seven minutes
+const $ = (id) => document.getElementById(id);
+
+async function unpack(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const buffer = await new Response(stream).arrayBuffer();
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  let offset = 4 + length;
+  const tables = {};
+  for (const { name, rows, columns, step } of header.tables) {
+    const whole = new Int32Array(buffer.slice(offset, offset + 4 * rows * columns));
+    const numbers = new Float32Array(rows * columns); // row by row
+    for (let column = 0; column < columns; column++)
+      for (let row = 0, sum = 0; row < rows; row++) {
+        sum = (sum + whole[column * rows + row]) | 0;
+        numbers[row * columns + column] = sum === NOTHING ? NaN : sum * step;
+      }
+    tables[name] = { rows, columns, at: (row, column) => numbers[row * columns + column], row: (i) => numbers.subarray(i * columns, (i + 1) * columns) };
+    offset += 4 * rows * columns;
+  }
+  return new Run(header, tables);
+}
+
+class Run {
+  constructor(header, tables) {
+    this.header = header;
+    this.shapes = { vertices: tables.vertices, faces: tables.faces };
+    this.fields = {};
+    this.width = 0;
+    for (const [name, size] of header.fields) {
+      this.fields[name] = [this.width, size];
+      this.width += size;
+    }
+    this.signal = Object.fromEntries(header.signals.map(([name], i) => [name, this.fields.signals[0] + i]));
+    this.count = 0;
+    this.rows = new Float32Array(this.width * (tables.time.rows + 512));
+    for (const [name, [at, size]] of Object.entries(this.fields))
+      for (let i = 0; i < tables.time.rows; i++) this.rows.set(tables[name].row(i).subarray(0, size), i * this.width + at);
+    this.count = tables.time.rows;
+    this.prints = [];
+    for (let i = 0; i < tables.footprints.rows; i++) this.print(Array.from(tables.footprints.row(i)));
+  }
+
+  append(row) {
+    const { width } = this;
+    if (this.count > LONGEST) {
+      const oldest = LONGEST >> 2;
+      this.rows.copyWithin(0, width * oldest, width * this.count);
+      this.count -= oldest;
+    }
+    if ((this.count + 1) * width > this.rows.length) {
+      const larger = new Float32Array(2 * this.rows.length);
+      larger.set(this.rows);
+      this.rows = larger;
+    }
+    this.rows.set(row, this.count * width);
+    this.count += 1;
+  }
+
+  print([when, kind, ...numbers]) {
+    this.prints.push({ when, kind, corners: triples(numbers) });
+  }
+
+  time(i) {
+    return this.rows[i * this.width];
+  }
+
+  get first() {
+    return this.count ? this.time(0) : 0;
+  }
+
+  get last() {
+    return this.count ? this.time(this.count - 1) : 0;
+  }
+
+  // Number of the newest row up to a time.
+  row(t) {
+    let [low, high] = [0, Math.max(this.count - 1, 0)];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.time(middle) <= t + 1e-4) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  get(i, name) {
+    const [at, size] = this.fields[name], start = i * this.width + at;
+    return this.rows.subarray(start, start + size);
+  }
+
+  value(i, column) {
+    return this.rows[i * this.width + column];
+  }
+
+  // Everything that is drawn of a time, between two rows.
+  moment(t) {
+    const i = this.row(t), k = Math.min(i + 1, this.count - 1);
+    const gap = this.time(k) - this.time(i), share = gap > 0 && gap < 0.5 ? Math.min(Math.max((t - this.time(i)) / gap, 0), 1) : 0;
+    const between = (name) => {
+      const a = this.get(i, name), b = this.get(k, name);
+      return Array.from(a, (x, n) => (Number.isNaN(b[n]) ? x : x + share * (b[n] - x)));
+    };
+    const [phase] = this.get(i, "phase"), [step] = this.get(i, "step");
+    return {
+      row: i,
+      position: between("position"),
+      attitude: between("attitude"),
+      heading: this.get(i, "heading")[0],
+      points: between("points"),
+      loads: between("loads"),
+      support: { tips: this.get(i, "tips")[0] > 0.5, corners: triples(this.get(i, "support")) },
+      footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-PRINTS),
+      step,
+      phase: this.header.phases[phase]?.name,
+    };
+  }
+
+  // Position and attitude of the links as encoders and inertial unit have them, the torso at its true place.
+  estimate(moment) {
+    const { header } = this, at = (name) => this.value(moment.row, this.signal[name]) * (Math.PI / 180);
+    const yaw = moment.heading, roll = at("torso roll"), pitch = at("torso pitch");
+    const turn = [[[0, 0, 1], yaw], [[0, 1, 0], pitch], [[1, 0, 0], roll]].map(([axis, angle]) => about(axis, angle)).reduce(times);
+    const names = Object.keys(header.chain), places = { Torso: [moment.position.slice(0, 3), turn] };
+    for (const name of names) {
+      const { link, parent, offset, axis, joint } = header.chain[name], [place, attitude] = places[parent];
+      const angle = this.value(moment.row, this.fields.signals[0] + header.whole + 4 * joint) * (Math.PI / 180);
+      places[link] = [place.map((x, k) => x + turned(attitude, offset)[k]), times(attitude, about(axis, angle))];
+    }
+    return { position: header.links.flatMap((link) => places[link][0]), attitude: header.links.flatMap((link) => places[link][1]) };
+  }
+}
+
+function triples(numbers) {
+  const out = [];
+  for (let i = 0; i + 2 < numbers.length && !Number.isNaN(numbers[i]); i += 3) out.push([numbers[i], numbers[i + 1], numbers[i + 2]]);
+  return out;
+}
+
+// Quaternions (w, x, y, z).
+function about([x, y, z], angle) {
+  const s = Math.sin(angle / 2);
+  return [Math.cos(angle / 2), s * x, s * y, s * z];
+}
+
+function times([a, b, c, d], [e, f, g, h]) {
+  return [a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g, a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e];
+}
+
+function turned(q, v) {
+  return times(times(q, [0, ...v]), [q[0], -q[1], -q[2], -q[3]]).slice(1);
+}
