@@ -180,15 +180,15 @@ class VideoDevice:
     def _get_active(self, handle: Any = None) -> int:
         return self._active if handle is None else self._of(handle, "getActiveCamera").camera
 
-    def _set_active(self, *arguments: Any) -> bool:
+    def _set_active(self, first: Any, camera: Any = None) -> bool:
         """`(camera)` for all that come by `subscribe`, or `(handle, camera)`."""
-        camera = self._camera(arguments[-1] if arguments else None, "ALVideoDevice.setActiveCamera")
-        if len(arguments) > 1:
-            self._of(arguments[0], "setActiveCamera").camera = camera
-        else:
-            self._active = camera
-            for subscription in self._subscriptions.values():
-                subscription.camera = camera
+        number = self._camera(first if camera is None else camera, "ALVideoDevice.setActiveCamera")
+        if camera is not None:
+            self._of(first, "setActiveCamera").camera = number
+            return True
+        self._active = number
+        for subscription in self._subscriptions.values():
+            subscription.camera = number
         return True
 
     def _set_resolution(self, handle: Any, resolution: Any) -> bool:
