@@ -147,7 +147,7 @@ def passes(row: ServoRow, wear: WearProfile, cycle: float) -> bool:
     worn = wear.servo
     return (
         abs(row.no_load_speed / row.no_load_speed_sheet - 1.0) < 0.05
-        and (worn.delay == 0.0 or 0.0359 < row.request_to_motion < 4.01 * cycle)
+        and worn.delay < row.request_to_motion < worn.delay + 2.01 * cycle
         and abs(row.backlash - row.backlash_configured)
         <= 0.1 * row.backlash_configured + 1e-3 * (row.backlash_configured == 0.0)
         and abs(row.stall_torque / row.stall_torque_sheet - 1.0) < 0.03

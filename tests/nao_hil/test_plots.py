@@ -134,7 +134,7 @@ def test_phases_and_the_fall_are_marked(tables: Tables) -> None:
 
 @pytest.mark.parametrize("name", PLOTS)
 def test_each_plot_is_written(tables: Tables, name: str, tmp_path: Path) -> None:
-    draw(tables, name, tmp_path / "plot.svg", "walk.mcap")
+    draw([(tables, "walk.mcap")], name, tmp_path / "plot.svg")
     root = ElementTree.parse(tmp_path / "plot.svg").getroot()
     assert root.tag.endswith("svg")
 
@@ -152,8 +152,8 @@ def test_a_robot_without_truth_and_telemetry_has_plots_too(tmp_path: Path) -> No
         "cycle",
     }
     with pytest.raises(ConfigurationError, match="nothing of telemetry was recorded"):
-        draw(alone, "zmp", tmp_path / "no.png", "alone.mcap")
-    draw(alone, "torso", tmp_path / "torso.png", "alone.mcap")
+        draw([(alone, "alone.mcap")], "zmp", tmp_path / "no.png")
+    draw([(alone, "alone.mcap")], "torso", tmp_path / "torso.png")
     assert (tmp_path / "torso.png").read_bytes().startswith(b"\x89PNG")
     assert not (tmp_path / "no.png").exists()
 

@@ -54,8 +54,9 @@ def test_a_run_replaces_an_earlier_one_only_when_it_is_told_to(tmp_path: Path, m
 def test_recordings_of_one_second_have_names_of_their_own(tmp_path: Path) -> None:
     names = set()
     for _ in range(3):
-        names.add(free_name(tmp_path, "nao"))
-        max(names).touch()
+        name = free_name(tmp_path, "nao")
+        name.touch()
+        names.add(name)
     assert len(names) == 3
 
 

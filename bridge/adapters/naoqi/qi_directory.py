@@ -66,7 +66,7 @@ class Service:
     info: list[Any] = field(default_factory=list)
     ready: bool = True
     actions: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
-    """Of a program's service: method -> action and signature of the parameters of each of its forms."""
+    """Method -> action and signature of the parameters of each of its forms; of a program's service once asked for."""
 
 
 class Directory:
@@ -107,7 +107,10 @@ class Directory:
 
     def add(self, name: str, methods: Methods, signals: Signals | None = None) -> None:
         """Add a service of the robot."""
-        self._put(name, Service(0, name, methods, meta_object(methods, signals or {})))
+        service = Service(0, name, methods, meta_object(methods, signals or {}))
+        for action, (method, parameters, _) in methods.items():
+            service.actions.setdefault(method, []).append((action, parameters))
+        self._put(name, service)
 
     def _put(self, name: str, service: Service) -> int:
         self._last += 1
@@ -183,12 +186,14 @@ class Directory:
             connection.event((DIRECTORY, 1, action), payload)
 
     async def module(self, name: str) -> Service:
-        """A program's service with its methods.
+        """A service that can be called back, with its methods: a program's or the robot's own.
 
         Raises:
             QiError: there is none of this name that can be called.
         """
         service = self.names.get(name)
+        if service is not None and service.connection is None:
+            return service
         if service is None or service.connection is None or not service.connection.takes_calls:
             raise QiError(f"module {name} is no service of this session; register it first")
         if not service.actions:

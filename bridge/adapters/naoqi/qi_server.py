@@ -157,9 +157,13 @@ class QiServer:
             event, value, callbacks = await self._modules.get()
             for name, method, message in callbacks:
                 arguments = [event, value, message] if isinstance(message, str) else message
+                own = self._directory.names.get(name)
                 try:
-                    await self._directory.call_module(name, method, arguments)
-                except QiError as error:
+                    if own is not None and own.connection is None:
+                        self._call(name, method, arguments)
+                    else:
+                        await self._directory.call_module(name, method, arguments)
+                except (QiError, NaoHilError) as error:
                     logger.debug("%s", error)
 
     def disconnected(self, connection: Connection) -> None:

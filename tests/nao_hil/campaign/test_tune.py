@@ -118,7 +118,7 @@ def test_an_ensemble_is_every_robot_in_every_world_with_every_seed() -> None:
 
 
 def test_the_shipped_values_are_the_first_trial_when_they_are_in_range() -> None:
-    assert shipped(SPACE, ENSEMBLE) == {"controller.damping.roll": 0.08, "controller.damping.pitch": 0.08}
+    assert shipped(SPACE, ENSEMBLE) == {"controller.damping.roll": 0.06, "controller.damping.pitch": 0.06}
     assert shipped({"controller.damping.roll": Range(0.1, 0.2)}, ENSEMBLE) is None
 
 
