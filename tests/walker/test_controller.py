@@ -224,7 +224,8 @@ def test_a_walk_that_is_only_watched_is_not_interrupted() -> None:
 
 
 def test_a_dynamic_walk_that_a_gap_would_fell_goes_on_upright() -> None:
-    """Joints hold for 0.35 s in single support: going on in stride the robot falls, from a stand it does not."""
+    """Joints hold for 0.35 s in single support: going on in stride the robot falls, from a stand it does
+    not."""
     assert stands_after_a_gap(controller_parameters("dynamic").max_gap)
     assert not stands_after_a_gap(1.0)
 

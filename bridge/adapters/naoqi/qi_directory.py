@@ -66,7 +66,8 @@ class Service:
     info: list[Any] = field(default_factory=list)
     ready: bool = True
     actions: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
-    """Method -> action and signature of the parameters of each of its forms; of a program's service once asked for."""
+    """Method -> action and signature of the parameters of each of its forms; of a program's service once asked
+    for."""
 
 
 class Directory:
