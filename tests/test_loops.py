@@ -10,8 +10,11 @@ import pytest
 from tests.loops import repeat_while, until
 
 TESTS = Path(__file__).parent
-TOOLS = {TESTS / "fuzz" / "campaign.py", Path(__file__)}
-"""No tests: the one fuzzes for as long as it is told to, the other holds examples."""
+TOOLS = {
+    *(TESTS / "chaos").glob("*.py"), TESTS / "fuzz" / "campaign.py", TESTS / "proxy.py", Path(__file__),
+}  # fmt: skip
+"""No tests: the first two run for as long as they are told to, the proxy as long as its connections, the last one holds
+examples."""
 
 
 def endless(source: str) -> list[int]:

@@ -14,7 +14,7 @@ from nao_hil.cli.engine import chosen_engine
 from nao_hil.cli.up import both_sides, new_folder
 from nao_hil.runs.config import run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo
-from nao_hil.view.server import DEFAULT_PORT
+from nao_hil.view.child import DEFAULT_PORT
 
 
 def demo(

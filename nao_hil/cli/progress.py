@@ -10,13 +10,19 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from emulator.compiled import compiled_count
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.monitor import Monitor
 
 LINE_INTERVAL = 5.0
 """s between lines where there is no terminal to redraw."""
+
+
+def _compiled_count() -> int:
+    """Loops of the emulator that are compiled; imported late, since the command line loads without numba."""
+    from emulator.compiled import compiled_count
+
+    return compiled_count()
 
 
 class WalkProgress:
@@ -31,7 +37,7 @@ class WalkProgress:
         self._settings, self._console = settings, console
         self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
         self._began: tuple[float, float] | None = None
-        self._compiled = compiled_count()
+        self._compiled = _compiled_count()
         self._next_line = time.monotonic() + LINE_INTERVAL
 
     def show(self, monitor: Monitor) -> None:
@@ -52,7 +58,7 @@ class WalkProgress:
     def _values(self, monitor: Monitor) -> dict[str, str]:
         frame, truth, status, walk = monitor.sensors, monitor.truth, monitor.status, monitor.walk
         if frame is None:
-            compiled = compiled_count() - self._compiled
+            compiled = _compiled_count() - self._compiled
             first = f"; first start, {compiled} loops compiled so far" if compiled > 0 else ""
             return {"waiting": f"for the robot{first}"}
         if self._began is None or frame.time < self._began[0]:  # a reset begins at 0 again

@@ -26,8 +26,7 @@ from nao_hil.runs.description import robot_scene
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 from nao_hil.runs.supervisor import Child, ChildResult
-from nao_hil.view.child import LivePage
-from nao_hil.view.server import DEFAULT_PORT
+from nao_hil.view.child import DEFAULT_PORT, LivePage
 
 GRACE = 5.0
 """s a side has to end by itself after it was asked to."""

@@ -10,6 +10,8 @@ from rich.console import Console
 
 from nao_hil.runs.supervisor import Child
 
+DEFAULT_PORT: Final = 8080
+"""TCP port of the page."""
 READY: Final = "the page is at"
 """What `nao-hil view` says before its address."""
 

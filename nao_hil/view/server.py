@@ -21,7 +21,6 @@ from nao_hil.view.access import Access, Answer, Asked
 from nao_hil.view.orders import LARGEST
 
 DEFAULT_HOST = "127.0.0.1"
-DEFAULT_PORT = 8080
 HEADERS: Final = (
     ("Cache-Control", "no-store"),
     ("Referrer-Policy", "no-referrer"),

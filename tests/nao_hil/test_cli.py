@@ -134,7 +134,10 @@ def test_a_scenario_with_a_box_in_the_robot_is_refused_before_a_run(
     [
         (("mjcf", "--robot", "nao-v66", "--out", "x.xml"), ("'nao-v66'", "did you mean 'nao-v6'", "nao-v5")),
         (("mjcf", "nao-v66", "--out", "x.xml"), ("'nao-v66' needs an option before it", "--robot", "--wear")),
-        (("nao-v66", "--out", "x.xml"), ("unknown export 'nao-v66'", "mjcf, run, urdf", "--robot")),
+        (
+            ("nao-v66", "--out", "x.xml"),
+            ("unknown export 'nao-v66'", "folder, mjcf, rosbag, run, urdf", "--robot"),
+        ),
         (("mjfc", "--robot", "nao-v6", "--out", "x.xml"), ("unknown export 'mjfc' (did you mean 'mjcf'?)",)),
     ],
 )
@@ -253,7 +256,7 @@ def test_an_output_that_nobody_takes_is_no_fault(redirection: str, code: int, sa
     [
         ("nao-hil re", {"record", "replay", "results"}),
         ("nao-hil up --gait st", {"static"}),
-        ("nao-hil experiment t", {"torso-drift", "torso-step", "torso-design", "terrain"}),
+        ("nao-hil experiment t", {"torso-drift", "torso-step", "torso-design", "terrain", "tracking"}),
         ("nao-hil up --scenario slope-", {"slope-5", "slope-down-5", "slope-side-5"}),
         ("nao-hil plot x.mcap --what torso,ce", {"torso,cells"}),
     ],

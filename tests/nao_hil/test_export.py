@@ -1,5 +1,6 @@
 """The exported robot in simulators that know nothing of this project."""
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,7 @@ def test_the_page_s_torso_step_is_the_emulated_robots(tmp_path: Path, monkeypatc
     exec(program[1], found)
     response = np.array(found["step"])[11::12]
     time = 0.012 * np.arange(1, len(response) + 1)
-    ours = torso_step.run([1], engine="mujoco")
+    ours = torso_step.run([1], engine="mujoco", amplitude=math.radians(1.5))  # the page's
     frequency = fit_plant(time, response)[0].natural_frequency_rad_s
     assert frequency == pytest.approx(ours.true.natural_frequency_rad_s, rel=0.1)
     assert read_shape(time, response).peak == pytest.approx(ours.true_shape.peak, rel=0.1)

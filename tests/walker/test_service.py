@@ -383,8 +383,8 @@ def test_a_walker_that_stands_by_takes_the_robot_and_gives_it_back() -> None:
     def process() -> None:
         """The walker's process for one hold of the robot."""
         assert service.wait_wanted(10.0)
-        for seq in itertools.count():
-            if not service.wanted or seq > 1000:
+        for seq in range(1000):
+            if not service.wanted:
                 break
             service.before(controller, seq)
             controller.tick(frame(seq))

@@ -50,7 +50,7 @@ def test_the_hysteresis_of_a_play_is_its_width() -> None:
 
 def knee_recording(folder: Path, backlash: float) -> Path:
     """Six seconds of a hanging robot that bends its left knee; the backlash of its knees is given, rad."""
-    wear = load_wear("nominal")
+    wear = load_wear("nominal", load_body("nao-v3"))
     servo = msgspec.structs.replace(
         wear.servo, backlash=msgspec.structs.replace(wear.servo.backlash, KneePitch=backlash)
     )
@@ -107,7 +107,7 @@ def compared(capsys: pytest.CaptureFixture[str], file: Path, *options: str) -> d
 
 
 def test_the_same_robot_is_at_the_noise_floor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    nominal = load_wear("nominal").servo.backlash.KneePitch
+    nominal = load_wear("nominal", load_body("nao-v3")).servo.backlash.KneePitch
     result = compared(capsys, knee_recording(tmp_path, nominal))
     assert result["first"] == "" and all(joint["excess"] == 0.0 for joint in result["joints"])
     assert result["config"]["wear"] == "nominal" and result["config"]["seed"] == 3

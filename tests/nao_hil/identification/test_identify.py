@@ -60,7 +60,7 @@ def recording(folder: Path) -> Path:
 
     On MuJoCo: PyBullet has the rotors' inertia in the links, which the drives' values make up for.
     """
-    wear = load_wear("nominal")
+    wear = load_wear("nominal", load_body("nao-v3"))
     backlash = msgspec.structs.replace(
         wear.servo.backlash, **{name: math.radians(width) for name, width in BACKLASH.items()}
     )
@@ -110,7 +110,7 @@ def test_the_drives_of_a_recorded_robot_are_found(tmp_path: Path, capsys: pytest
     # the ankles did not move
     assert "backlash.AnklePitch" in found["assumed"] and "backlash.AnklePitch" not in values
     text = profile.read_text()
-    loaded, nominal = load_wear(str(profile)), load_wear("nominal")
+    loaded, nominal = load_wear(str(profile)), load_wear("nominal", load_body("nao-v3"))
     assert loaded.servo.delay == pytest.approx(values["delay"], rel=1e-5)
     assert loaded.servo.backlash.AnklePitch == nominal.servo.backlash.AnklePitch
     assert loaded.sensors == nominal.sensors and loaded.servo.heating == nominal.servo.heating
