@@ -20,7 +20,6 @@ from bridge.errors import ConfigurationError, LinkError, NaoHilError
 from nao_hil.view.access import Access, Answer, Asked
 from nao_hil.view.orders import LARGEST
 
-DEFAULT_HOST = "127.0.0.1"
 HEADERS: Final = (
     ("Cache-Control", "no-store"),
     ("Referrer-Policy", "no-referrer"),

@@ -160,7 +160,7 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
             [],
             1,
             [
-                "ALProxy: there is no service ALNothing (qi: Cannot find service",
+                "ALProxy: there is no service ALNothing (qi: Cannot find serv",
                 "ALMotion: unknown method 'setAngels' (did you mean 'setAngle",
                 "ALMotion.animation is not offered by nao-hil: no anim",
                 "nao-v5: unknown joint or chain 'Nose'",

@@ -56,7 +56,7 @@ def test_walks_to_a_place(target):
 
 
 @pytest.mark.parametrize("steps", [True, False])
-@pytest.mark.parametrize(("direction", "impulse"), [(45.0, 2.8), (135.0, 2.6)])
+@pytest.mark.parametrize(("direction", "impulse"), [(0.0, 2.8), (135.0, 2.6)])
 def test_a_push_that_fells_a_standing_robot_is_answered_by_a_step(direction, impulse, steps):
     """To a side and ahead or back, degrees, N s: a step takes up the capture point beyond toes or heels."""
     config = RunConfig(
@@ -79,9 +79,9 @@ def test_after_a_step_straight_back_the_robot_balances_on_the_foot_that_landed()
         assert outcome.end.survived
 
 
-@pytest.mark.parametrize(("robot", "impulse", "direction"), [("nao-v6", 2.5, 0.0), ("nao-v3", 2.4, 0.0)])
+@pytest.mark.parametrize(("robot", "impulse", "direction"), [("nao-v6", 2.8, 0.0)])
 def test_after_a_capture_step_the_feet_close_and_the_robot_stands(robot, impulse, direction):
-    """2.5 N s: before, all of six V6 that stood after the step fell when their feet closed, 3.5 s later."""
+    """2.8 N s ahead, which a V6 does not survive without a step; the feet close 3.5 s later."""
     push = StridePush(time=0.3, phase=None, impulse=impulse, direction=math.radians(direction))
     for seed in (2002, 2003, 2004):
         config = RunConfig(robot=robot, engine="mujoco", seed=seed)

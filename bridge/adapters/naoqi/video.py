@@ -154,7 +154,7 @@ class VideoDevice:
         """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
         if parameter == _SELECT:
             known = {h for h in (handle, f"{handle}_0") if h in self._subscriptions}
-            return self._set_active(*known, value) if known else self._set_active(value)
+            return self._set_active(known.pop(), value) if known else self._set_active(value)
         return self._set_parameter(self._of(handle, "setCameraParameter").camera, parameter, value)
 
     def _camera(self, camera: Any, method: str) -> int:
