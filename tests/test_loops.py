@@ -13,8 +13,8 @@ TESTS = Path(__file__).parent
 TOOLS = {
     *(TESTS / "chaos").glob("*.py"), TESTS / "fuzz" / "campaign.py", TESTS / "proxy.py", Path(__file__),
 }  # fmt: skip
-"""No tests: the first two run for as long as they are told to, the proxy as long as its connections, the last one holds
-examples."""
+"""No tests: chaos and campaign run for as long as they are told to, the proxy as long as its connections; this
+file holds examples."""
 
 
 def endless(source: str) -> list[int]:

@@ -17,7 +17,6 @@ from nao_hil.runs.folder import recording_of
 from nao_hil.view.child import DEFAULT_PORT, READY
 from nao_hil.view.door import open_door
 from nao_hil.view.page import page, recorded_page
-from nao_hil.view.server import DEFAULT_HOST, PageServer
 
 NICENESS = 10
 """The page gives way to the real-time loops of robot and walker."""
@@ -55,6 +54,8 @@ def view(
     stop = stop_event()
     console = open_console()
     door = open_door(host)
+    from nao_hil.view.server import PageServer  # imported late: the walker's plans come with it
+
     server = PageServer(host, port, door.access, door.tls)
     server.show(*(recorded_page(replay) if replay else page(f"nao-hil: {name}")))
     console.print(f"{READY} {door.address(host, port)}", highlight=False, soft_wrap=True)

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from nao_hil.runs.supervisor import Child
 
+DEFAULT_HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8080
 """TCP port of the page."""
 READY: Final = "the page is at"

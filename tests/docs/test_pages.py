@@ -107,7 +107,7 @@ EXPECTED = {
         r"The robot stands",
         r"frames-torso\.png",
         r"The robot stands.*steps +│ 16 ",
-        r"The robot fell .*The robot fell at \d\.\d+ s.*is pushed with 1.6 N s.*exit code 1",
+        r"The robot fell .*The robot fell at \d\.\d+ s; first, at .*exit code 1",
         r"3 s later: walk",
     ],
     "team.md": [r"left foot \d\.\d kg, right foot \d\.\d kg", r"nao-v6"],

@@ -83,7 +83,6 @@ def test_findings_that_keep_it_from_working_have_exit_code_3(
         ("qi", (3, 13, 0), "x86_64", "Python 3.12 or older on x86-64 has one"),
         ("qi", (3, 11, 0), "aarch64", "Python 3.12 or older on x86-64 has one"),
         ("qi", (3, 12, 0), "x86_64", "pip install 'nao-hil[naoqi]'"),
-        ("viser", (3, 13, 0), "aarch64", "pip install 'nao-hil[view]'"),
     ],
 )
 def test_no_package_is_advised_that_there_is_not(

@@ -32,7 +32,7 @@ def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
         in_process.run(robot, Guard(body), controller, [told, seen], 1500)
     expected, found = told.summary(1.0), seen.summary(1.0)
     assert expected.steps == 8
-    assert abs(found.steps - expected.steps) <= 1  # the feet are closed by one more
+    assert abs(found.steps - expected.steps) <= 2  # the feet are closed by one more, and one may tap twice
     # From the first lift to the last touch-down: without the shift of weight before, which the walker counts.
     assert expected.speed < found.speed == pytest.approx(expected.velocity[0], rel=0.15)
     assert found.velocity[0] == pytest.approx(expected.velocity[0], rel=0.1)
@@ -52,4 +52,5 @@ def test_speed_is_way_over_time_where_the_walk_goes_in_a_circle() -> None:
     assert not summary.fell and summary.steps == 60
     # A circle of 0.19 m radius: it never gets farther than its diameter, and goes on at its speed.
     assert summary.distance < 0.45 < summary.way
-    assert summary.speed == pytest.approx(0.15, rel=0.2)
+    # start and stop included; by displacement it would be below 0.03
+    assert summary.speed == pytest.approx(0.15, rel=0.3)

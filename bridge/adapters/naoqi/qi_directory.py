@@ -217,12 +217,21 @@ class Directory:
         fault = QiError(f"module {name} has no method {method}")
         for action, parameters in service.actions.get(method, []):
             try:
-                service.connection.post(service.number, action, _arguments(parameters, arguments))
+                payload = _arguments(parameters, arguments)
             except QiError as error:
                 fault = error
-            else:
-                return
+                continue
+            # a call, not a post: libqi prints the error of a post on the program's standard output
+            answer = asyncio.ensure_future(service.connection.call(service.number, action, payload))
+            answer.add_done_callback(_forget)
+            return
         raise fault
+
+
+def _forget(answer: asyncio.Future[Any]) -> None:
+    """Take notice of an error that only the program itself reports."""
+    if not answer.cancelled():
+        answer.exception()
 
 
 def _arguments(signature: str, arguments: list[Any]) -> bytes:

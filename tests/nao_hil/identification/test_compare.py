@@ -99,7 +99,7 @@ def test_without_commands_the_robot_follows_the_recorded_angles(tmp_path: Path) 
 
 
 def compared(capsys: pytest.CaptureFixture[str], file: Path, *options: str) -> dict:
-    out = file.parent / "compared"
+    out = file.parent / f"compared-{file.stem}"
     given = ["--engine", "mujoco", "--seed", "3", "--out", str(out), "--overwrite", "--json", *options]
     assert run(["compare", str(file), *given]) == 0
     assert (out / "report.html").exists() and (out / "summary.json").exists()
