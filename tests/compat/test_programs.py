@@ -165,7 +165,7 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "ALMotion.animation is not offered by nao-hil: no anim",
                 "nao-v5: unknown joint or chain 'Nose'",
                 "ALMemory: there is no data under 'Nothing'.",
-                "ALBehaviorManager.runBehavior: the behaviour 'dance' is",
+                "The behaviour 'dance' is not installed: the",
             ],
         ),
     ],

@@ -115,7 +115,7 @@ def test_the_drives_of_a_recorded_robot_are_found(tmp_path: Path, capsys: pytest
     assert loaded.servo.delay == pytest.approx(values["delay"], rel=1e-5)
     assert loaded.servo.backlash.AnklePitch == nominal.servo.backlash.AnklePitch
     assert loaded.sensors == nominal.sensors and loaded.servo.heating == nominal.servo.heating
-    assert "# identified: " in text and "AnklePitch = 0.01745  # assumed" in text
+    assert "# identified: " in text and "AnklePitch = 0.0214  # assumed" in text
 
 
 @pytest.mark.parametrize(("out", "words"), [("mine", "ends with .toml"), ("mine.toml", "cannot be read")])
