@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -35,7 +36,7 @@ class McapFile:
         config: the run's configuration as JSON text.
 
     Raises:
-        ConfigurationError: the file cannot be created.
+        ConfigurationError: the file cannot be created, or has no room for its head; then there is none.
     """
 
     def __init__(self, path: Path, config: str) -> None:
@@ -49,12 +50,24 @@ class McapFile:
         self._chunk_began = 0
         self._sequence: dict[type, int] = dict.fromkeys((*TOPICS, *SHOWN), 0)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
+        self._channels: dict[type, int] = {}
+        try:
+            self._begin(config)
+        except OSError as error:
+            with contextlib.suppress(OSError):  # closing flushes again
+                self._file.close()
+            if path.is_file():
+                path.unlink()  # half a head is no recording
+            raise ConfigurationError(
+                f"{path}: a recording cannot be begun there ({error.strerror}); give a place with room."
+            ) from None
+
+    def _begin(self, config: str) -> None:
         # The library's own default would write its version into every file.
         self._writer.start(profile="", library="nao-hil")
         self._writer.add_metadata(METADATA, {"config": config})
-        self._channels: dict[type, int] = {
-            kind: self._register(kind, topic, f"nao.{kind.__name__}") for kind, topic in TOPICS.items()
-        }
+        for kind, topic in TOPICS.items():
+            self._channels[kind] = self._register(kind, topic, f"nao.{kind.__name__}")
         self._file.flush()
 
     def show(self, kinds: Mapping[type[Shown], str]) -> None:

@@ -310,3 +310,10 @@ def test_what_is_joined_to_a_recording_is_told_and_not_read(rest: bytes | None, 
     path.write_bytes(data + (rest or data))
     assert msgspec.structs.replace(inspect(path), after=0) == alone
     assert inspect(path).after == len(rest or data)
+
+
+def test_a_disk_without_room_leaves_no_half_begun_recording(tmp_path: Path) -> None:
+    (tmp_path / "full.mcap").symlink_to("/dev/full")
+    with pytest.raises(ConfigurationError, match=r"cannot be begun there .*; give a place with room"):
+        Recorder(tmp_path / "full.mcap", CONFIG)
+    assert Path("/dev/full").exists()
