@@ -142,7 +142,7 @@ class Player {
     const said = state?.words ? [state.words, state.walks && moment.step ? `step ${moment.step}` : ""] : [moment.phase ?? "", Number.isNaN(moment.step) ? "" : `step ${moment.step}`];
     $("state").textContent = said.filter(Boolean).join(" · ");
     $("state").classList.toggle("alarm", Boolean(state?.alarm));
-    const fell = fall && this.time >= fall.time && !(this.time >= fall.until);
+    const fell = fall && this.time >= fall.time && this.time < (fall.until ?? Infinity);
     $("fell").hidden = !fell;
     if (fell) $("fell").textContent = verdict(fall);
     $("live").setAttribute("aria-pressed", this.following);

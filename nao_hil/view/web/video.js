@@ -82,7 +82,7 @@ class Video {
   // The last event, and after a fall what went wrong first.
   tell({ events, fall }, time, line) {
     const happened = events.filter((event) => event.time <= time), last = happened[happened.length - 1];
-    if (fall && time >= fall.time && !(time >= fall.until)) {
+    if (fall && time >= fall.time && time < (fall.until ?? Infinity)) {
       line(`It fell at ${fall.time.toFixed(2)} s. What went wrong first:`, 668, "600 18px", "#fa5252");
       line(fall.text, 692, "18px", this.colours.text);
     } else if (last && time - last.time < TOLD) line(last.text, 692, "18px", this.colours.event(last, false));
