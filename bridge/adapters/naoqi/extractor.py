@@ -14,17 +14,13 @@ QUIET: Final = {
     "ALPeoplePerception": "PeoplePerception/PeopleDetected",
     "ALSoundDetection": "SoundDetected",
     "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
-    "ALVoiceEmotionAnalysis": "ALVoiceEmotionAnalysis/EmotionRecognized",
 }
 """Service that perceives nothing, since there is nobody and no sound -> its event."""
 QUIET_VISION: Final = {
-    "ALBacklightingDetection": "BacklightingDetection/BacklightingDetected",
     "ALBarcodeReader": "BarcodeReader/BarcodeDetected",
-    "ALCloseObjectDetection": "CloseObjectDetection/ObjectDetected",
     "ALDarknessDetection": "DarknessDetection/DarknessDetected",
     "ALMovementDetection": "MovementDetection/MovementDetected",
     "ALVisionRecognition": "PictureDetected",
-    "ALWavingDetection": "WavingDetection/Waving",
 }
 """As `QUIET`, of services that look through a camera."""
 MAX_SUBSCRIBERS = 1000

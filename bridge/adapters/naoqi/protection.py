@@ -18,7 +18,7 @@ STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
 BEGINNING: Final = frozenset(
     {
         *("move", "moveTo", "moveToward", "walkTo", "setWalkTargetVelocity", "setFootSteps"),
-        *("setFootStepsWithSpeed", "navigateTo", "moveStraightTo", "goToHome", "goToPosition"),
+        *("setFootStepsWithSpeed", "navigateTo", "moveStraightTo"),
     }
 )
 """Methods that begin a walk."""

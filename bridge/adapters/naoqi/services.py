@@ -37,14 +37,12 @@ from bridge.adapters.naoqi.memory import Memory
 from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
 from bridge.adapters.naoqi.microphones import Microphones
 from bridge.adapters.naoqi.motion_tasks import MotionTasks
-from bridge.adapters.naoqi.navigation import Localization, VisualCompass, navigation_methods
-from bridge.adapters.naoqi.notifications import Notifications
+from bridge.adapters.naoqi.navigation import VisualCompass, navigation_methods
 from bridge.adapters.naoqi.photos import PhotoCapture, VideoRecorder
 from bridge.adapters.naoqi.posts import Posts
 from bridge.adapters.naoqi.postures import Postures
 from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection, stays_stiff
 from bridge.adapters.naoqi.recorder import Recorder
-from bridge.adapters.naoqi.resources import Resources
 from bridge.adapters.naoqi.robot_events import RobotEvents
 from bridge.adapters.naoqi.self_collision import ArmProtection
 from bridge.adapters.naoqi.sensing import Sonar, sensing_services
@@ -57,7 +55,6 @@ from bridge.adapters.naoqi.video import VideoDevice
 from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
 from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.adapters.naoqi.whole_body import WholeBody
-from bridge.adapters.naoqi.world_representation import WorldRepresentation
 from bridge.body import Body
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
@@ -299,12 +296,9 @@ class Services:
             "ALRedBallDetection": self._detections[2].methods(),
             "ALVideoDevice": self._video.methods(),
             STAGE: self._stage.methods(),
-            "ALNotificationManager": Notifications().methods(),
             "ALPhotoCapture": PhotoCapture(self._eyes, self._others, lambda: self.joints.now).methods(),
             "ALVideoRecorder": VideoRecorder(self._eyes, self._others, lambda: self.joints.now).methods(),
             "ALDialog": self._dialog.methods(),
-            "ALResourceManager": Resources().methods(),
-            "ALWorldRepresentation": WorldRepresentation(self._frames).methods(),
             "ALBasicAwareness": self._awareness.methods(),
         }
         quiet = {name: Extractor(name, self.events, [event]) for name, event in QUIET.items()}
@@ -324,10 +318,9 @@ class Services:
             "ALRedBallTracker": tracker.old_methods("RedBall", 0.06),
             "ALFaceTracker": tracker.old_methods("Face", 0.15),
             **sensing_services(self.joints, self.events, self._sonar),
-            **system_services(self._config, lambda: self._table),
+            **system_services(self._config),
             "ALVisualCompass": of_kind("read", self._compass.methods())
             | of_kind("walk", self._compass.walking()),
-            "ALLocalization": of_kind("walk", Localization(self._walks).methods()),
             **{name: of_kind("read", methods) for name, methods in reading.items()},
         }
         table["ALNavigation"] |= of_kind("walk", navigation_methods(self._walks))

@@ -131,7 +131,7 @@ class Faces(Detection):
     def _recognize(self, enabled: Any) -> None:
         self._recognizes = flag(enabled, "ALFaceDetection.setRecognitionEnabled: enabled")
 
-    def _track(self, enabled: Any, *_: Any) -> None:
+    def _track(self, enabled: Any) -> None:
         self._tracks = flag(enabled, "ALFaceDetection.setTrackingEnabled: enabled")
 
     def _set_threshold(self, value: Any) -> None:
