@@ -9,11 +9,11 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, Final
 
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.extractor import QUIET, QUIET_VISION
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.core.sensing import QUIET, QUIET_VISION
+from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.methods import VENDOR
 from bridge.adapters.naoqi.services import Services
-from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES

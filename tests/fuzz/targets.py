@@ -24,7 +24,7 @@ from bridge.adapters.lola.identity import identity_of
 from bridge.adapters.lola.packets import sensor_frame
 from bridge.adapters.lola.setpoints import Setpoints
 from bridge.adapters.naoqi import qi_values
-from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.ros.orders import Way
 from bridge.body import Body, load_body

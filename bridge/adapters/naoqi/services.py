@@ -11,50 +11,50 @@ from functools import partial
 from threading import RLock
 from typing import Any
 
-from bridge.adapters.naoqi import animations
-from bridge.adapters.naoqi.animations import Animations
 from bridge.adapters.naoqi.arguments import text
-from bridge.adapters.naoqi.audio import AudioPlayer
-from bridge.adapters.naoqi.awareness import Awareness
-from bridge.adapters.naoqi.breathing import Breathing
-from bridge.adapters.naoqi.cartesian import Cartesian
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.dcm_service import dcm_methods, moved_joints
-from bridge.adapters.naoqi.dialog import Dialog
-from bridge.adapters.naoqi.events import Events, Publish
-from bridge.adapters.naoqi.extractor import QUIET, QUIET_VISION, Extractor, VisionExtractor
-from bridge.adapters.naoqi.eyes import Eyes, NoEyes
-from bridge.adapters.naoqi.fall_manager import FallManager
-from bridge.adapters.naoqi.following import Following
-from bridge.adapters.naoqi.frames import LinkFrames, RobotFrames
-from bridge.adapters.naoqi.hearing import SpeechRecognition
+from bridge.adapters.naoqi.core.breathing import Breathing
+from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
+from bridge.adapters.naoqi.core.cartesian import Cartesian
+from bridge.adapters.naoqi.core.frames import LinkFrames, RobotFrames
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import Joints, dcm_methods, moved_joints
+from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
+from bridge.adapters.naoqi.core.motion_tasks import MotionTasks, Posts
+from bridge.adapters.naoqi.core.navigation import VisualCompass, navigation_methods
+from bridge.adapters.naoqi.core.postures import Postures
+from bridge.adapters.naoqi.core.protection import (
+    BEGINNING,
+    ArmProtection,
+    FallManager,
+    WalkProtection,
+    stays_stiff,
+)
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig, system_services
+from bridge.adapters.naoqi.core.sensing import (
+    QUIET,
+    QUIET_VISION,
+    Extractor,
+    RobotEvents,
+    Sonar,
+    VisionExtractor,
+    sensing_services,
+)
+from bridge.adapters.naoqi.core.upper_body import UpperBodyShare
+from bridge.adapters.naoqi.core.video import VideoDevice
+from bridge.adapters.naoqi.core.walking import WalkingMethods
+from bridge.adapters.naoqi.core.whole_body import WholeBody
 from bridge.adapters.naoqi.inert_settings import MOTION, SETTINGS, InertSettings
-from bridge.adapters.naoqi.joint_motion import JointMotion
-from bridge.adapters.naoqi.joints import Joints
-from bridge.adapters.naoqi.leds import Leds
-from bridge.adapters.naoqi.life import AutonomousLife
-from bridge.adapters.naoqi.memory import Memory
+from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
+from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
+from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
+from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Stage
+from bridge.adapters.naoqi.interaction.dialog import Dialog
+from bridge.adapters.naoqi.interaction.hearing import SpeechRecognition
+from bridge.adapters.naoqi.interaction.leds import Leds
+from bridge.adapters.naoqi.interaction.photos import PhotoCapture, VideoRecorder
+from bridge.adapters.naoqi.interaction.speech import Speech
+from bridge.adapters.naoqi.interaction.tracker import Following, Tracker
 from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
-from bridge.adapters.naoqi.microphones import Microphones
-from bridge.adapters.naoqi.motion_tasks import MotionTasks
-from bridge.adapters.naoqi.navigation import VisualCompass, navigation_methods
-from bridge.adapters.naoqi.photos import PhotoCapture, VideoRecorder
-from bridge.adapters.naoqi.posts import Posts
-from bridge.adapters.naoqi.postures import Postures
-from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.recorder import Recorder
-from bridge.adapters.naoqi.robot_events import RobotEvents
-from bridge.adapters.naoqi.self_collision import ArmProtection
-from bridge.adapters.naoqi.sensing import Sonar, sensing_services
-from bridge.adapters.naoqi.speech import Speech
-from bridge.adapters.naoqi.stage import Stage
-from bridge.adapters.naoqi.system import system_services
-from bridge.adapters.naoqi.tracker import Tracker
-from bridge.adapters.naoqi.upper_body import UpperBodyShare
-from bridge.adapters.naoqi.video import VideoDevice
-from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
-from bridge.adapters.naoqi.walking import WalkingMethods
-from bridge.adapters.naoqi.whole_body import WholeBody
 from bridge.body import Body
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
@@ -65,7 +65,7 @@ logger = logging.getLogger(__name__)
 STAGE = "NaoHil"
 """Service that the vendor does not have: what is around the robot."""
 _MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
-_MOVES |= {m: list(animations.JOINTS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
+_MOVES |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
 """What methods move whose first argument is no name of a joint."""
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import msgspec
 
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.eyes import Eyes
+from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
 from bridge.messages import SensorFrame

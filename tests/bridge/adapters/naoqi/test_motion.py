@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.adapters.naoqi.interpolation import smooth
+from bridge.adapters.naoqi.core.joint_motion import smooth
 from bridge.adapters.naoqi.methods import VENDOR
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.postures import POSTURES

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bridge.adapters.naoqi.walker_handover import WalkerHandover
-from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
+from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.errors import LeaseRefused, NaoqiRefused, WalkRefused
 from bridge.messages.walk import WalkStatus
 from tests.loops import until

@@ -1,0 +1,138 @@
+"""ALSpeechRecognition: recognizes words of its vocabulary in what is said to the robot, as text."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+from bridge.adapters.naoqi.arguments import flag, number, text
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.sensing import Extractor
+from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.adapters.naoqi.methods import Table
+from bridge.errors import NaoqiRefused
+from bridge.validation import unknown_name
+
+NOTHING: Final[list[Any]] = ["", -3.0]
+"""`WordRecognized` before anything was recognized (assumed)."""
+MAX_WORDS: Final = 10_000
+_STATUS: Final = "ALSpeechRecognition/Status"
+_PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0, 1.0)}
+"""Parameter -> smallest value, largest, and that at the start."""
+
+
+class SpeechRecognition:
+    """Listens while it has subscribers and is not paused; not thread-safe, the caller locks.
+
+    Args:
+        events: to be raised.
+    """
+
+    def __init__(self, events: Events) -> None:
+        self._events = events
+        self._extractor = Extractor(
+            "ALSpeechRecognition", events, ["WordRecognized", "LastWordRecognized", "SpeechDetected"]
+        )
+        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING))
+        events.declare("SpeechDetected", "ALSpeechRecognition", False)
+        events.declare(_STATUS, "ALSpeechRecognition", "Idle")
+        self._words: list[str] = []
+        self._spots, self._paused = False, False
+        self._pushed: list[tuple[list[str], bool]] = []
+        """Vocabularies that were put aside."""
+        self._language = "English"
+        self._shows = {"Audio": True, "Visual": True}
+        self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
+
+    def hear(self, said: str) -> list[str]:
+        """Somebody says something; the words of the vocabulary that were recognized, best first.
+
+        Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
+        """
+        if not self._extractor.running or self._paused:
+            return []
+        self._events.raise_event(_STATUS, "SpeechDetected")
+        self._events.raise_event("SpeechDetected", True)
+        plain = _plain(said)
+        known = {_plain(word): word for word in self._words}
+        if self._spots:
+            found = [word for key, word in known.items() if re.search(rf"\b{re.escape(key)}\b", plain)]
+        else:
+            found = [known[plain]] if plain in known else []
+        found.sort(key=len, reverse=True)
+        found = found[: round(self._parameters["NbHypotheses"])]
+        if found:
+            shown = [f"<...> {word} <...>" if self._spots else word for word in found]
+            value = [item for i, word in enumerate(shown) for item in (word, 1.0 - 0.1 * i)]
+            self._events.raise_event("WordRecognized", value)
+            self._events.raise_event("LastWordRecognized", value)
+        self._events.raise_event("SpeechDetected", False)
+        self._events.raise_event(_STATUS, "EndOfProcess")
+        return found
+
+    def _set_words(self, words: Any, spots: Any = False) -> None:
+        if not isinstance(words, list) or not all(isinstance(word, str) for word in words) or not words:
+            raise NaoqiRefused(
+                f"ALSpeechRecognition.setVocabulary: {words!r:.60} was given; a list of words is expected."
+            )
+        if self._extractor.running and not self._paused and not self._pushed:
+            raise NaoqiRefused(
+                "ALSpeechRecognition.setVocabulary: it is running; pause(True) first, and pause(False) after."
+            )
+        self._spots = flag(spots, "ALSpeechRecognition.setVocabulary: word spotting")
+        self._words = words[:MAX_WORDS]
+
+    def _set_language(self, language: Any) -> None:
+        name = text(language, "ALSpeechRecognition.setLanguage: language")
+        if name not in LANGUAGES:
+            raise NaoqiRefused(f"ALSpeechRecognition: {unknown_name('language', name, LANGUAGES)}.")
+        self._language = name
+
+    def _pause(self, paused: Any) -> None:
+        self._paused = flag(paused, "ALSpeechRecognition.pause: paused")
+        self._events.raise_event(_STATUS, "ListenOff" if self._paused else "ListenOn")
+
+    def _parameter(self, name: Any) -> str:
+        parameter = text(name, "ALSpeechRecognition: parameter")
+        if parameter not in _PARAMETERS:
+            raise NaoqiRefused(f"ALSpeechRecognition: {unknown_name('parameter', parameter, _PARAMETERS)}.")
+        return parameter
+
+    def _set_parameter(self, name: Any, value: Any) -> None:
+        parameter = self._parameter(name)
+        lower, upper, _ = _PARAMETERS[parameter]
+        self._parameters[parameter] = number(value, f"ALSpeechRecognition: {parameter}", lower, upper)
+
+    def _express(self, kind: str, enabled: Any) -> None:
+        self._shows[kind] = flag(enabled, f"ALSpeechRecognition.set{kind}Expression: enabled")
+
+    def _push(self) -> None:
+        if len(self._pushed) < MAX_WORDS:
+            self._pushed.append((self._words, self._spots))
+
+    def _pop(self) -> None:
+        if self._pushed:
+            self._words, self._spots = self._pushed.pop()
+
+    def methods(self) -> Table:
+        """Methods of the service."""
+        return self._extractor.methods() | {
+            "setVocabulary": self._set_words,
+            "setWordListAsVocabulary": self._set_words,
+            "setLanguage": self._set_language,
+            "getLanguage": lambda: self._language,
+            "getAvailableLanguages": lambda: list(LANGUAGES),
+            "pause": self._pause,
+            "_enableFreeSpeechToText": lambda: None,
+            "pushContexts": self._push,
+            "popContexts": self._pop,
+            "getParameter": lambda name: self._parameters[self._parameter(name)],
+            "setParameter": self._set_parameter,
+            "setAudioExpression": lambda enabled: self._express("Audio", enabled),
+            "getAudioExpression": lambda: self._shows["Audio"],
+            "setVisualExpression": lambda enabled: self._express("Visual", enabled),
+        }
+
+
+def _plain(words: str) -> str:
+    return " ".join(re.findall(r"\w+", words.casefold()))
