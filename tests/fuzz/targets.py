@@ -86,10 +86,6 @@ class Unwalking:
 
     handover = SimpleNamespace(has_robot=False)
 
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """None."""
-        return {}
-
     def steps_ahead(self) -> list[list[Any]]:
         """None, of either kind."""
         return [[], []]

@@ -9,11 +9,15 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, number, pairs
 from bridge.adapters.naoqi.core.joint_motion import smooth
 from bridge.adapters.naoqi.core.joints import Joints, actuator
 from bridge.adapters.naoqi.core.postures import Postures
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Pairs,
+    number,
+    offers,
+)
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -98,8 +102,9 @@ class Breathing:
             self._sent[joint] = target
         self._ends[part] = self._joints.now + round(1000.0 * seconds)
 
-    def _enable(self, chain: Any, enabled: Any) -> None:
-        on = flag(enabled, "ALMotion.setBreathEnabled: isEnabled")
+    @offers("ALMotion.setBreathEnabled", partly="how far each joint moves is assumed")
+    def _enable(self, chain: Any, enabled: bool) -> None:
+        on = enabled
         for part in _parts(chain, "setBreathEnabled"):
             if on:
                 self._enabled.add(part)
@@ -108,10 +113,11 @@ class Breathing:
                 if not self._moved(part):
                     self._send(part, 0.0)
 
-    def _configure(self, config: Any) -> None:
+    @offers("ALMotion.setBreathConfig")
+    def _configure(self, config: Pairs) -> None:
         """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; fast breaths are clipped to small ones."""
         method = "ALMotion.setBreathConfig"
-        for name, _ in pairs(config, method):
+        for name, _ in config:
             if name not in ("Bpm", "Amplitude"):
                 raise NaoqiRefused(f"{method}: {unknown_name('name', str(name), ('Bpm', 'Amplitude'))}.")
         given = dict(config)
@@ -119,14 +125,15 @@ class Breathing:
         amplitude = number(given.get("Amplitude", self._amplitude), f"{method}: Amplitude", 0.0, 1.0)
         self._bpm, self._amplitude = bpm, min(amplitude, (FASTEST - bpm) / (FASTEST - SLOWEST))
 
-    def methods(self) -> Table:
-        """Methods of `ALMotion`."""
-        return {
-            "setBreathEnabled": self._enable,
-            "setBreathConfig": self._configure,
-            "getBreathConfig": lambda: [["Bpm", self._bpm], ["Amplitude", self._amplitude]],
-            "getBreathEnabled": lambda chain: self._enabled >= set(_parts(chain, "getBreathEnabled")),
+    @offers("ALMotion.getBreathEnabled")
+    def _get_breath_enabled(self, chain: Any) -> Any:
+        return self._enabled >= set(_parts(chain, "getBreathEnabled"))
+
+    answers = Answers(
+        {
+            "ALMotion.getBreathConfig": lambda self: [["Bpm", self._bpm], ["Amplitude", self._amplitude]],
         }
+    )
 
 
 def _parts(chain: Any, method: str) -> tuple[str, ...]:

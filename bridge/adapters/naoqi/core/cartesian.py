@@ -9,18 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, fraction, number
 from bridge.adapters.naoqi.core.frames import RobotFrames, from_position6, inverse, placed
 from bridge.adapters.naoqi.core.inverse import Goal, InverseKinematics, masked_axes
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    MAX_DURATION,
+    Fraction,
+    number,
+    offers,
+)
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.model import Lengths
@@ -42,6 +46,13 @@ ITERATIONS: Final = 30
 """Of the search for one place."""
 ITERATIONS_ON_PATH: Final = 4
 """For the next place of a path, which is near."""
+
+
+_REACH: Final = (
+    "a target out of reach is approached as closely as the joint ranges allow; nothing balances the robot"
+)
+STRAIGHT: Final = f"the joints go straight to the solution; {_REACH}"
+AT_REST: Final = f"at rest at each point of the path; {_REACH}"
 
 
 class _Path(NamedTuple):
@@ -78,6 +89,20 @@ class _Space(NamedTuple):
     """Frames of the soles in the space, (4, 4): they stay there while the torso moves."""
 
 
+def _effectors(names: Any, _: str = "") -> list[str]:
+    chosen = names if isinstance(names, list) else [names]
+    for name in chosen:
+        if not isinstance(name, str) or name not in EFFECTORS:
+            raise NaoqiRefused(f"{name!r:.60} is no effector; {', '.join(EFFECTORS)} are.")
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise NaoqiRefused("ALMotion: each effector may be named once, and at least one.")
+    return list(chosen)
+
+
+Effectors = Annotated[list[str], _effectors]
+"""One effector or several."""
+
+
 class Cartesian:
     """Cartesian methods of `ALMotion`; not thread-safe, the caller locks.
 
@@ -92,7 +117,7 @@ class Cartesian:
         self._joints, self._motion, self._tasks, self._frames = joints, motion, tasks, frames
         self._inverse = InverseKinematics(joints.body, frames)
 
-    def go(self, names: Any, spaces: Any, values: Any, speed: Any, masks: Any, *, transforms: bool) -> None:
+    def go(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
         """Send effectors towards places; does not wait.
 
         Args:
@@ -105,12 +130,12 @@ class Cartesian:
         """
         effectors = _effectors(names)
         count = len(effectors)
-        share = fraction(speed, "fractionMaxSpeed")
+        share = speed
         rows = [values] if count == 1 and _flat(values) else _of_each(values, count, "positions")
         places = [_place(row, transforms) for row in rows]
         self._send(effectors, _codes(spaces, count), places, _masks(masks, count), share)
 
-    def change(self, name: Any, space: Any, value: Any, speed: Any, mask: Any, *, transforms: bool) -> None:
+    def change(self, name: Any, space: Any, value: Any, speed: float, mask: Any, *, transforms: bool) -> None:
         """As `go` for one effector, relative to where it is sent now.
 
         Args:
@@ -127,7 +152,7 @@ class Cartesian:
         effectors = _effectors(name)
         if len(effectors) != 1:
             raise NaoqiRefused("ALMotion: one effector is expected.")
-        share, code = fraction(speed, "fractionMaxSpeed"), _codes(space, 1)
+        share, code = speed, _codes(space, 1)
         place = _changed(self._here(effectors[0], code[0]), _place(value, transforms))
         self._send(effectors, code, [place], _masks(mask, 1), share)
 
@@ -221,7 +246,7 @@ class Cartesian:
         return self._inverse.solve(self._frames.position(False), goals, most)
 
     def along(
-        self, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, absolute: Any, *, transforms: bool
+        self, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool, *, transforms: bool
     ) -> Future[Any]:
         """Send effectors along paths; waits for the end.
 
@@ -238,7 +263,7 @@ class Cartesian:
         effectors = _effectors(names)
         count = len(effectors)
         codes, axes = _codes(spaces, count), _masks(masks, count)
-        fixed = flag(absolute, "isAbsolute")
+        fixed = absolute
         rows = [paths] if count == 1 and not _nested(paths, 3) else _of_each(paths, count, "paths")
         moments = [times] if count == 1 and not _nested(times, 2) else _of_each(times, count, "times")
         found = []
@@ -269,42 +294,35 @@ class Cartesian:
             yield due
         return None
 
-    def methods(self) -> Table:
-        """Methods of `ALMotion` that command effectors."""
-        table: Table = {}
-        for kind, is_transform in (("Position", False), ("Transform", True)):
-            table |= self._methods(kind, is_transform)
-        return table
+    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT)
+    def _set_positions(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
+        self.go(names, spaces, values, speed, masks, transforms=False)
 
-    def _methods(self, kind: str, transforms: bool) -> Table:
-        def put(names: Any, spaces: Any, values: Any, speed: Any, masks: Any) -> None:
-            self.go(names, spaces, values, speed, masks, transforms=transforms)
+    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT)
+    def _change_position(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
+        self.change(name, space, value, speed, mask, transforms=False)
 
-        def change(name: Any, space: Any, value: Any, speed: Any, mask: Any) -> None:
-            self.change(name, space, value, speed, mask, transforms=transforms)
+    @offers("ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST)
+    def _position_interpolations(
+        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
+    ) -> Future[Any]:
+        return self.along(names, spaces, paths, masks, times, absolute, transforms=False)
 
-        def along(
-            names: Any, spaces: Any, paths: Any, masks: Any, times: Any, absolute: Any = True
-        ) -> Future[Any]:
-            return self.along(names, spaces, paths, masks, times, absolute, transforms=transforms)
+    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT)
+    def _set_transforms(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
+        self.go(names, spaces, values, speed, masks, transforms=True)
 
-        return {
-            f"set{kind}": put,
-            f"set{kind}s": put,
-            f"change{kind}": change,
-            f"{kind.lower()}Interpolation": along,
-            f"{kind.lower()}Interpolations": along,
-        }
+    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT)
+    def _change_transform(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
+        self.change(name, space, value, speed, mask, transforms=True)
 
-
-def _effectors(names: Any) -> list[str]:
-    chosen = names if isinstance(names, list) else [names]
-    for name in chosen:
-        if not isinstance(name, str) or name not in EFFECTORS:
-            raise NaoqiRefused(f"{name!r:.60} is no effector; {', '.join(EFFECTORS)} are.")
-    if not chosen or len(set(chosen)) < len(chosen):
-        raise NaoqiRefused("ALMotion: each effector may be named once, and at least one.")
-    return list(chosen)
+    @offers(
+        "ALMotion.transformInterpolation", "ALMotion.transformInterpolations", kind="joints", partly=AT_REST
+    )
+    def _transform_interpolations(
+        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
+    ) -> Future[Any]:
+        return self.along(names, spaces, paths, masks, times, absolute, transforms=True)
 
 
 def _nested(value: Any, depth: int) -> bool:

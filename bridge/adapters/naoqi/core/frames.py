@@ -16,10 +16,12 @@ import msgspec
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from bridge.adapters.naoqi.arguments import flag
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.sensing import CONTACT
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    flag,
+    offers,
+)
 from bridge.body import TORSO, Body
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
@@ -219,7 +221,8 @@ class RobotFrames:
         H: Array = inverse(self.space(code, links, measured)) @ links[effector.link] @ effector.fixed
         return H
 
-    def centre_of_mass(self, name: Any, code: Any, use_sensors: Any) -> list[float]:
+    @offers("ALMotion.getCOM")
+    def centre_of_mass(self, name: Any, code: Any, use_sensors: bool) -> list[float]:
         """Centre of mass of a joint's link, a chain or the whole body in a space, (3,), m.
 
         Args:
@@ -230,7 +233,7 @@ class RobotFrames:
         Raises:
             NaoqiRefused: no such name or space, or a part without mass.
         """
-        measured = flag(use_sensors, "useSensors")
+        measured = use_sensors
         return self.com_at(name, self.position(measured), code, measured=measured)
 
     def com_at(self, name: Any, position: Sequence[float], code: Any, *, measured: bool = False) -> list[float]:
@@ -245,6 +248,7 @@ class RobotFrames:
         com = np.append(masses @ places / masses.sum(), 1.0)
         return [float(x) for x in (inverse(self.space(code, links, measured)) @ com)[:3]]
 
+    @offers("ALMotion.getMass")
     def mass(self, name: Any) -> float:
         """Mass of a joint's link, a chain or the whole body, kg; a hand's is part of its forearm's."""
         body = self._joints.body
@@ -259,11 +263,12 @@ class RobotFrames:
             return [TORSO]
         return self._joints.names.resolve(name)
 
-    def _support_polygon(self, code: Any, use_sensors: Any) -> list[list[float]]:
+    @offers("ALMotion.getSupportPolygon")
+    def _support_polygon(self, code: Any, use_sensors: bool) -> list[list[float]]:
         """Corners of the support polygon in the robot's or the world's space, counter-clockwise, m."""
         if code == 0:
             raise NaoqiRefused("ALMotion.getSupportPolygon: the frame is 1 FRAME_WORLD or 2 FRAME_ROBOT.")
-        measured = flag(use_sensors, "useSensors")
+        measured = use_sensors
         links = self.links(self.position(measured))
         to_space = inverse(self.space(code, links, measured))
         corners = []
@@ -277,20 +282,16 @@ class RobotFrames:
         points = np.array(corners)
         return [[float(x), float(y)] for x, y in points[ConvexHull(points).vertices]]
 
+    @offers("ALMotion.getFootSteps", partly="steps by the vendor's step lengths, not the walker's own")
     def _foot_steps(self) -> list[Any]:
         """Poses of the two feet in the world, m, m and rad, and the footsteps to come."""
         feet = (position6(self.transform(leg, 1, use_sensors=False)) for leg in ("LLeg", "RLeg"))
         return [[[x, y, turn] for x, y, _, _, _, turn in feet], *self._steps()]
 
-    def methods(self) -> Table:
-        """Methods of `ALMotion` that tell where parts are, and what they weigh."""
-        return {
-            "getTransform": lambda name, space, sensors: [
-                float(x) for x in self.transform(name, space, sensors).flat
-            ],
-            "getPosition": lambda name, space, sensors: position6(self.transform(name, space, sensors)),
-            "getCOM": self.centre_of_mass,
-            "getMass": self.mass,
-            "getFootSteps": self._foot_steps,
-            "getSupportPolygon": self._support_polygon,
-        }
+    @offers("ALMotion.getTransform")
+    def _get_transform(self, name: Any, space: Any, sensors: Any) -> Any:
+        return [float(x) for x in self.transform(name, space, sensors).flat]
+
+    @offers("ALMotion.getPosition")
+    def _get_position(self, name: Any, space: Any, sensors: Any) -> Any:
+        return position6(self.transform(name, space, sensors))

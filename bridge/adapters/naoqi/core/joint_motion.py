@@ -7,18 +7,27 @@ on the robot: the last command is in force. Semantics: vendor's pages on joint c
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from bridge.adapters.naoqi.arguments import flag, fraction, lists_each, number, one_each, require_times, text
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, RunningTask
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.sensor_keys import TOUCH_KEYS
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Fraction,
+    fraction,
+    lists_each,
+    number,
+    offers,
+    one_each,
+    require_times,
+)
 from bridge.body.joints import degrees_warning
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
@@ -80,18 +89,21 @@ class JointMotion:
         self._joints, self._tasks, self._config = joints, tasks, config
         self._warned = False
 
-    def get_angles(self, names: Any, use_sensors: Any) -> list[float]:
+    @offers("ALMotion.getAngles")
+    def get_angles(self, names: Any, use_sensors: bool) -> list[float]:
         """Angles by the sensors, or as commanded."""
         joints = self._joints
-        read = joints.measured if flag(use_sensors, "useSensors") else joints.commanded
+        read = joints.measured if use_sensors else joints.commanded
         return [read(joint) for joint in joints.names.resolve(names)]
 
+    @offers("ALMotion.setAngles", kind="joints")
     def set_angles(self, names: Any, angles: Any, speed: Any) -> None:
         """Go towards angles, each joint at its fraction of its largest speed; does not wait."""
         resolved = self._joints.names.resolve(names)
         targets = one_each(angles, len(resolved), "ALMotion.setAngles: angles")
         self._go(resolved, targets, _fractions(speed, len(resolved)))
 
+    @offers("ALMotion.changeAngles", kind="joints")
     def change_angles(self, names: Any, changes: Any, speed: Any) -> None:
         """As `set_angles`, relative to the commanded angles."""
         resolved = self._joints.names.resolve(names)
@@ -113,14 +125,15 @@ class JointMotion:
         lower, upper, *_ = self._joints.limits(joint)
         return min(max(angle, lower), upper)
 
-    def angle_interpolation(self, names: Any, angles: Any, times: Any, absolute: Any) -> Future[Any]:
+    @offers("ALMotion.angleInterpolation", kind="joints")
+    def angle_interpolation(self, names: Any, angles: Any, times: Any, absolute: bool) -> Future[Any]:
         """Smoothly through angles at times; waits for the end."""
         method = "ALMotion.angleInterpolation"
         joints = self._joints.names.resolve(names)
         targets = lists_each(angles, len(joints), f"{method}: angleLists")
         moments = lists_each(times, len(joints), f"{method}: timeLists")
         require_times(moments, targets, method)
-        fixed = flag(absolute, f"{method}: isAbsolute")
+        fixed = absolute
 
         def task() -> MotionTask:
             froms = [0.0 if fixed else self._joints.commanded(joint) for joint in joints]
@@ -129,12 +142,13 @@ class JointMotion:
 
         return self._tasks.begin(task(), "angleInterpolation", joints, locks=True)
 
-    def interpolation_with_speed(self, names: Any, angles: Any, speed: Any) -> Future[Any]:
+    @offers("ALMotion.angleInterpolationWithSpeed", kind="joints")
+    def interpolation_with_speed(self, names: Any, angles: Any, speed: Fraction) -> Future[Any]:
         """To one angle each, all joints arriving together when the slowest does; waits for the end."""
         method = "ALMotion.angleInterpolationWithSpeed"
         joints = self._joints.names.resolve(names)
         targets = one_each(angles, len(joints), f"{method}: targetAngles")
-        share = fraction(speed, f"{method}: maxSpeedFraction")
+        share = speed
 
         def task() -> MotionTask:
             every = [[self.time_to(joints, targets, share)]] * len(joints)
@@ -161,10 +175,12 @@ class JointMotion:
         last = max((moments[-1] for moments in times), default=0.0)
         yield self._joints.now + round(1000.0 * last)
 
+    @offers("ALMotion.getStiffnesses")
     def get_stiffnesses(self, names: Any) -> list[float]:
         """Stiffness of each joint, as sent last."""
         return [self._joints.stiffness(joint) for joint in self._joints.names.resolve(names)]
 
+    @offers("ALMotion.setStiffnesses", kind="joints")
     def set_stiffnesses(self, names: Any, stiffnesses: Any) -> None:
         """Stiffness of each joint from now on, 0 to 1; negative: free."""
         joints = self._joints.names.resolve(names)
@@ -172,6 +188,7 @@ class JointMotion:
         for joint, value in zip(joints, values, strict=True):
             self._joints.put_stiffness(joint, [(0.0, number(value, f"stiffness of {joint}", -1.0, 1.0))])
 
+    @offers("ALMotion.stiffnessInterpolation", kind="joints")
     def stiffness_interpolation(self, names: Any, stiffnesses: Any, times: Any) -> Future[Any]:
         """Linearly through stiffnesses at times; waits for the end."""
         method = "ALMotion.stiffnessInterpolation"
@@ -200,25 +217,30 @@ class JointMotion:
         self._joints.put_stiffness(name, [(0.0, 1.0)])
         return self.interpolation_with_speed(name, opening, 0.25)
 
+    @offers("ALMotion.killAll", "ALRobotPosture.stopMove", kind="posture")
     def end_all(self) -> None:
         """Stop every motion where it is; calls that wait for one return."""
         self._joints.stop(self._joints.names.all)
         self._tasks.end()
 
+    @offers("ALMotion.getTaskList")
     def task_list(self) -> list[list[Any]]:
         """`[name, number, [joint, ...]]` of each motion that has not ended."""
         return [[task.name, task.number, list(task.joints)] for task in self._tasks.motions]
 
+    @offers("ALMotion.areResourcesAvailable")
     def available(self, names: Any) -> bool:
         """Whether no motion uses any of the joints."""
         wanted = set(self._joints.names.resolve(names))
         return not any(wanted & set(task.joints) for task in self._tasks.motions)
 
+    @offers("ALMotion.killTasksUsingResources", kind="posture")
     def end_using(self, names: Any) -> None:
         """Stop the motions that use any of the joints, and whatever else moves these joints."""
         wanted = set(self._joints.names.resolve(names))
         self._end([task for task in self._tasks.motions if wanted & set(task.joints)], wanted)
 
+    @offers("ALMotion.killTask")
     def end_task(self, number: Any) -> bool:
         """Stop one motion by its number; whether there was one."""
         ended = [task for task in self._tasks.motions if task.number == number]
@@ -229,16 +251,19 @@ class JointMotion:
         self._joints.stop(sorted(joints.union(*(task.joints for task in tasks))))
         self._tasks.end_these(tasks)
 
+    @offers("ALMotion.getLimits")
     def get_limits(self, name: Any) -> list[list[float]]:
         """Smallest and largest angle, largest speed and torque of each joint."""
         return [self._joints.limits(joint) for joint in self._joints.names.resolve(name)]
 
-    def get_body_names(self, name: Any) -> list[str]:
+    @offers("ALMotion.getBodyNames", "ALMotion.getJointNames")
+    def get_body_names(self, name: str) -> list[str]:
         """Joints of a chain; the chains themselves for `Chains`."""
         if name == "Chains":
             return list(CHAINS)
-        return list(self._joints.names.group(text(name, "ALMotion.getBodyNames: name")))
+        return list(self._joints.names.group(name))
 
+    @offers("ALMotion.getSummary")
     def get_summary(self) -> str:
         """A table of all joints: stiffness, command and sensor."""
         head = f"{'Joint':16}{'Stiffness':>12}{'Command':>12}{'Sensor':>12}"
@@ -249,42 +274,33 @@ class JointMotion:
         ]
         return "\n".join([f"Model: {self._config.table()[1][0]}", head, *rows]) + "\n"
 
-    def reading(self) -> dict[str, Callable[..., Any]]:
-        """Methods that move nothing."""
-        return {
-            "getAngles": self.get_angles,
-            "getStiffnesses": self.get_stiffnesses,
-            "getLimits": self.get_limits,
-            "getBodyNames": self.get_body_names,
-            "getJointNames": self.get_body_names,
-            "getSensorNames": lambda: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS],
-            "getRobotConfig": self._config.table,
-            "getSummary": self.get_summary,
-            "getMotionCycleTime": lambda: CYCLE,
-            "getTaskList": self.task_list,
-            "areResourcesAvailable": self.available,
-        }
-
-    def moving(self) -> dict[str, Callable[..., Any]]:
-        """Methods that command joints."""
-        return {
-            "setAngles": self.set_angles,
-            "changeAngles": self.change_angles,
-            "angleInterpolation": self.angle_interpolation,
-            "angleInterpolationWithSpeed": self.interpolation_with_speed,
-            "angleInterpolationBezier": self._bezier,
-            "setStiffnesses": self.set_stiffnesses,
-            "stiffnessInterpolation": self.stiffness_interpolation,
-            "openHand": lambda name: self.hand(name, 1.0),
-            "closeHand": lambda name: self.hand(name, 0.0),
-        }
-
+    @offers(
+        "ALMotion.angleInterpolationBezier",
+        kind="joints",
+        partly="the handles between the points are not followed",
+    )
     def _bezier(self, names: Any, times: Any, control_points: Any) -> Future[Any]:
         """The control points' angles at their times; the handles between them are not followed."""
         if not isinstance(control_points, list) or not all(isinstance(row, list) for row in control_points):
             raise NaoqiRefused("ALMotion.angleInterpolationBezier: controlPoints must be a list of lists.")
         angles = [[p[0] if isinstance(p, list) and p else p for p in row] for row in control_points]
         return self.angle_interpolation(names, angles, times, True)
+
+    @offers("ALMotion.openHand", kind="joints")
+    def _open_hand(self, name: Any) -> Any:
+        return self.hand(name, 1.0)
+
+    @offers("ALMotion.closeHand", kind="joints")
+    def _close_hand(self, name: Any) -> Any:
+        return self.hand(name, 0.0)
+
+    answers = Answers(
+        {
+            "ALMotion.getSensorNames": lambda self: [key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS],
+            "ALMotion.getRobotConfig": lambda self: self._config.table(),
+            "ALMotion.getMotionCycleTime": lambda self: CYCLE,
+        }
+    )
 
 
 def _left_hip_last(rows: Iterable[tuple[str, A, B]]) -> list[tuple[str, A, B]]:

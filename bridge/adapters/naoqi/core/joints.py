@@ -11,7 +11,10 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
-from bridge.adapters.naoqi.methods import Method, of_kind
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    offers,
+)
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import HANDS, absent_joints, joint_no_load_speed, joint_nominal_torque, limits
@@ -226,32 +229,41 @@ class Joints:
         return [lower, upper, self.speed(joint), torque]
 
 
-def dcm_methods(joints: Joints) -> dict[str, Method]:
-    """Methods of `DCM`."""
-    dcm = joints.dcm
+class DcmService:
+    """The service `DCM`: timed commands of actuators; not thread-safe, the caller locks.
 
-    def set_alias(*arguments: Any) -> None:
+    Args:
+        joints: whose DCM it is.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints, self._dcm = joints, joints.dcm
+
+    @offers("DCM.setAlias", kind="joints")
+    def _set_alias(self, *arguments: Any) -> None:
         command = arguments[0] if len(arguments) == 1 else list(arguments)
-        dcm.set_alias(set_alias_request(_list("setAlias", command)))
-        joints.guarded.difference_update(moved_joints(dcm, command))
+        self._dcm.set_alias(set_alias_request(_list("setAlias", command)))
+        self._joints.guarded.difference_update(moved_joints(self._dcm, command))
 
-    def create_alias(command: Any) -> list[str | list[str]]:
-        return dcm.create_alias(alias_request(_list("createAlias", command)))
+    @offers("DCM.createAlias")
+    def _create_alias(self, command: list[Any]) -> list[str | list[str]]:
+        return self._dcm.create_alias(alias_request(command))
 
-    def put(command: Any) -> None:
-        dcm.set(set_request(_list("set", command)))
-        joints.guarded.difference_update(moved_joints(dcm, command))
+    @offers("DCM.set", kind="joints")
+    def _set(self, command: list[Any]) -> None:
+        self._dcm.set(set_request(command))
+        self._joints.guarded.difference_update(moved_joints(self._dcm, command))
 
-    def get_time(offset: Any) -> int:
+    @offers("DCM.getTime")
+    def _get_time(self, offset: Any) -> int:
+        """The DCM's clock, ms, with an offset of as many."""
         if isinstance(offset, bool) or not isinstance(offset, int):
             raise NaoqiRefused(
                 f"DCM.getTime: {offset!r:.40} was given; an offset in ms, an integer, is expected."
             )
-        return dcm.clock.shown(offset)
+        return self._dcm.clock.shown(offset)
 
-    return of_kind("joints", {"set": put, "setAlias": set_alias}) | of_kind(
-        "read", {"createAlias": create_alias, "getTime": get_time, "getPrefix": dcm.prefixes}
-    )
+    answers = Answers({"DCM.getPrefix": lambda self: self._dcm.prefixes()})
 
 
 def moved_joints(dcm: Dcm, command: Any) -> list[str]:

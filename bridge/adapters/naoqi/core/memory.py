@@ -9,9 +9,12 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import text
 from bridge.adapters.naoqi.core.sensor_keys import getters
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    offers,
+    text,
+)
 from bridge.body import Body
 from bridge.dcm import Dcm
 from bridge.dcm.actuators import short
@@ -87,6 +90,7 @@ class Memory:
             raise NaoqiRefused(f"ALMemory: there is no data under {name!r:.80}.") from None
         return int(value) if name == "DCM/Time" else value
 
+    @offers("ALMemory.getListData")
     def get_list(self, keys: Any) -> list[Any]:
         """Values of several keys; None for each unknown one.
 
@@ -101,19 +105,21 @@ class Memory:
         except NaoqiRefused:
             return None
 
-    def insert(self, key: Any, value: Any) -> None:
+    @offers("ALMemory.insertData")
+    def insert(self, key: str, value: Any) -> None:
         """Put data in. On the robot, too, anyone may overwrite a sensor's key, until its next cycle.
 
         Raises:
             NaoqiRefused: a key of a sensor or an actuator, or too many keys.
         """
-        name = text(key, "ALMemory.insertData: key")
+        name = key
         if name in self._known or PREFIX + name in self._known or name in self._live:
             raise NaoqiRefused(f"ALMemory.insertData: {name!r:.80} belongs to the robot; take another name.")
         if name not in self._data and len(self._data) >= MAX_DATA:
             raise NaoqiRefused(f"ALMemory: there are {MAX_DATA} keys already; remove some with removeData.")
         self.put(name, value)
 
+    @offers("ALMemory.insertListData")
     def insert_list(self, pairs: Any) -> None:
         """Put several in: `[[key, value], ...]`.
 
@@ -127,6 +133,7 @@ class Memory:
         for key, value in pairs:
             self.insert(key, value)
 
+    @offers("ALMemory.removeData")
     def remove(self, key: Any) -> None:
         """Take data out.
 
@@ -137,60 +144,53 @@ class Memory:
             raise NaoqiRefused(f"ALMemory.removeData: there is no inserted data under {key!r:.80}.")
         del self._data[key]
 
-    def names(self, part: Any = "") -> list[str]:
+    @offers("ALMemory.getDataList", "ALMemory.getDataListName")
+    def names(self, part: str = "") -> list[str]:
         """All keys with `part` in their name.
 
         Raises:
             NaoqiRefused: not a text.
         """
-        wanted = text(part, "ALMemory.getDataList: filter")
+        wanted = part
         return [name for name in (*self._names, *self._live, *self._data) if wanted in name]
 
+    @offers("ALMemory.getTimestamp", partly="for a sensor it is the time of the call")
     def stamped(self, key: Any) -> list[Any]:
         """`[value, s, us]`: a value and the wall-clock time at which it was written; of a sensor now."""
         value = self.get(key)
         whole, part = divmod(self._stamps.get(key, time.time()), 1.0)
         return [value, int(whole), int(1e6 * part)]
 
-    def next_value(self, key: Any, _deprecated: Any = 0) -> Future[Any]:
+    @offers("ALMemory.getDataOnChange")
+    def next_value(self, key: str, _deprecated: Any = 0) -> Future[Any]:
         """The next value that is written under a key; waits for it."""
         done: Future[Any] = Future()
         if sum(map(len, self._waiting.values())) >= MAX_DATA:
             raise NaoqiRefused(f"ALMemory.getDataOnChange: {MAX_DATA} calls wait already.")
-        self._waiting.setdefault(text(key, "ALMemory.getDataOnChange: key"), []).append(done)
+        self._waiting.setdefault(key, []).append(done)
         return done
 
-    def describe(self, key: Any, description: Any) -> None:
+    @offers("ALMemory.setDescription")
+    def describe(self, key: str, description: str) -> None:
         """Keep a description of a key."""
         if len(self._descriptions) < MAX_DATA:
-            name = text(key, "ALMemory.setDescription: name")
-            self._descriptions[name] = text(description, "ALMemory.setDescription: description")
+            name = key
+            self._descriptions[name] = description
 
+    @offers("ALMemory.getDescriptionList")
     def descriptions(self, keys: Any) -> list[list[str]]:
         """`[[key, description], ...]` of those that have one."""
         wanted = _names(keys, "getDescriptionList")
         return [[key, self._descriptions[key]] for key in wanted if key in self._descriptions]
 
+    @offers("ALMemory.getType")
     def _type(self, key: Any) -> str:
         kinds = {bool: "Bool", int: "Int", float: "Float", str: "String"}
         return kinds.get(type(self.get(key)), "ALValue")
 
-    def methods(self) -> Table:
-        """Methods of `ALMemory` for data; those for events are in `Events`."""
-        return {
-            "getData": lambda key, *_: self.get(key),
-            "getListData": self.get_list,
-            "getDataOnChange": self.next_value,
-            "insertData": self.insert,
-            "insertListData": self.insert_list,
-            "removeData": self.remove,
-            "getDataList": self.names,
-            "getDataListName": self.names,
-            "getTimestamp": self.stamped,
-            "setDescription": self.describe,
-            "getDescriptionList": self.descriptions,
-            "getType": self._type,
-        }
+    @offers("ALMemory.getData")
+    def _get_data(self, key: Any, *_: Any) -> Any:
+        return self.get(key)
 
 
 def _names(keys: Any, method: str) -> list[str]:
@@ -243,6 +243,7 @@ class Events:
         if value is not None:
             self._memory.put(name, value)
 
+    @offers("ALMemory.raiseEvent")
     def raise_event(self, name: Any, value: Any) -> None:
         """Store the value under the event's name and tell its subscribers.
 
@@ -257,6 +258,7 @@ class Events:
         told = self._subscriptions.get(name, {}).values()
         self._publish(name, value, [[one.module, one.method, one.message] for one in told])
 
+    @offers("ALMemory.raiseMicroEvent")
     def raise_micro(self, name: Any, value: Any) -> None:
         """As `raise_event`; the event counts as a micro-event."""
         self.raise_event(name, value)
@@ -267,7 +269,9 @@ class Events:
             raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
         self._declared.setdefault(name, "")
 
-    def subscribe(self, name: Any, module: Any, *rest: Any) -> None:
+    @offers("ALMemory.subscribeToEvent", partly="the module must be a service of this session")
+    @offers("ALMemory.subscribeToMicroEvent", partly="as subscribeToEvent")
+    def subscribe(self, name: str, module: str, *rest: Any) -> None:
         """Have a module's method called as `method(event, value, message)`.
 
         Args:
@@ -283,62 +287,59 @@ class Events:
             raise NaoqiRefused(
                 "ALMemory.subscribeToEvent takes (event, module, method) or (event, module, message, method)."
             )
-        event = text(name, "ALMemory.subscribeToEvent: event")
+        event = name
         *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
-        owner = text(module, "ALMemory.subscribeToEvent: module")
+        owner = module
         self._know("subscribeToEvent", event)
         subscription = _EventSubscription(owner, method, message[0] if message else "")
         self._subscriptions.setdefault(event, {})[owner] = subscription
 
-    def unsubscribe(self, name: Any, module: Any) -> None:
+    @offers("ALMemory.unsubscribeToEvent", "ALMemory.unsubscribeToMicroEvent")
+    def unsubscribe(self, name: str, module: str) -> None:
         """End a module's subscription, if there is one."""
-        event = text(name, "ALMemory.unsubscribeToEvent: event")
-        owner = text(module, "ALMemory.unsubscribeToEvent: module")
+        event = name
+        owner = module
         self._subscriptions.get(event, {}).pop(owner, None)
 
-    def forget_module(self, module: Any) -> None:
+    @offers("ALMemory.unregisterModuleReference")
+    def forget_module(self, module: str) -> None:
         """End all of a module's subscriptions."""
-        owner = text(module, "ALMemory.unregisterModuleReference: module")
+        owner = module
         for subscriptions in self._subscriptions.values():
             subscriptions.pop(owner, None)
 
-    def subscribers(self, name: Any) -> list[str]:
+    @offers("ALMemory.getSubscribers")
+    def subscribers(self, name: str) -> list[str]:
         """Modules that subscribed to an event."""
-        return sorted(self._subscriptions.get(text(name, "ALMemory.getSubscribers: event"), {}))
+        return sorted(self._subscriptions.get(name, {}))
 
-    def forget(self, name: Any) -> None:
+    @offers("ALMemory.removeEvent", "ALMemory.removeMicroEvent")
+    def forget(self, name: str) -> None:
         """Make an event unknown; its subscriptions end."""
-        event = text(name, "ALMemory.removeEvent: event")
+        event = name
         self._declared.pop(event, None)
         self._subscriptions.pop(event, None)
         self._history.pop(event, None)
         self._micro.discard(event)
 
-    def of_extractor(self, extractor: Any) -> list[str]:
+    @offers("ALMemory.getExtractorEvent")
+    def of_extractor(self, extractor: str) -> list[str]:
         """Events that were declared for an extractor."""
-        name = text(extractor, "ALMemory.getExtractorEvent: extractor")
+        name = extractor
         return sorted(event for event, owner in self._declared.items() if owner == name)
 
-    def history(self, name: Any) -> list[list[Any]]:
+    @offers("ALMemory.getEventHistory", partly="the last ten values")
+    def history(self, name: str) -> list[list[Any]]:
         """`[[value, [s, us]], ...]` of the last values of an event, oldest first."""
-        return list(self._history.get(text(name, "ALMemory.getEventHistory: event"), ()))
+        return list(self._history.get(name, ()))
 
-    def methods(self) -> Table:
-        """Methods of `ALMemory` for events; `subscriber` is in `qi_process`."""
-        return {
-            "declareEvent": lambda name, extractor="": self.declare(name, extractor),
-            "getEventList": lambda: sorted(self._declared),
-            "getMicroEventList": lambda: sorted(self._micro),
-            "raiseEvent": self.raise_event,
-            "raiseMicroEvent": self.raise_micro,
-            "removeEvent": self.forget,
-            "removeMicroEvent": self.forget,
-            "subscribeToEvent": self.subscribe,
-            "subscribeToMicroEvent": self.subscribe,
-            "unsubscribeToEvent": self.unsubscribe,
-            "unsubscribeToMicroEvent": self.unsubscribe,
-            "unregisterModuleReference": self.forget_module,
-            "getSubscribers": self.subscribers,
-            "getExtractorEvent": self.of_extractor,
-            "getEventHistory": self.history,
+    @offers("ALMemory.declareEvent")
+    def _declare_event(self, name: Any, extractor: Any = "") -> Any:
+        return self.declare(name, extractor)
+
+    answers = Answers(
+        {
+            "ALMemory.getEventList": lambda self: sorted(self._declared),
+            "ALMemory.getMicroEventList": lambda self: sorted(self._micro),
         }
+    )

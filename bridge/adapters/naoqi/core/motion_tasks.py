@@ -9,7 +9,6 @@ from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import number
 from bridge.errors import NaoqiRefused
 
 MotionTask = Generator[int, None, Any]
@@ -158,7 +157,7 @@ def pass_on(result: Any, done: Future[Any]) -> None:
 
 MAX_POSTS: Final = 10_000
 """Calls that have not ended."""
-_LONGEST: Final = 3_600_000
+LONGEST_WAIT: Final = 3_600_000
 """ms that a call may wait for another."""
 
 
@@ -204,14 +203,14 @@ class Posts:
         """Whether the call of this number has not ended."""
         return _key(key) in self._running
 
-    def wait(self, key: Any, timeout: Any = 0) -> Future[Any]:
+    def wait(self, key: Any, timeout: float = 0.0) -> Future[Any]:
         """Wait for the end of a call; true when the time was over before.
 
         Args:
             key: number of the call.
             timeout: ms; 0: as long as it takes.
         """
-        milliseconds = number(timeout, "wait: timeout", 0, _LONGEST)
+        milliseconds = timeout
         ended: Future[Any] = Future()
         once = threading.Lock()
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Sequence
-from typing import Any, Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, number
 from bridge.adapters.naoqi.core.cameras import CAMERAS
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.methods import Table
-from bridge.errors import NaoqiRefused
+from bridge.adapters.naoqi.declared import (
+    Pairs,
+    Range,
+    number,
+    offers,
+)
 from bridge.types import Vec2
 
 logger = logging.getLogger(__name__)
@@ -23,29 +26,83 @@ FARTHEST: Final = 3.0
 """m to which `navigateTo` goes (vendor's page)."""
 
 
-def navigation_methods(walks: Table) -> Table:
-    """Methods of `ALNavigation` that walk.
+Walks = Mapping[str, Callable[..., Any]]
+"""Walking methods of ALMotion by name."""
+
+
+class Navigation:
+    """`ALNavigation`, and what of `ALVisualCompass` walks.
 
     Args:
-        walks: those of `ALMotion`.
+        walks: methods of ALMotion.
     """
 
-    def navigate(x: Any, y: Any, config: Any = ()) -> Any:
+    def __init__(self, walks: Walks) -> None:
+        self._walks = walks
+
+    @offers("ALNavigation.move", kind="walk", partly="as ALMotion.move; no obstacle is seen", begins_walk=True)
+    def _move(self, *arguments: Any) -> Any:
+        return self._walks["move"](*arguments)
+
+    @offers(
+        "ALNavigation.moveTo", kind="walk", partly="as ALMotion.moveTo; no obstacle is seen", begins_walk=True
+    )
+    def _move_to(self, *arguments: Any) -> Any:
+        return self._walks["moveTo"](*arguments)
+
+    @offers(
+        "ALNavigation.moveToward",
+        kind="walk",
+        partly="as ALMotion.moveToward; no obstacle is seen",
+        begins_walk=True,
+    )
+    def _move_toward(self, *arguments: Any) -> Any:
+        return self._walks["moveToward"](*arguments)
+
+    @offers(
+        "ALNavigation.navigateTo",
+        kind="walk",
+        partly="straight there: no obstacle is seen; SpeedFactor counts as MaxStepFrequency",
+        begins_walk=True,
+    )
+    def navigate_to(self, x: float, y: float, config: Pairs | None = None) -> Any:
         """Walk to a place, m from here; false and nothing happens if it is too far."""
         method = "ALNavigation.navigateTo"
-        place = number(x, f"{method}: x"), number(y, f"{method}: y")
-        if math.hypot(*place) >= FARTHEST:
-            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, *place, FARTHEST)
+        if math.hypot(x, y) >= FARTHEST:
+            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, x, y, FARTHEST)
             return False
-        if not isinstance(config, list | tuple) or not all(isinstance(c, list) and len(c) == 2 for c in config):
-            raise NaoqiRefused(f"{method}: {config!r:.60} was given; [[name, value], ...] is expected.")
-        factors = [number(value, f"{method}: {name}") for name, value in config if name == "SpeedFactor"]
+        factors = [number(value, f"{method}: {name}") for name, value in config or () if name == "SpeedFactor"]
         speed = [["MaxStepFrequency", min(1.0, max(0.0, factors[-1]))]] if factors else []
-        return walks["moveTo"](*place, 0.0, speed)
+        return self._walks["moveTo"](x, y, 0.0, speed)
 
-    return {name: walks[name] for name in ("move", "moveTo", "moveToward") if name in walks} | (
-        {"navigateTo": navigate} if "moveTo" in walks else {}
+    @offers(
+        "ALVisualCompass.moveTo",
+        kind="walk",
+        partly="by ALMotion.moveTo: a turn, straight ahead, a turn; nothing corrects it",
     )
+    def turn_and_go(self, x: Length, y: Length, theta: Length) -> Any:
+        """Turn to a place, go there straight ahead, turn; m and rad from here."""
+        distance = math.hypot(x, y)
+        first = math.atan2(y, x) if distance else 0.0
+        ways = [[0.0, 0.0, first], [distance, 0.0, 0.0], [0.0, 0.0, math.remainder(theta - first, math.tau)]]
+        return self._walks["moveTo"]([way for way in ways if any(way)] or [[0.0, 0.0, 0.0]])
+
+    @offers(
+        "ALVisualCompass.moveStraightTo",
+        kind="walk",
+        partly="by ALMotion.moveTo; nothing corrects it",
+        begins_walk=True,
+    )
+    def _straight(self, distance: Length) -> Any:
+        return self._walks["moveTo"](distance, 0.0, 0.0)
+
+    @offers("ALVisualCompass.waitUntilTargetReached", kind="walk")
+    def _wait(self) -> Any:
+        return self._walks["waitUntilMoveIsFinished"]()
+
+
+Length = Annotated[float, Range(-1e4, 1e4)]
+"""m or rad"""
 
 
 class VisualCompass:
@@ -54,28 +111,30 @@ class VisualCompass:
     Args:
         frames: of the robot.
         events: to be raised.
-        walks: methods of `ALMotion`.
         place: of the robot by the odometry, m and rad.
     """
 
-    def __init__(
-        self, frames: RobotFrames, events: Events, walks: Table, place: Callable[[], Sequence[float]]
-    ) -> None:
-        self._frames, self._events, self._walks, self._place = frames, events, walks, place
-        self._extractor = VisionExtractor("ALVisualCompass", events, ["VisualCompass/Deviation"])
+    def __init__(self, frames: RobotFrames, events: Events, place: Callable[[], Sequence[float]]) -> None:
+        self._frames, self._events, self._place = frames, events, place
+        self.extractor = VisionExtractor(
+            "ALVisualCompass",
+            events,
+            ["VisualCompass/Deviation"],
+            left_out="by joints and odometry, not by pictures",
+        )
         self._refreshes, self._running, self._due = True, False, 0
         self._reference: Vec2 | None = None
         """Direction of the camera's axis then."""
 
     def update(self, now: int) -> None:
         """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
-        began = self._extractor.running and not self._running
-        self._running = self._extractor.running
+        began = self.extractor.running and not self._running
+        self._running = self.extractor.running
         if began and (self._refreshes or self._reference is None):
             self._refer()
-        if not self._extractor.processing or now < self._due or self._reference is None:
+        if not self.extractor.processing or now < self._due or self._reference is None:
             return
-        self._due = now + max(10, self._extractor.period)
+        self._due = now + max(10, self.extractor.period)
         wy, wz = (now_ - then for now_, then in zip(self._direction(), self._reference, strict=True))
         seconds, part = divmod(time.time(), 1.0)
         stamp = [int(seconds), int(1e6 * part)]
@@ -84,39 +143,14 @@ class VisualCompass:
 
     def _direction(self) -> Vec2:
         """Of the camera's axis in FRAME_WORLD: down from the horizontal, and about the vertical, rad."""
-        x, y, z, _ = self._frames.transform(CAMERAS[self._extractor.camera], 1, True)[:, 0]
+        x, y, z, _ = self._frames.transform(CAMERAS[self.extractor.camera], 1, True)[:, 0]
         return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
 
+    @offers("ALVisualCompass.setCurrentImageAsReference", partly="as subscribe")
     def _refer(self) -> bool:
         self._reference = self._direction()
         return True
 
-    def _refresh(self, enabled: Any) -> None:
-        self._refreshes = flag(enabled, "ALVisualCompass.enableReferenceRefresh: refresh")
-
-    def methods(self) -> Table:
-        """Methods of the service that do not walk."""
-        return self._extractor.methods() | {
-            "enableReferenceRefresh": self._refresh,
-            "setCurrentImageAsReference": self._refer,
-        }
-
-    def walking(self) -> Table:
-        """Methods that walk."""
-        if "moveTo" not in self._walks:
-            return {}
-        move_to = self._walks["moveTo"]
-
-        def go(x: Any, y: Any, theta: Any) -> Any:
-            """Turn to a place, go there straight ahead, turn; m and rad from here."""
-            ahead, left, turn = (number(value, "ALVisualCompass.moveTo", -1e4, 1e4) for value in (x, y, theta))
-            distance = math.hypot(ahead, left)
-            first = math.atan2(left, ahead) if distance else 0.0
-            ways = [[0.0, 0.0, first], [distance, 0.0, 0.0], [0.0, 0.0, math.remainder(turn - first, math.tau)]]
-            return move_to([way for way in ways if any(way)] or [[0.0, 0.0, 0.0]])
-
-        return {
-            "moveTo": go,
-            "moveStraightTo": lambda distance: move_to(distance, 0.0, 0.0),
-            "waitUntilTargetReached": lambda: self._walks["waitUntilMoveIsFinished"](),
-        }
+    @offers("ALVisualCompass.enableReferenceRefresh", partly="as subscribe")
+    def _refresh(self, enabled: bool) -> None:
+        self._refreshes = enabled

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
-from bridge.adapters.naoqi.arguments import fraction, text
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints, slot
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Fraction,
+    offers,
+    text,
+)
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import HANDS
@@ -149,6 +154,16 @@ friction (V5 on PyBullet)."""
 _LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
 
 
+def _known(name: Any, what: str) -> str:
+    posture = text(name, what)
+    if posture not in POSTURES:
+        raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
+    return posture
+
+
+Posture = Annotated[str, _known]
+
+
 class Postures:
     """Postures of one robot; not thread-safe, the caller locks.
 
@@ -165,6 +180,7 @@ class Postures:
         self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
         """Whether the robot was woken up and not laid to rest since."""
 
+    @offers("ALRobotPosture.getPosture")
     def now(self) -> str:
         """The posture that the robot is in, by legs and fused angle, or `Unknown`."""
         best, off = "Unknown", _MAX_DEVIATION
@@ -174,6 +190,7 @@ class Postures:
                 best, off = name, furthest
         return best
 
+    @offers("ALRobotPosture.getPostureFamily")
     def family(self) -> str:
         """The family of `now`, or `Unknown`."""
         posture = self.now()
@@ -184,14 +201,15 @@ class Postures:
         """The torso leans because a way to a posture wants it to: no fall."""
         return self._transitions.under_way
 
-    def go_to(self, name: Any, speed: Any) -> Future[Any]:
+    @offers("ALRobotPosture.goToPosture", kind="posture")
+    def go_to(self, name: Posture, speed: Fraction) -> Future[Any]:
         """Go to a posture: get up, sit down or lie down, then joint by joint; true when the robot rests in it.
 
         Raises:
             NaoqiRefused: unknown posture, or a body without a motion that the way needs.
         """
-        posture = _known(name)
-        speed_fraction = fraction(speed, "ALRobotPosture.goToPosture: maxSpeedFraction")
+        posture = name
+        speed_fraction = speed
         way = self._transitions.to(FAMILIES[posture])
 
         def task() -> MotionTask:
@@ -202,10 +220,10 @@ class Postures:
 
         return self._tasks.begin(task(), "goToPosture", self._all, locks=True, stopped=False)
 
-    def apply(self, name: Any, speed: Any) -> Future[Any]:
+    @offers("ALRobotPosture.applyPosture", kind="posture")
+    def apply(self, name: Posture, speed: Fraction) -> Future[Any]:
         """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
-        speed_fraction = fraction(speed, "ALRobotPosture.applyPosture: maxSpeedFraction")
-        task = self._stiffen_and_reach(_known(name), speed_fraction)
+        task = self._stiffen_and_reach(name, speed)
         return self._tasks.begin(task, "applyPosture", self._all, locks=True, stopped=False)
 
     def wake_up(self) -> Future[Any]:
@@ -274,19 +292,14 @@ class Postures:
         yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
         return True
 
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """Methods of `ALRobotPosture` that move nothing."""
-        return {
-            "getPostureList": lambda: sorted(POSTURES),
-            "getPostureFamilyList": lambda: list(_FAMILY_NAMES),
-            "getPosture": self.now,
-            "getPostureFamily": self.family,
-            "setMaxTryNumber": lambda _number: None,
+    @offers("ALRobotPosture.setMaxTryNumber", partly="one try is made")
+    def _set_max_try_number(self, _number: Any) -> Any:
+        return None
+
+    answers = Answers(
+        {
+            "ALMotion.robotIsWakeUp": lambda self: self.awake,
+            "ALRobotPosture.getPostureList": lambda self: sorted(POSTURES),
+            "ALRobotPosture.getPostureFamilyList": lambda self: list(_FAMILY_NAMES),
         }
-
-
-def _known(name: Any) -> str:
-    posture = text(name, "posture")
-    if posture not in POSTURES:
-        raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
-    return posture
+    )

@@ -5,17 +5,22 @@ Sources: vendor's pages on motion configuration, the fall manager and self-colli
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
-from bridge.adapters.naoqi.arguments import flag, pairs, text
 from bridge.adapters.naoqi.core.frames import LinkFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
 from bridge.adapters.naoqi.core.sensing import CONTACT
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Pairs,
+    flag,
+    offers,
+    text,
+)
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.guard.config import FallSettings
@@ -29,13 +34,6 @@ STIFF: Final = 0.6
 """Stiffness of the legs that a walk needs more of (confirmed: vendor's page)."""
 FEET: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
 STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
-BEGINNING: Final = frozenset(
-    {
-        *("move", "moveTo", "moveToward", "walkTo", "setWalkTargetVelocity", "setFootSteps"),
-        *("setFootStepsWithSpeed", "navigateTo", "moveStraightTo"),
-    }
-)
-"""Methods that begin a walk."""
 
 
 def stays_stiff(stiffnesses: Any) -> bool:
@@ -55,14 +53,18 @@ class WalkProtection:
         self._joints = joints
         self._enabled = {FEET: True, STIFFNESS: True}
 
-    def configure(self, config: Any) -> None:
+    @offers(
+        "ALMotion.setMotionConfig",
+        partly="the two conditions hold when a walk begins; they do not end a walk",
+    )
+    def configure(self, config: Pairs) -> None:
         """Switch conditions on or off: `[[name, True or False], ...]`.
 
         Raises:
             NaoqiRefused: not such a list, or an unknown name; nothing is changed then.
         """
         wanted = {}
-        for name, value in pairs(config, "ALMotion.setMotionConfig"):
+        for name, value in config:
             if text(name, "ALMotion.setMotionConfig: name") not in self._enabled:
                 raise NaoqiRefused(f"ALMotion.setMotionConfig: {unknown_name('name', name, self._enabled)}.")
             wanted[name] = flag(value, f"ALMotion.setMotionConfig: {name}")
@@ -123,13 +125,15 @@ class FallManager:
                 self._joints.put_stiffness(joint, [(0.0, LIMP)])
         return True
 
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """Methods of `ALMotion`."""
+    @offers("ALMotion.setFallManagerEnabled")
+    def _set_fall_manager_enabled(self, enabled: bool) -> Any:
+        self.enabled = enabled
 
-        def put(enabled: Any) -> None:
-            self.enabled = flag(enabled, "ALMotion.setFallManagerEnabled: enabled")
-
-        return {"setFallManagerEnabled": put, "getFallManagerEnabled": lambda: self.enabled}
+    answers = Answers(
+        {
+            "ALMotion.getFallManagerEnabled": lambda self: self.enabled,
+        }
+    )
 
 
 ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}
@@ -249,12 +253,17 @@ class ArmProtection:
         after: Array = before + np.clip(step, -reach, reach)
         return after if clearance(after) >= min(least, now) else before
 
-    def _enable(self, chain: Any, enabled: Any) -> bool:
-        on = flag(enabled, "ALMotion.setCollisionProtectionEnabled: enable")
+    @offers(
+        "ALMotion.setCollisionProtectionEnabled",
+        partly="forearm and hand, of joint methods; a limp arm stays limp",
+    )
+    def _enable(self, chain: Any, enabled: bool) -> bool:
+        on = enabled
         change = self._enabled.update if on else self._enabled.difference_update
         change(_arms(chain, "setCollisionProtectionEnabled"))
         return True
 
+    @offers("ALMotion.isCollision", partly="forearm and hand")
     def _state(self, chain: Any) -> str:
         """By the commands: an arm that is sent into the body touches it."""
         arms = _arms(chain, "isCollision")
@@ -264,15 +273,9 @@ class ArmProtection:
         least = min(self._clearance.of(arm, position) for arm in arms)
         return "collision" if least <= 0.0 else "near" if least < NEAR else "none"
 
-    def methods(self) -> Table:
-        """Methods of `ALMotion`."""
-        return {
-            "setCollisionProtectionEnabled": self._enable,
-            "getCollisionProtectionEnabled": lambda chain: (
-                self._enabled >= set(_arms(chain, "getCollisionProtectionEnabled"))
-            ),
-            "isCollision": self._state,
-        }
+    @offers("ALMotion.getCollisionProtectionEnabled")
+    def _get_collision_protection_enabled(self, chain: Any) -> Any:
+        return self._enabled >= set(_arms(chain, "getCollisionProtectionEnabled"))
 
 
 def _arms(chain: Any, method: str) -> tuple[str, ...]:

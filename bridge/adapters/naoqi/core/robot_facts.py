@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.arguments import text
-from bridge.adapters.naoqi.methods import Method, Table, of_kind
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    offers,
+)
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 
@@ -109,41 +111,57 @@ MEMORY_KILOBYTES: Final = 1_000_000
 """Of the robot's computer (confirmed for V4 and V5: 1 GB)."""
 
 
-def system_services(config: RobotConfig) -> dict[str, dict[str, Method]]:
-    """Service -> methods.
+class RobotFacts:
+    """`ALSystem`, `ALRobotModel` and `ALConnectionManager`.
 
     Args:
         config: facts about the robot.
     """
-    tables: dict[str, Table] = {
-        "ALSystem": {
-            "systemVersion": lambda: config.naoqi_version,
-            "robotName": lambda: config.name,
-            "totalMemory": lambda: MEMORY_KILOBYTES,
-            "freeMemory": lambda: min(MEMORY_KILOBYTES, _free_kilobytes()),
-            "diskFree": lambda _all: [["rootfs", "/", *_disk()]],
-            "timezone": lambda: time.tzname[0],
-        },
-        "ALRobotModel": {
-            "getRobotType": lambda: "Nao",
-            "hasLegs": lambda: True,
-            "hasArms": lambda: True,
-            "hasHands": lambda: config.hands,
-            "getConfigMap": lambda: _preferences(config),
-            "_getConfigMap": lambda: _preferences(config),
-            "_getMicrophoneConfig": lambda: int(MICROPHONES),
-            "getConfig": lambda: _xml(_preferences(config)),
-        },
-        "ALConnectionManager": {
-            "state": lambda: "ready",
-            "scan": lambda technology="": text(technology, "ALConnectionManager.scan: technology") and None,
-            "technologies": lambda: ["ethernet"],
-            "services": lambda: [_WIRED],
-            "service": _service,
-            "getTetheringEnable": lambda of: not text(of, "ALConnectionManager: technology") and False,
-        },
-    }
-    return {name: of_kind("read", table) for name, table in tables.items()}
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
+
+    answers = Answers(
+        {
+            "ALSystem.systemVersion": lambda self: self._config.naoqi_version,
+            "ALSystem.robotName": lambda self: self._config.name,
+            "ALSystem.totalMemory": lambda self: MEMORY_KILOBYTES,
+            "ALSystem.freeMemory": lambda self: min(MEMORY_KILOBYTES, _free_kilobytes()),
+            "ALSystem.timezone": lambda self: time.tzname[0],
+            "ALRobotModel.getRobotType": lambda self: "Nao",
+            "ALRobotModel.hasLegs": lambda self: True,
+            "ALRobotModel.hasArms": lambda self: True,
+            "ALRobotModel.hasHands": lambda self: self._config.hands,
+            "ALRobotModel.getConfigMap": lambda self: _preferences(self._config),
+            "ALRobotModel._getConfigMap": lambda self: _preferences(self._config),
+            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES),
+            "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
+            "ALConnectionManager.state": lambda self: "ready",
+            "ALConnectionManager.technologies": lambda self: ["ethernet"],
+        }
+    )
+    network = Answers(
+        {"ALConnectionManager.services": lambda self: [_WIRED]},
+        partly="one wired service, which stands for the network of this machine",
+    )
+
+    @offers("ALSystem.diskFree")
+    def _disk_free(self, every: Any) -> list[list[Any]]:
+        return [["rootfs", "/", *_disk()]]
+
+    @offers("ALConnectionManager.scan", partly="nothing is looked for")
+    def _scan(self, technology: str = "") -> None:
+        """Without effect."""
+
+    @offers("ALConnectionManager.service", partly="as services")
+    def _service(self, name: Any) -> list[Any]:
+        if name != _WIRED[0][1]:
+            raise NaoqiRefused(f"ALConnectionManager.service: {name!r:.60} is not there; {_WIRED[0][1]} is.")
+        return _WIRED
+
+    @offers("ALConnectionManager.getTetheringEnable")
+    def _tethers(self, technology: str) -> bool:
+        return False
 
 
 _WIRED: Final[list[list[Any]]] = [
@@ -157,12 +175,6 @@ _WIRED: Final[list[list[Any]]] = [
     ["Error", ""],
 ]
 """The one network service: how programs reach the robot (vendor's page on NetworkInfo)."""
-
-
-def _service(name: Any) -> list[Any]:
-    if name != _WIRED[0][1]:
-        raise NaoqiRefused(f"ALConnectionManager.service: {name!r:.60} is not there; {_WIRED[0][1]} is.")
-    return _WIRED
 
 
 def _free_kilobytes() -> int:

@@ -9,15 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from functools import wraps
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
-from bridge.adapters.naoqi.methods import Method, Table, of_kind
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    number,
+    offers,
+    text,
+)
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import absent_joints
@@ -97,6 +102,7 @@ class RobotEvents:
 
     def __init__(self, events: Events, memory: Memory, postures: Postures, frame: SensorFrame) -> None:
         self._events, self._memory, self._frame, self._count = events, memory, frame, 0
+        self._postures = postures
         for event in _EVENTS.values():
             events.declare(event, "ALTouch", 0.0)
         events.declare("TouchChanged", "ALTouch", [])
@@ -124,18 +130,22 @@ class RobotEvents:
             }
         )
 
-    def told(self, name: str, method: Callable[..., Future[Any]]) -> Callable[..., Future[Any]]:
-        """A method of ALMotion whose beginning and end are events: `<name>Started` and `<name>Finished`."""
+    @offers("ALMotion.wakeUp", kind="posture")
+    def wake_up(self) -> Future[Any]:
+        """Switch the stiffness on, and stand up from a crouch."""
+        return self._announced("wakeUp", self._postures.wake_up())
 
-        @wraps(method)
-        def call(*arguments: Any) -> Future[Any]:
-            done = method(*arguments)
-            self._events.raise_event(f"ALMotion/Stiffness/{name}Started", True)
-            finished = f"ALMotion/Stiffness/{name}Finished"
-            done.add_done_callback(lambda _: self._events.raise_event(finished, True))
-            return done
+    @offers("ALMotion.rest", kind="posture", partly="the legs keep a stiffness of 0.1")
+    def rest(self, part: Any = "Body") -> Future[Any]:
+        """Crouch, if the robot is upright, and switch the stiffness off."""
+        return self._announced("rest", self._postures.rest(part))
 
-        return call
+    def _announced(self, name: str, done: Future[Any]) -> Future[Any]:
+        """Raise events of the beginning and the end: `<name>Started` and `<name>Finished`."""
+        self._events.raise_event(f"ALMotion/Stiffness/{name}Started", True)
+        finished = f"ALMotion/Stiffness/{name}Finished"
+        done.add_done_callback(lambda _: self._events.raise_event(finished, True))
+        return done
 
     def update(self, frame: SensorFrame) -> None:
         """A new sensor frame; raises the events that it brings."""
@@ -207,17 +217,28 @@ class Extractor:
         raised: names of its events.
         keys: further keys of ALMemory that it writes.
         period: between two results, ms, of a subscriber that gives none.
+        quiet: it perceives nothing, and its events hold empty lists.
+        left_out: what `subscribe` leaves out.
     """
 
     def __init__(
-        self, service: str, events: Events, raised: Sequence[str], keys: Sequence[str] = (), period: int = 100
+        self,
+        service: str,
+        events: Events,
+        raised: Sequence[str],
+        keys: Sequence[str] = (),
+        period: int = 100,
+        *,
+        quiet: bool = False,
+        left_out: str = "",
     ) -> None:
-        self._service, self._events = service, events
+        self.service, self._events = service, events
         self._raised, self._keys, self._period = tuple(raised), tuple(keys), period
+        self.left_out = {"subscribe": left_out or ("nothing is perceived" if quiet else "")}
         self._subscribers: dict[str, tuple[int, float]] = {}
         """Name -> period (ms) and precision."""
         for event in raised:
-            events.declare(event, service, [] if service in QUIET | QUIET_VISION else None)
+            events.declare(event, service, [] if quiet else None)
 
     @property
     def running(self) -> bool:
@@ -229,7 +250,10 @@ class Extractor:
         """Between two results, ms: the shortest that was asked for."""
         return min((period for period, _ in self._subscribers.values()), default=self._period)
 
-    def subscribe(self, name: Any, period: Any = None, precision: Any = 1.0) -> None:
+    @offers(".subscribe")
+    def subscribe(
+        self, name: Any, period: Any = None, precision: Annotated[float, Range(0.0, 1.0)] = 1.0
+    ) -> None:
         """Start the service for a subscriber.
 
         Args:
@@ -239,56 +263,71 @@ class Extractor:
         """
         subscriber = self._name(name, "subscribe")
         milliseconds = self._period if period is None else self._milliseconds(period, "subscribe")
-        fine = number(precision, f"{self._service}.subscribe: precision", 0.0, 1.0)
+        fine = precision
         if subscriber in self._subscribers or len(self._subscribers) < MAX_SUBSCRIBERS:
             self._subscribers[subscriber] = (milliseconds, fine)
 
+    @offers(".unsubscribe")
     def unsubscribe(self, name: Any) -> None:
         """End a subscription, if there is one; the last one stops the service."""
         self._subscribers.pop(self._name(name, "unsubscribe"), None)
 
     def _name(self, name: Any, method: str) -> str:
-        return text(name, f"{self._service}.{method}: name")
+        return text(name, f"{self.service}.{method}: name")
 
     def _milliseconds(self, period: Any, method: str) -> int:
-        return round(number(period, f"{self._service}.{method}: period", 0, _LONGEST))
+        return round(number(period, f"{self.service}.{method}: period", 0, _LONGEST))
 
+    @offers(".updatePeriod")
     def _set_period(self, name: Any, period: Any) -> None:
         milliseconds = self._milliseconds(period, "updatePeriod")
         subscriber = self._name(name, "updatePeriod")
         if subscriber in self._subscribers:
             self._subscribers[subscriber] = (milliseconds, self._subscribers[subscriber][1])
 
-    def _set_precision(self, name: Any, precision: Any) -> None:
-        fine = number(precision, f"{self._service}.updatePrecision: precision", 0.0, 1.0)
+    @offers(".updatePrecision")
+    def _set_precision(self, name: Any, precision: Annotated[float, Range(0.0, 1.0)]) -> None:
+        fine = precision
         subscriber = self._name(name, "updatePrecision")
         if subscriber in self._subscribers:
             self._subscribers[subscriber] = (self._subscribers[subscriber][0], fine)
 
-    def methods(self) -> Table:
-        """Methods of every such service."""
-        of = self._subscribers
-        return {
-            "subscribe": self.subscribe,
-            "unsubscribe": self.unsubscribe,
-            "updatePeriod": self._set_period,
-            "updatePrecision": self._set_precision,
-            "getCurrentPeriod": lambda: self.period,
-            "getCurrentPrecision": lambda: max((fine for _, fine in of.values()), default=1.0),
-            "getMyPeriod": lambda name: of.get(self._name(name, "getMyPeriod"), (0, 0.0))[0],
-            "getMyPrecision": lambda name: of.get(self._name(name, "getMyPrecision"), (0, 0.0))[1],
-            "getSubscribersInfo": lambda: [[name, *values] for name, values in of.items()],
-            "getOutputNames": lambda: [*self._raised, *self._keys],
-            "getEventList": lambda: list(self._raised),
-            "getMemoryKeyList": lambda: list(self._keys),
+    @offers(".getMyPeriod")
+    def _get_my_period(self, name: Any) -> Any:
+        return self._subscribers.get(self._name(name, "getMyPeriod"), (0, 0.0))[0]
+
+    @offers(".getMyPrecision")
+    def _get_my_precision(self, name: Any) -> Any:
+        return self._subscribers.get(self._name(name, "getMyPrecision"), (0, 0.0))[1]
+
+    answers = Answers(
+        {
+            ".getCurrentPeriod": lambda self: self.period,
+            ".getCurrentPrecision": lambda self: max(
+                (fine for _, fine in self._subscribers.values()), default=1.0
+            ),
+            ".getSubscribersInfo": lambda self: [[name, *values] for name, values in self._subscribers.items()],
+            ".getOutputNames": lambda self: [*self._raised, *self._keys],
+            ".getEventList": lambda self: list(self._raised),
+            ".getMemoryKeyList": lambda self: list(self._keys),
         }
+    )
 
 
 class VisionExtractor(Extractor):
     """An extractor that looks through a camera; not thread-safe, the caller locks."""
 
-    def __init__(self, service: str, events: Events, raised: Sequence[str], period: int = 100) -> None:
-        super().__init__(service, events, raised, period=period)
+    def __init__(
+        self,
+        service: str,
+        events: Events,
+        raised: Sequence[str],
+        period: int = 100,
+        *,
+        quiet: bool = False,
+        left_out: str = "",
+    ) -> None:
+        super().__init__(service, events, raised, period=period, quiet=quiet, left_out=left_out)
         self.camera = 0
         """0 top, 1 bottom."""
         self._paused = False
@@ -300,35 +339,44 @@ class VisionExtractor(Extractor):
         """Whether it runs, and is not paused."""
         return self.running and not self._paused
 
-    def _set_camera(self, camera: Any) -> bool:
-        self.camera = round(number(camera, f"{self._service}.setActiveCamera: camera", 0, 1))
+    @offers(".setActiveCamera")
+    def _set_camera(self, camera: Annotated[float, Range(0, 1)]) -> bool:
+        self.camera = round(camera)
         return True
 
-    def _pause(self, paused: Any) -> None:
-        self._paused = flag(paused, f"{self._service}.pause: paused")
+    @offers(".pause")
+    def _pause(self, paused: bool) -> None:
+        self._paused = paused
 
     def _keep(self, name: str, values: Sequence[Any], most: float) -> bool:
         """Remember a value, which comes alone or behind a subscriber's name."""
-        method = f"{self._service}.set{name}"
+        method = f"{self.service}.set{name}"
         if len(values) not in (1, 2):
             raise NaoqiRefused(f"{method} takes a value, or a name and a value.")
         self._kept[name] = round(number(values[-1], method, 0, most))
         return True
 
-    def methods(self) -> Table:
-        """Methods of every service that looks through a camera."""
-        return super().methods() | {
-            "getActiveCamera": lambda: self.camera,
-            "setActiveCamera": self._set_camera,
-            "isPaused": lambda: self._paused,
-            "pause": self._pause,
-            "isProcessing": lambda: self.processing,
-            "getFrameRate": lambda: self._kept["FrameRate"],
-            "setFrameRate": lambda *values: self._keep("FrameRate", values, 30),
-            "getResolution": lambda: self._kept["Resolution"],
-            "setResolution": lambda *values: self._keep("Resolution", values, 8),
-            "setParameter": lambda name, value: text(name, f"{self._service}.setParameter: name") and None,
+    @offers(".setFrameRate", partly=KEPT)
+    def _set_frame_rate(self, *values: Any) -> Any:
+        return self._keep("FrameRate", values, 30)
+
+    @offers(".setResolution", partly=KEPT)
+    def _set_resolution(self, *values: Any) -> Any:
+        return self._keep("Resolution", values, 8)
+
+    @offers(".setParameter", partly="without effect")
+    def _set_parameter(self, name: str, value: Any) -> Any:
+        return name and None
+
+    answers = Answers(
+        {
+            ".getActiveCamera": lambda self: self.camera,
+            ".isPaused": lambda self: self._paused,
+            ".isProcessing": lambda self: self.processing,
+            ".getFrameRate": lambda self: self._kept["FrameRate"],
+            ".getResolution": lambda self: self._kept["Resolution"],
         }
+    )
 
 
 NEAR: Final = 0.5
@@ -347,12 +395,15 @@ class Sonar:
     def __init__(self, joints: Joints, events: Events) -> None:
         self._joints, self._events = joints, events
         raised = [f"Sonar{side}{what}" for side in _SIDES for what in ("Detected", "NothingDetected")]
-        self._extractor = Extractor("ALSonar", events, raised, [PREFIX + key for key in SONAR_KEYS])
+        keys = [PREFIX + key for key in SONAR_KEYS]
+        self.extractor = Extractor(
+            "ALSonar", events, raised, keys, left_out="period and precision are without effect"
+        )
         self._near: list[bool | None] = [None, None]
 
     def update(self) -> None:
         """One cycle."""
-        if not self._extractor.running:
+        if not self.extractor.running:
             self._near = [None, None]
             return
         for i, (side, distance) in enumerate(zip(_SIDES, self._joints.frame.sonar, strict=True)):
@@ -361,44 +412,61 @@ class Sonar:
                 self._near[i] = near
                 self._events.raise_event(f"Sonar{side}{'' if near else 'Nothing'}Detected", distance)
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return self._extractor.methods() | {"getFilteredValues": lambda: list(self._joints.frame.sonar)}
+    answers = Answers(
+        {
+            "ALSonar.getFilteredValues": lambda self: list(self._joints.frame.sonar),
+        }
+    )
 
 
-def sensing_services(joints: Joints, events: Events, sonar: Sonar) -> dict[str, dict[str, Method]]:
-    """Service -> methods.
+class Touch(Extractor):
+    """`ALTouch`.
 
     Args:
         joints: of the robot; its newest frame has the sensors.
         events: of ALMemory.
-        sonar: of the robot.
     """
-    notifies = [True]
 
-    def put_notifies(enabled: Any) -> None:
-        notifies[0] = flag(enabled, "ALBodyTemperature.setEnableNotifications: enabled")
+    def __init__(self, joints: Joints, events: Events) -> None:
+        super().__init__("ALTouch", events, ["TouchChanged"], BUTTON_KEYS)
+        self._joints = joints
 
-    buttons = [PREFIX + key for key in TOUCH_KEYS]
-    tables: dict[str, Table] = {
-        "ALSonar": sonar.methods(),
-        "ALTouch": Extractor("ALTouch", events, ["TouchChanged"], buttons).methods()
-        | {
-            "getStatus": lambda: touch_status(joints.frame),
-            "getSensorList": lambda: [name for name, _ in touch_status(joints.frame)],
-        },
-        "ALSensors": Extractor("ALSensors", events, [], buttons).methods(),
-        "ALBattery": {
-            "getBatteryCharge": lambda: round(100.0 * joints.frame.battery[0]),
-            "enablePowerMonitoring": lambda enabled: flag(enabled, "ALBattery.enablePowerMonitoring") and None,
-        },
-        "ALBodyTemperature": {
-            "getTemperatureDiagnosis": lambda: _diagnosis(joints),
-            "setEnableNotifications": put_notifies,
-            "areNotificationsEnabled": lambda: notifies[0],
-        },
-    }
-    return {name: of_kind("read", table) for name, table in tables.items()}
+    buttons = Answers(
+        {
+            "ALTouch.getStatus": lambda self: touch_status(self._joints.frame),
+            "ALTouch.getSensorList": lambda self: [name for name, _ in touch_status(self._joints.frame)],
+        }
+    )
+
+
+BUTTON_KEYS: Final = [PREFIX + key for key in TOUCH_KEYS]
+
+
+class BatteryAndHeat:
+    """`ALBattery` and `ALBodyTemperature`.
+
+    Args:
+        joints: of the robot; its newest frame has the sensors.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints, self._notifies = joints, True
+
+    answers = Answers(
+        {
+            "ALBattery.getBatteryCharge": lambda self: round(100.0 * self._joints.frame.battery[0]),
+            "ALBodyTemperature.getTemperatureDiagnosis": lambda self: _diagnosis(self._joints),
+            "ALBodyTemperature.areNotificationsEnabled": lambda self: self._notifies,
+        }
+    )
+
+    @offers("ALBattery.enablePowerMonitoring", partly=KEPT)
+    def _monitor(self, enabled: bool) -> None:
+        """Without effect."""
+
+    @offers("ALBodyTemperature.setEnableNotifications", partly=KEPT)
+    def _notify(self, enabled: bool) -> None:
+        self._notifies = enabled
 
 
 def _diagnosis(joints: Joints) -> list[Any]:

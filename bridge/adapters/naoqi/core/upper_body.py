@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import flag
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    flag,
+    offers,
+)
 from bridge.errors import NaoqiRefused
 from bridge.messages.walk import UpperBody
 from bridge.validation import unknown_name
@@ -65,25 +68,23 @@ class UpperBodyShare:
             stiffness=tuple(sent.stiffness[i] for i in slots.values()),
         )
 
-    def methods(self) -> Table:
-        """`setMoveArmsEnabled(left, right)`, its older name, and their readers."""
+    @offers("ALMotion.setMoveArmsEnabled", "ALMotion.setWalkArmsEnabled")
+    def _set_move_arms_enabled(self, left: Any, right: Any) -> Any:
+        for side, value in zip(_SIDES, (left, right), strict=True):
+            self._swings[side] = flag(value, f"ALMotion.setMoveArmsEnabled: {side}")
+            if not self._swings[side]:
+                self.taken |= set(self._joints.names.resolve(side))
 
-        def put(left: Any, right: Any) -> None:
-            for side, value in zip(_SIDES, (left, right), strict=True):
-                self._swings[side] = flag(value, f"ALMotion.setMoveArmsEnabled: {side}")
-                if not self._swings[side]:
-                    self.taken |= set(self._joints.names.resolve(side))
+    @offers("ALMotion.getMoveArmsEnabled")
+    def _get_move_arms_enabled(self, arm: Any = "Arms") -> Any:
+        if arm == "Arms":
+            return all(self._swings.values())
+        if arm not in _SIDES:
+            raise NaoqiRefused(f"ALMotion.getMoveArmsEnabled: {unknown_name('chain', str(arm), _SIDES)}.")
+        return self._swings[arm]
 
-        def get(arm: Any = "Arms") -> bool:
-            if arm == "Arms":
-                return all(self._swings.values())
-            if arm not in _SIDES:
-                raise NaoqiRefused(f"ALMotion.getMoveArmsEnabled: {unknown_name('chain', str(arm), _SIDES)}.")
-            return self._swings[arm]
-
-        return {
-            "setMoveArmsEnabled": put,
-            "setWalkArmsEnabled": put,
-            "getMoveArmsEnabled": get,
-            "getWalkArmsEnabled": lambda: [self._swings[side] for side in _SIDES],
+    answers = Answers(
+        {
+            "ALMotion.getWalkArmsEnabled": lambda self: [self._swings[side] for side in _SIDES],
         }
+    )

@@ -6,16 +6,22 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import number, text
 from bridge.adapters.naoqi.core.cameras import Eyes
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    number,
+    offers,
+    text,
+)
 from bridge.body import Body
-from bridge.body.cameras import Camera, cameras
+from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -52,6 +58,20 @@ class _CameraSubscription:
     """When the next picture may be taken, this machine's clock, s."""
 
 
+def camera_number(camera: Any, what: str) -> int:
+    """0 top, 1 bottom.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if isinstance(camera, bool) or camera not in (0, 1):
+        raise NaoqiRefused(f"{what} {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
+    return int(camera)
+
+
+CameraNumber = Annotated[int, camera_number]
+
+
 class VideoDevice:
     """Methods of `ALVideoDevice`; not thread-safe, the caller locks.
 
@@ -66,7 +86,8 @@ class VideoDevice:
         self._active = 0
         self._parameters: tuple[dict[int, int], dict[int, int]] = (dict(PARAMETERS), dict(PARAMETERS))
 
-    def subscribe_camera(self, name: Any, camera: Any, resolution: Any, space: Any, rate: Any) -> str:
+    @offers("ALVideoDevice.subscribeCamera")
+    def subscribe_camera(self, name: str, camera: Any, resolution: Any, space: Any, rate: Any) -> str:
         """Ask for pictures; the handle of the subscription.
 
         Args:
@@ -80,7 +101,7 @@ class VideoDevice:
             NaoqiRefused: something that there is not, or too many subscriptions.
         """
         method = "ALVideoDevice.subscribeCamera"
-        whose, which = text(name, f"{method}: name"), self._camera(camera, method)
+        whose, which = name, self._camera(camera, method)
         size = self._resolution(resolution, which, method)
         colours = self._space(space, method)
         a_second = _rate(rate, method)
@@ -93,15 +114,22 @@ class VideoDevice:
             f"{method}: {whose!r:.40} has {MAX_OF_NAME} subscriptions already; unsubscribe some."
         )
 
-    def subscribe(self, name: Any, resolution: Any, space: Any, rate: Any) -> str:
+    @offers("ALVideoDevice.subscribe")
+    def subscribe(self, name: str, resolution: Any, space: Any, rate: Any) -> str:
         """As `subscribe_camera`, to the active camera."""
         return self.subscribe_camera(name, self._active, resolution, space, rate)
 
-    def unsubscribe(self, handle: Any) -> bool:
+    @offers("ALVideoDevice.unsubscribe")
+    def unsubscribe(self, handle: str) -> bool:
         """End a subscription; whether there was one."""
-        name = text(handle, "ALVideoDevice.unsubscribe: handle")
+        name = handle
         return any(self._subscriptions.pop(known, None) for known in (name, f"{name}_0"))
 
+    @offers(
+        "ALVideoDevice.getImageRemote",
+        partly="drawn: without noise, distortion and blur; uneven ground is drawn flat",
+    )
+    @offers("ALVideoDevice.getImageLocal", partly="as getImageRemote")
     def image(self, handle: Any) -> Future[Any] | None:
         """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
 
@@ -150,7 +178,8 @@ class VideoDevice:
         found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
         return found or _CameraSubscription(self._active, -1, -1, -1)
 
-    def _set_of(self, handle: Any, parameter: Any, value: Any) -> bool:
+    @offers("ALVideoDevice.setCameraParameter", partly=KEPT)
+    def _set_of(self, handle: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
         if parameter == _SELECT:
             known = {h for h in (handle, f"{handle}_0") if h in self._subscriptions}
@@ -177,9 +206,11 @@ class VideoDevice:
             )
         return int(space)
 
+    @offers("ALVideoDevice.getActiveCamera")
     def _get_active(self, handle: Any = None) -> int:
         return self._active if handle is None else self._of(handle, "getActiveCamera").camera
 
+    @offers("ALVideoDevice.setActiveCamera")
     def _set_active(self, first: Any, camera: Any = None) -> bool:
         """`(camera)` for all that come by `subscribe`, or `(handle, camera)`."""
         number = self._camera(first if camera is None else camera, "ALVideoDevice.setActiveCamera")
@@ -191,68 +222,101 @@ class VideoDevice:
             subscription.camera = number
         return True
 
+    @offers("ALVideoDevice.setResolution")
     def _set_resolution(self, handle: Any, resolution: Any) -> bool:
         of = self._of(handle, "setResolution")
         of.resolution = self._resolution(resolution, of.camera, "ALVideoDevice.setResolution")
         return True
 
+    @offers("ALVideoDevice.setColorSpace")
     def _set_space(self, handle: Any, space: Any) -> bool:
         self._of(handle, "setColorSpace").space = self._space(space, "ALVideoDevice.setColorSpace")
         return True
 
+    @offers("ALVideoDevice.setFrameRate")
     def _set_rate(self, handle: Any, rate: Any) -> bool:
         self._of(handle, "setFrameRate").rate = _rate(rate, "ALVideoDevice.setFrameRate")
         return True
 
-    def _of_camera(self, get: Callable[[Camera], Any], method: str) -> Callable[[Any], Any]:
-        return lambda camera: get(self._cameras[self._camera(camera, f"ALVideoDevice.{method}")])
+    @offers(
+        *(f"ALVideoDevice.{done}Camera" for done in ("open", "close", "start", "stop")),
+        partly="the cameras are always open",
+    )
+    @offers("ALVideoDevice.isCameraOpen", "ALVideoDevice.isCameraStarted")
+    def _is_there(self, camera: CameraNumber) -> bool:
+        return True
 
+    @offers("ALVideoDevice.getCameraName")
+    def _camera_name(self, camera: CameraNumber) -> str:
+        return self._cameras[camera].name
+
+    @offers("ALVideoDevice.getCameraModel", partly="the number on a V6 is assumed")
+    def _camera_model(self, camera: CameraNumber) -> int:
+        return _MODELS[self._cameras[0].largest]
+
+    @offers("ALVideoDevice.getHorizontalFOV")
+    def _horizontal_field(self, camera: CameraNumber) -> float:
+        return self._cameras[camera].field[0]
+
+    @offers("ALVideoDevice.getVerticalFOV")
+    def _vertical_field(self, camera: CameraNumber) -> float:
+        return self._cameras[camera].field[1]
+
+    @offers("ALVideoDevice.getParameter")
     def _get_parameter(self, camera: Any, parameter: Any) -> int:
         which = self._camera(camera, "ALVideoDevice.getParameter")
         return self._parameters[which].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
 
-    def _set_parameter(self, camera: Any, parameter: Any, value: Any = None) -> bool:
+    @offers("ALVideoDevice.setParameter", partly=KEPT)
+    def _set_parameter(
+        self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
+    ) -> bool:
         """Remember a parameter; without a value its default. Whether there is such a one."""
         which = self._camera(camera, "ALVideoDevice.setParameter")
         if not isinstance(parameter, int) or parameter not in PARAMETERS:
             return False
         default = PARAMETERS[parameter]
-        given = (
-            default if value is None else round(number(value, "ALVideoDevice.setParameter: value", -1e6, 1e6))
-        )
+        given = default if value is None else round(value)
         self._parameters[which][parameter] = given
         return True
 
-    def _old_set(self, parameter: Any, value: Any) -> bool:
+    @offers("ALVideoDevice.setParam", partly=KEPT)
+    def _old_set(self, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
         """`setParam` of the active camera; `kCameraSelectID` chooses it."""
         if parameter == _SELECT:
             return self._set_active(value)
         return self._set_parameter(self._active, parameter, value)
 
-    def _unsubscribe_all(self, name: Any) -> None:
-        whose = text(name, "ALVideoDevice.unsubscribeAllInstances: name")
+    @offers("ALVideoDevice.unsubscribeAllInstances")
+    def _unsubscribe_all(self, name: str) -> None:
+        whose = name
         for handle in [h for h in self._subscriptions if whose in (h, h.rpartition("_")[0])]:
             del self._subscriptions[handle]
 
+    @offers("ALVideoDevice.setAllParametersToDefault", partly=KEPT)
     def _reset(self, camera: Any) -> bool:
         self._parameters[self._camera(camera, "ALVideoDevice")].update(PARAMETERS)
         return True
 
+    @offers("ALVideoDevice.getAngularPositionFromImagePosition")
     def _angles(self, camera: Any, position: Any) -> list[float]:
         """Angles to the left and down, rad, of a place in the picture, 0 to 1 from its upper left corner."""
         across, down = self._tangents(camera)
         x, y = _pair(position, "getAngularPositionFromImagePosition")
         return [math.atan((1.0 - 2.0 * x) * across), math.atan((2.0 * y - 1.0) * down)]
 
+    @offers("ALVideoDevice.getImagePositionFromAngularPosition")
     def _place(self, camera: Any, angles: Any) -> list[float]:
         across, down = self._tangents(camera)
         left, below = _pair(angles, "getImagePositionFromAngularPosition")
         return [0.5 - 0.5 * math.tan(left) / across, 0.5 + 0.5 * math.tan(below) / down]
 
+    @offers("ALVideoDevice.getAngularSizeFromImageSize")
     def _angular_size(self, camera: Any, size: Any) -> list[float]:
         shares = _pair(size, "getAngularSizeFromImageSize")
         return [2.0 * math.atan(s * t) for s, t in zip(shares, self._tangents(camera), strict=True)]
 
+    @offers("ALVideoDevice.getImageSizeFromAngularSize")
     def _image_size(self, camera: Any, size: Any) -> list[float]:
         angles = _pair(size, "getImageSizeFromAngularSize")
         return [math.tan(0.5 * a) / t for a, t in zip(angles, self._tangents(camera), strict=True)]
@@ -262,62 +326,45 @@ class VideoDevice:
         across, down = self._cameras[self._camera(camera, "ALVideoDevice")].field
         return math.tan(0.5 * across), math.tan(0.5 * down)
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        done: Table = {
-            name: self._of_camera(lambda _: True, name)
-            for name in (
-                "openCamera",
-                "closeCamera",
-                "startCamera",
-                "stopCamera",
-                "isCameraOpen",
-                "isCameraStarted",
-            )
+    @offers("ALVideoDevice.getParam")
+    def _get_param(self, parameter: Any) -> Any:
+        return self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
+
+    @offers("ALVideoDevice.releaseImage")
+    def _release_image(self, handle: Any) -> Any:
+        return self._of(handle, "releaseImage").rate > 0
+
+    @offers("ALVideoDevice.getResolution")
+    def _get_resolution(self, handle: Any) -> Any:
+        return self._of(handle, "getResolution").resolution
+
+    @offers("ALVideoDevice.getColorSpace")
+    def _get_color_space(self, handle: Any) -> Any:
+        return self._of(handle, "getColorSpace").space
+
+    @offers("ALVideoDevice.getFrameRate")
+    def _get_frame_rate(self, handle: Any) -> Any:
+        return self._of(handle, "getFrameRate").rate
+
+    @offers("ALVideoDevice.setParameterToDefault", partly=KEPT)
+    def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
+        return self._set_parameter(camera, parameter)
+
+    @offers("ALVideoDevice.getCameraParameter")
+    def _get_camera_parameter(self, handle: Any, parameter: Any) -> Any:
+        return self._get_parameter(self._of(handle, "getCameraParameter").camera, parameter)
+
+    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=KEPT)
+    def _set_all_camera_parameters_to_default(self, handle: Any) -> Any:
+        return self._reset(self._of(handle, "setAllCameraParametersToDefault").camera)
+
+    answers = Answers(
+        {
+            "ALVideoDevice.getSubscribers": lambda self: list(self._subscriptions),
+            "ALVideoDevice.getCameraIndexes": lambda self: [0, 1],
+            "ALVideoDevice.hasDepthCamera": lambda self: False,
         }
-        return done | {
-            "subscribe": self.subscribe,
-            "subscribeCamera": self.subscribe_camera,
-            "unsubscribe": self.unsubscribe,
-            "unsubscribeAllInstances": self._unsubscribe_all,
-            "setParam": self._old_set,
-            "getParam": lambda parameter: (
-                self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
-            ),
-            "getSubscribers": lambda: list(self._subscriptions),
-            "getImageRemote": self.image,
-            "getImageLocal": self.image,
-            "releaseImage": lambda handle: self._of(handle, "releaseImage").rate > 0,
-            "getActiveCamera": self._get_active,
-            "setActiveCamera": self._set_active,
-            "getResolution": lambda handle: self._of(handle, "getResolution").resolution,
-            "setResolution": self._set_resolution,
-            "getColorSpace": lambda handle: self._of(handle, "getColorSpace").space,
-            "setColorSpace": self._set_space,
-            "getFrameRate": lambda handle: self._of(handle, "getFrameRate").rate,
-            "setFrameRate": self._set_rate,
-            "getCameraIndexes": lambda: [0, 1],
-            "getCameraName": self._of_camera(lambda camera: camera.name, "getCameraName"),
-            "getCameraModel": self._of_camera(lambda _: _MODELS[self._cameras[0].largest], "getCameraModel"),
-            "hasDepthCamera": lambda: False,
-            "getHorizontalFOV": self._of_camera(lambda camera: camera.field[0], "getHorizontalFOV"),
-            "getVerticalFOV": self._of_camera(lambda camera: camera.field[1], "getVerticalFOV"),
-            "getAngularPositionFromImagePosition": self._angles,
-            "getImagePositionFromAngularPosition": self._place,
-            "getAngularSizeFromImageSize": self._angular_size,
-            "getImageSizeFromAngularSize": self._image_size,
-            "getParameter": self._get_parameter,
-            "setParameter": self._set_parameter,
-            "setParameterToDefault": lambda camera, parameter: self._set_parameter(camera, parameter),
-            "setAllParametersToDefault": self._reset,
-            "getCameraParameter": lambda handle, parameter: self._get_parameter(
-                self._of(handle, "getCameraParameter").camera, parameter
-            ),
-            "setCameraParameter": self._set_of,
-            "setAllCameraParametersToDefault": lambda handle: self._reset(
-                self._of(handle, "setAllCameraParametersToDefault").camera
-            ),
-        }
+    )
 
 
 def _is_number(value: Any) -> bool:

@@ -7,17 +7,22 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
-from bridge.adapters.naoqi.arguments import number, text
 from bridge.adapters.naoqi.core.motion_tasks import pass_on
 from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    OneOf,
+    number,
+    offers,
+    text,
+)
 from bridge.errors import NaoqiRefused
 from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3
-from bridge.validation import unknown_name
 
 logger = logging.getLogger(__name__)
 
@@ -51,14 +56,8 @@ QUICKEST: Final = 0.42
 """s of a step."""
 
 
-def move_config(kind: Any) -> list[list[Any]]:
-    """`getMoveConfig`: `[[name, value], ...]` of `Default`, `Min` or `Max`.
-
-    Raises:
-        NaoqiRefused: another word.
-    """
-    if text(kind, "ALMotion.getMoveConfig: config") not in _KINDS:
-        raise NaoqiRefused(f"ALMotion.getMoveConfig: {unknown_name('config', kind, _KINDS)}.")
+def move_config(kind: str) -> list[list[Any]]:
+    """`getMoveConfig`: `[[name, value], ...]` of `Default`, `Min` or `Max`."""
     end = kind == "Max"
     return [[name, _DEFAULT[name] if kind == "Default" else _LIMITS[name][end]] for name in _DEFAULT]
 
@@ -173,6 +172,12 @@ class WalkingMethods:
     def __init__(self, handover: WalkerHandover, full: Vec3) -> None:
         self.handover, self._full = handover, full
 
+    @offers(
+        "ALMotion.move",
+        kind="walk",
+        partly="of a configuration only the maximum step lengths and the frequency count, with omni",
+        begins_walk=True,
+    )
     def move(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
         """Walk at a velocity, m/s and rad/s; returns when the walker has accepted it."""
         velocity = _three("ALMotion.move", (x, y, theta), 1e4)
@@ -180,10 +185,12 @@ class WalkingMethods:
             velocity = full_speed("ALMotion.move", config).clipped(velocity)
         return self.handover.walk(velocity)
 
+    @offers("ALMotion.moveToward", kind="walk", partly="as move", begins_walk=True)
     def move_toward(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
         """Walk at fractions of the full speed, -1 to 1."""
         return self._toward("ALMotion.moveToward", (x, y, theta), 1.0, config)
 
+    @offers("ALMotion.setWalkTargetVelocity", kind="walk", partly="as move", begins_walk=True)
     def set_target_velocity(self, x: Any, y: Any, theta: Any, frequency: Any, *config: Any) -> Future[Any]:
         """`moveToward` with the frequency of the steps, 0 to 1."""
         return self._toward("ALMotion.setWalkTargetVelocity", (x, y, theta), frequency, config)
@@ -195,6 +202,13 @@ class WalkingMethods:
         full = full_speed(method, config, frequency)
         return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
 
+    @offers(
+        "ALMotion.moveTo",
+        kind="walk",
+        partly="as move; with several places it comes to rest at each",
+        begins_walk=True,
+    )
+    @offers("ALMotion.walkTo", kind="walk", partly="as moveTo", begins_walk=True)
     def move_to(self, *arguments: Any) -> Future[Any]:
         """Walk to a place, m and rad from here, `x, y, theta`, or over several, each from the one before.
 
@@ -225,6 +239,12 @@ class WalkingMethods:
         go_on(None, 0)
         return ended
 
+    @offers(
+        "ALMotion.setFootSteps",
+        kind="walk",
+        partly="walks to the end by the gait's own steps, without their times; a new list replaces the old one",
+        begins_walk=True,
+    )
     def set_foot_steps(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
         """Begin to walk to where footsteps end, by steps of the gait's own.
 
@@ -235,6 +255,7 @@ class WalkingMethods:
         target = self._end_of("ALMotion.setFootSteps", legs, steps)
         return self.handover.go_to(lambda: self._way(target, full_speed("", ())))
 
+    @offers("ALMotion.setFootStepsWithSpeed", kind="walk", partly="as setFootSteps", begins_walk=True)
     def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
         """As `setFootSteps`, and wait for the end.
 
@@ -306,6 +327,11 @@ class WalkingMethods:
             steps.append([leg, QUICKEST * (i + 1), list(place)])
         return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
 
+    @offers(
+        "ALMotion.getNextRobotPosition",
+        kind="walk",
+        partly="steps by the vendor's step lengths, not the walker's own",
+    )
     def _next_position(self) -> list[float]:
         """Where the robot is after the footsteps that can no longer be changed, m and rad."""
         here, ahead = self.handover.position(), self.poses_ahead()[:_FIXED_STEPS]
@@ -321,32 +347,34 @@ class WalkingMethods:
             )
         return wanted
 
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """Methods of `ALMotion` that walk, and that tell of the walk."""
-        handover = self.handover
-        return {
-            "moveInit": handover.prepare,
-            "walkInit": handover.prepare,
-            "move": self.move,
-            "moveToward": self.move_toward,
-            "setWalkTargetVelocity": self.set_target_velocity,
-            "moveTo": self.move_to,
-            "walkTo": self.move_to,
-            "setFootSteps": self.set_foot_steps,
-            "setFootStepsWithSpeed": self.set_foot_steps_with_speed,
-            "getMoveConfig": move_config,
-            "stopMove": handover.stop,
-            "stopWalk": handover.stop,
-            "killMove": handover.stop,
-            "killWalk": handover.stop,
-            "moveIsActive": lambda: handover.active_or_ordered,
-            "walkIsActive": lambda: handover.active_or_ordered,
-            "waitUntilMoveIsFinished": handover.wait,
-            "waitUntilWalkIsFinished": handover.wait,
-            "getRobotPosition": lambda *_: handover.position(),
-            "getNextRobotPosition": self._next_position,
-            "getRobotVelocity": handover.velocity,
-        }
+    @offers("ALMotion.moveInit", "ALMotion.walkInit", kind="walk")
+    def _prepare(self) -> Future[Any]:
+        return self.handover.prepare()
+
+    @offers("ALMotion.stopMove", "ALMotion.stopWalk", "ALMotion.killMove", "ALMotion.killWalk", kind="walk")
+    def _stop(self) -> Future[Any]:
+        return self.handover.stop()
+
+    @offers("ALMotion.waitUntilMoveIsFinished", "ALMotion.waitUntilWalkIsFinished", kind="walk")
+    def _wait(self) -> Future[Any]:
+        return self.handover.wait()
+
+    @offers("ALMotion.getMoveConfig", kind="walk")
+    def _move_config(self, config: Annotated[str, OneOf("config", _KINDS)]) -> list[list[Any]]:
+        return move_config(config)
+
+    @offers("ALMotion.getRobotPosition", kind="walk")
+    def _get_robot_position(self, *_: Any) -> Any:
+        return self.handover.position()
+
+    answers = Answers(
+        {
+            "ALMotion.getRobotVelocity": lambda self: self.handover.velocity(),
+            "ALMotion.moveIsActive": lambda self: self.handover.active_or_ordered,
+            "ALMotion.walkIsActive": lambda self: self.handover.active_or_ordered,
+        },
+        kind="walk",
+    )
 
 
 def _three(method: str, values: Sequence[Any], bound: float) -> Vec3:

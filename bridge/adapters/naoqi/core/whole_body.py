@@ -7,17 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, fraction, number, text
 from bridge.adapters.naoqi.core.cartesian import STEP, Cartesian
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, pass_on
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    MAX_DURATION,
+    Fraction,
+    Range,
+    number,
+    offers,
+    text,
+)
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.sole import sole_hull
@@ -64,12 +70,21 @@ class WholeBody:
         self._followed: set[str] = set()
         """Effectors that follow their targets."""
 
-    def enable_effector(self, effector: Any, enabled: Any) -> None:
+    @offers(
+        "ALMotion.wbEnableEffectorControl",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def enable_effector(self, effector: Any, enabled: bool) -> None:
         """Have an effector follow its target, or not."""
         name = self._effector(effector)
-        wanted = flag(enabled, "ALMotion.wbEnableEffectorControl: isEnabled")
+        wanted = enabled
         self._followed = self._followed | {name} if wanted else self._followed - {name}
 
+    @offers(
+        "ALMotion.wbSetEffectorControl",
+        kind="joints",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
     def set_effector(self, effector: Any, target: Any) -> None:
         """Send an effector towards a target in FRAME_ROBOT; does not wait, and does nothing unless it follows.
 
@@ -97,6 +112,7 @@ class WholeBody:
         going.add_done_callback(lambda ended: pass_on(ended.exception() is None, done))
         return done
 
+    @offers("ALMotion.angleInterpolation", kind="joints")
     def angle_interpolation(self, names: Any, angles: Any, times: Any, absolute: Any) -> Future[Any]:
         """As `ALMotion.angleInterpolation`; fixed feet stay flat below the torso while leg joints move."""
         moving = self._motion.angle_interpolation(names, angles, times, absolute)
@@ -137,53 +153,56 @@ class WholeBody:
             raise NaoqiRefused(f"ALMotion: {unknown_name('effector', chosen, _MASKS)}.")
         return chosen
 
-    def methods(self) -> Table:
-        """Those that move nothing."""
+    @offers(
+        "ALMotion.wbEnable",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def _wb_enable(self, enabled: bool) -> Any:
+        self._enabled = enabled
+        if not self._enabled:
+            self._followed.clear()
+            self._states = dict.fromkeys(_FEET, "Fixed")
 
-        def enable(enabled: Any) -> None:
-            self._enabled = flag(enabled, "ALMotion.wbEnable: isEnabled")
-            if not self._enabled:
-                self._followed.clear()
-                self._states = dict.fromkeys(_FEET, "Fixed")
+    @offers(
+        "ALMotion.wbFootState",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def _wb_foot_state(self, state: str, leg: Any) -> Any:
+        if state not in _STATES:
+            raise NaoqiRefused(f"ALMotion.wbFootState: {unknown_name('state', state, _STATES)}.")
+        self._states |= dict.fromkeys(_feet(_leg(leg, "wbFootState")), state)
 
-        def foot_state(state: Any, leg: Any) -> None:
-            if text(state, "ALMotion.wbFootState: stateName") not in _STATES:
-                raise NaoqiRefused(f"ALMotion.wbFootState: {unknown_name('state', state, _STATES)}.")
-            self._states |= dict.fromkeys(_feet(_leg(leg, "wbFootState")), state)
+    @offers(
+        "ALMotion.wbEnableBalanceConstraint",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def _wb_enable_balance_constraint(self, enabled: bool, leg: Any) -> Any:
+        _leg(leg, "wbEnableBalanceConstraint")
 
-        def constrain(enabled: Any, leg: Any) -> None:
-            flag(enabled, "ALMotion.wbEnableBalanceConstraint: isEnable")
-            _leg(leg, "wbEnableBalanceConstraint")
+    @offers(
+        "ALMotion.wbEnableEffectorOptimization",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def _wb_enable_effector_optimization(self, effector: Any, active: bool) -> Any:
+        self._frames.effector(effector)
 
-        def optimize(effector: Any, active: Any) -> None:
-            self._frames.effector(effector)
-            flag(active, "ALMotion.wbEnableEffectorOptimization: isActive")
+    @offers(
+        "ALMotion.wbGoToBalance",
+        kind="joints",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def _wb_go_to_balance(self, leg: Any, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
+        seconds = duration
+        return self.go_to_balance(_leg(leg, "wbGoToBalance"), seconds)
 
-        return {
-            "wbEnable": enable,
-            "wbFootState": foot_state,
-            "wbEnableBalanceConstraint": constrain,
-            "wbEnableEffectorControl": self.enable_effector,
-            "wbEnableEffectorOptimization": optimize,
-        }
-
-    def moving(self) -> Table:
-        """Those that command joints."""
-
-        def balance(leg: Any, duration: Any) -> Future[Any]:
-            seconds = number(duration, "ALMotion.wbGoToBalance: duration", 0.1, MAX_DURATION)
-            return self.go_to_balance(_leg(leg, "wbGoToBalance"), seconds)
-
-        def balance_with_speed(leg: Any, speed: Any) -> Future[Any]:
-            share = fraction(speed, "ALMotion.wbGoToBalanceWithSpeed: fractionMaxSpeed")
-            return self.go_to_balance(_leg(leg, "wbGoToBalanceWithSpeed"), _BALANCE_TIME / share)
-
-        return {
-            "angleInterpolation": self.angle_interpolation,
-            "wbGoToBalance": balance,
-            "wbGoToBalanceWithSpeed": balance_with_speed,
-            "wbSetEffectorControl": self.set_effector,
-        }
+    @offers(
+        "ALMotion.wbGoToBalanceWithSpeed",
+        kind="joints",
+        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+    )
+    def _wb_go_to_balance_with_speed(self, leg: Any, speed: Fraction) -> Any:
+        share = speed
+        return self.go_to_balance(_leg(leg, "wbGoToBalanceWithSpeed"), _BALANCE_TIME / share)
 
 
 def _feet(leg: str) -> tuple[str, ...]:

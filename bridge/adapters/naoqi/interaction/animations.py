@@ -9,12 +9,15 @@ from __future__ import annotations
 import logging
 import re
 from concurrent.futures import Future
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import text
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.methods import Method, Table, of_kind
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    offers,
+)
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -52,6 +55,9 @@ def is_animation(name: str) -> bool:
     return _NAME.fullmatch(name) is not None
 
 
+GESTURES: Final = "the vendor's animations alone are there, and they are gestures of nao-hil"
+
+
 class Animations:
     """Not thread-safe, the caller locks.
 
@@ -65,13 +71,15 @@ class Animations:
         self._running: dict[str, Future[Any]] = {}
         self._warned = False
 
-    def run(self, name: Any, *_: Any) -> Future[Any]:
+    @offers("ALAnimationPlayer.run", kind="joints", partly=GESTURES)
+    @offers("ALBehaviorManager.runBehavior", kind="joints", partly=GESTURES)
+    def run(self, name: str, *_: Any) -> Future[Any]:
         """Play the gesture for an animation; waits for its end.
 
         Raises:
             NaoqiRefused: no animation of the vendor has a name of this form.
         """
-        animation = text(name, "ALAnimationPlayer.run: name")
+        animation = name
         if not is_animation(animation):
             raise NaoqiRefused(
                 f"The behaviour {animation!r:.60} is not installed: the vendor's animations alone "
@@ -89,76 +97,65 @@ class Animations:
         self._running[animation] = running
         return running
 
-    def _run_tag(self, tag: Any, *_: Any) -> Future[Any]:
-        return self.run(f"animations/Stand/Gestures/{text(tag, 'ALAnimationPlayer.runTag: tag')}")
+    @offers(
+        "ALAnimationPlayer.runTag",
+        kind="joints",
+        partly=GESTURES,
+    )
+    def _run_tag(self, tag: str, *_: Any) -> Future[Any]:
+        return self.run(f"animations/Stand/Gestures/{tag}")
 
-    def _start(self, name: Any) -> None:
+    @offers("ALBehaviorManager.startBehavior", kind="joints", partly=GESTURES)
+    def _start(self, name: str) -> None:
         self.run(name)
 
     def _names(self) -> list[str]:
         return [name for name, done in self._running.items() if not done.done()]
 
-    def _is_running(self, name: Any) -> bool:
-        return text(name, "ALBehaviorManager.isBehaviorRunning: name") in self._names()
+    @offers("ALBehaviorManager.isBehaviorRunning", partly=GESTURES)
+    def _is_running(self, name: str) -> bool:
+        return name in self._names()
 
-    def _stop(self, name: Any) -> None:
+    @offers("ALBehaviorManager.stopBehavior")
+    def _stop(self, name: str) -> None:
         """Stop a behaviour; nothing happens if it does not run."""
         if self._is_running(name):
             self._motion.end_using(list(GESTURE_CHAINS))
 
+    @offers("ALBehaviorManager.stopAllBehaviors")
     def _stop_all(self) -> None:
         if self._names():
             self._motion.end_using(list(GESTURE_CHAINS))
 
-    def methods(self) -> dict[str, Method]:
-        """Methods of `ALAnimationPlayer`."""
-        reading: Table = {
-            "declarePathForTags": lambda path: (
-                text(path, "ALAnimationPlayer.declarePathForTags: path") and None
-            ),
-            "declareTagForAnimations": lambda tags: tags and None,
-            "reset": lambda: None,
+    def _installed(self, name: str) -> str:
+        if not is_animation(name):
+            raise NaoqiRefused(f"ALBehaviorManager: the behaviour {name!r:.60} is not installed.")
+        return name
+
+    @offers("ALBehaviorManager.isBehaviorInstalled", "ALBehaviorManager.isBehaviorPresent", partly=GESTURES)
+    @offers("ALBehaviorManager.isBehaviorLoaded", partly=GESTURES)
+    def _is_installed(self, name: str) -> bool:
+        return is_animation(name)
+
+    @offers("ALBehaviorManager.resolveBehaviorName", partly=GESTURES)
+    def _resolve(self, name: str) -> str:
+        return self._installed(name)
+
+    @offers("ALBehaviorManager.preloadBehavior", partly=GESTURES)
+    def _preload(self, name: str) -> bool:
+        return bool(self._installed(name))
+
+    @offers("ALAnimationPlayer.declarePathForTags", "ALAnimationPlayer.declareTagForAnimations", partly=KEPT)
+    def _declare(self, tags: Any) -> None:
+        """Without effect."""
+
+    answers = Answers(
+        {
+            "ALAnimationPlayer.reset": lambda self: None,
+            "ALBehaviorManager.getRunningBehaviors": lambda self: self._names(),
+            **{
+                f"ALBehaviorManager.get{which}": lambda self: []
+                for which in ("InstalledBehaviors", "BehaviorNames", "LoadedBehaviors", "DefaultBehaviors")
+            },
         }
-        return of_kind("joints", {"run": self.run, "runTag": self._run_tag}) | of_kind("read", reading)
-
-    def behavior_methods(self) -> dict[str, Method]:
-        """Methods of `ALBehaviorManager`: a behaviour that is no animation fails as documented."""
-
-        def absent(method: str) -> Any:
-            """A method that refuses a behaviour by its name."""
-
-            def fail(name: Any, *_: Any) -> NoReturn:
-                behavior = text(name, f"ALBehaviorManager.{method}: name")
-                raise NaoqiRefused(
-                    f"ALBehaviorManager.{method}: the behaviour {behavior!r:.60} is not installed."
-                )
-
-            return fail
-
-        def installed(name: Any) -> bool:
-            return is_animation(text(name, "ALBehaviorManager: name"))
-
-        lists = (
-            *("getInstalledBehaviors", "getBehaviorNames", "getSystemBehaviorNames", "getUserBehaviorNames"),
-            *("getLoadedBehaviors", "getDefaultBehaviors", "getTagList"),
-        )
-        of_a_name = ("addDefaultBehavior", "getBehaviorTags", "getBehaviorNature", "removeBehavior")
-        reading: Table = {
-            **{name: lambda: [] for name in lists},
-            **{f"isBehavior{state}": installed for state in ("Installed", "Present", "Loaded")},
-            **{name: absent(name) for name in of_a_name},
-            "isBehaviorRunning": self._is_running,
-            "getRunningBehaviors": self._names,
-            "resolveBehaviorName": lambda name: (
-                name if installed(name) else absent("resolveBehaviorName")(name)
-            ),
-            "preloadBehavior": lambda name: installed(name) or absent("preloadBehavior")(name),
-            "removeDefaultBehavior": lambda name: text(name, "ALBehaviorManager: name") and None,
-            "playDefaultProject": lambda: None,
-            "getBehaviorsByTag": lambda tag: text(tag, "ALBehaviorManager.getBehaviorsByTag: tag") and [],
-            "stopBehavior": self._stop,
-            "stopAllBehaviors": self._stop_all,
-        }
-        return of_kind("read", reading) | of_kind(
-            "joints", {"runBehavior": self.run, "startBehavior": self._start}
-        )
+    )

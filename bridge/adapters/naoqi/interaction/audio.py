@@ -13,13 +13,24 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 from weakref import WeakKeyDictionary
 
-from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, new_file, number, robot_file, text
 from bridge.adapters.naoqi.core.memory import Publish
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    MAX_DURATION,
+    Answers,
+    Duration,
+    NewFile,
+    Own,
+    Range,
+    RobotFile,
+    number,
+    offers,
+    text,
+)
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -46,6 +57,14 @@ class _File:
     paused: bool = False
 
 
+SILENT: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
+Level = Annotated[float, Range(0.0, 1.0)]
+Side = Annotated[float, Range(-1.0, 1.0)]
+"""Panorama: -1 left, 1 right."""
+Loaded = Annotated[_File, Own("_file")]
+"""A file by the number that `loadFile` gave."""
+
+
 class AudioPlayer:
     """Plays WAV files of this machine without a sound; not thread-safe, the caller locks.
 
@@ -64,9 +83,13 @@ class AudioPlayer:
         self._master = 1.0
         self._output, self._muted = 100, False
 
-    def load(self, path: Any) -> int:
+    @offers(
+        "ALAudioPlayer.loadFile",
+        partly=SILENT,
+    )
+    def load(self, path: RobotFile) -> int:
         """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
-        file = robot_file(path, "ALAudioPlayer: file")
+        file = path
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
         try:
@@ -88,19 +111,46 @@ class AudioPlayer:
             raise NaoqiRefused(f"ALAudioPlayer: {key!r:.40} is no file that loadFile gave.")
         return self._files[key]
 
-    def play(self, key: Any, volume: Any = 1.0, panorama: Any = 0.0, *, loop: bool = False) -> Future[Any]:
+    @offers("ALAudioPlayer.play", partly=SILENT)
+    def play(
+        self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
+    ) -> Future[Any]:
         """Play a loaded file from where it is; waits for its end, or for its stop."""
-        file = self._file(key)
-        file.volume = number(volume, "ALAudioPlayer: volume", 0.0, 1.0)
-        number(panorama, "ALAudioPlayer: panorama", -1.0, 1.0)
+        file.volume = volume
         return self._tasks.begin(self._played(file, loop))
 
+    @offers("ALAudioPlayer.playInLoop", partly=SILENT)
+    def _play_in_loop(self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
+        return self.play(file, volume, panorama, loop=True)
+
+    @offers("ALAudioPlayer.playFile", partly=SILENT)
     def play_file(
-        self, path: Any, volume: Any = 1.0, panorama: Any = 0.0, *, loop: bool = False
+        self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
     ) -> Future[Any]:
         """Load a file and play it."""
+        return self._play_from(path, 0.0, loop, volume)
+
+    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT)
+    def _play_file_in_loop(self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
+        return self._play_from(path, 0.0, True, volume)
+
+    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT)
+    def _play_file_from(
+        self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
+    ) -> Future[Any]:
+        return self._play_from(path, position, False, volume)
+
+    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT)
+    def _play_file_in_loop_from(
+        self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
+    ) -> Future[Any]:
+        return self._play_from(path, position, True, volume)
+
+    def _play_from(self, path: Path, position: float, loop: bool, volume: float) -> Future[Any]:
         key = self.load(path)
-        playing = self.play(key, volume, panorama, loop=loop)
+        file = self._files[key]
+        file.place = min(position, file.seconds)
+        playing = self.play(file, volume, loop=loop)
         self._played_by[playing] = key
         return playing
 
@@ -108,12 +158,6 @@ class AudioPlayer:
         """A call of `playFile` got a number: the file has that name, too (confirmed: vendor's samples)."""
         if playing in self._played_by:
             self._files[number] = self._files[self._played_by.pop(playing)]
-
-    def _from(self, path: Any, place: Any, loop: bool, *levels: Any) -> Future[Any]:
-        seconds = number(place, "ALAudioPlayer: position", 0.0, MAX_DURATION)
-        key = self.load(path)
-        self._files[key].place = min(seconds, self._files[key].seconds)
-        return self.play(key, *levels, loop=loop)
 
     def _played(self, file: _File, loop: bool) -> MotionTask:
         file.playing = mine = next(self._plays)
@@ -133,106 +177,95 @@ class AudioPlayer:
             file.playing = 0
         return None
 
+    @offers("ALAudioPlayer.pause")
     def _pause(self, key: Any) -> None:
         file = self._file(key)
         file.paused = not file.paused
 
+    @offers("ALAudioPlayer.stop")
     def stop(self, key: Any) -> None:
         """Stop a file; calls that wait for it return."""
         file = self._file(key)
         file.playing, file.place = 0, 0.0
 
+    @offers("ALAudioPlayer.stopAll")
     def stop_all(self) -> None:
         """Stop all files."""
         for key in self._files:
             self.stop(key)
 
+    @offers("ALAudioPlayer.unloadFile")
     def _unload(self, key: Any) -> None:
         self.stop(key)
         del self._files[key]
 
+    @offers("ALAudioPlayer.unloadAllFiles")
     def _unload_all(self) -> None:
         self.stop_all()
         self._files.clear()
 
-    def _sine(self, frequency: Any, gain: Any, panorama: Any, duration: Any) -> Future[Any]:
-        number(frequency, "playSine: frequency", 0.0, 20_000.0)
-        number(gain, "playSine: gain", 0.0, 100.0)
-        number(panorama, "playSine: pan", -1.0, 1.0)
-        seconds = number(duration, "playSine: duration", 0.0, MAX_DURATION)
+    @offers(
+        "ALAudioPlayer.playSine",
+        "ALAudioDevice.playSine",
+        partly="there is no sound; the call takes the time of the sound",
+    )
+    def _sine(
+        self,
+        frequency: Annotated[float, Range(0.0, 20_000.0)],
+        gain: Annotated[float, Range(0.0, 100.0)],
+        panorama: Annotated[float, Range(-1.0, 1.0)],
+        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+    ) -> Future[Any]:
 
         def task() -> MotionTask:
-            yield self._now() + round(1000.0 * seconds)
+            yield self._now() + round(1000.0 * duration)
 
         return self._tasks.begin(task())
 
-    def _set_volume(self, key: Any, volume: Any) -> None:
-        self._file(key).volume = number(volume, "ALAudioPlayer.setVolume: volume", 0.0, 1.0)
+    @offers("ALAudioPlayer.setVolume", partly=KEPT)
+    def _set_volume(self, key: Any, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._file(key).volume = volume
 
-    def _set_master(self, volume: Any) -> None:
-        self._master = number(volume, "ALAudioPlayer.setMasterVolume: volume", 0.0, 1.0)
+    @offers("ALAudioPlayer.setMasterVolume", partly=KEPT)
+    def _set_master(self, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._master = volume
 
+    @offers("ALAudioPlayer.goTo")
     def _go_to(self, key: Any, place: Any) -> None:
         file = self._file(key)
         file.place = number(place, "ALAudioPlayer.goTo: position", 0.0, file.seconds)
 
-    def methods(self) -> Table:
-        """Methods of `ALAudioPlayer`."""
-        return {
-            "loadFile": self.load,
-            "unloadFile": self._unload,
-            "unloadAllFiles": self._unload_all,
-            "getLoadedFilesIds": lambda: list(self._files),
-            "getLoadedFilesNames": lambda: [str(file.path) for file in self._files.values()],
-            "play": lambda key, *levels: self.play(key, *_levels(levels)),
-            "playInLoop": lambda key, *levels: self.play(key, *_levels(levels), loop=True),
-            "playFile": lambda path, *levels: self.play_file(path, *_levels(levels)),
-            "playFileInLoop": lambda path, *levels: self.play_file(path, *_levels(levels), loop=True),
-            "playFileFromPosition": lambda path, at, *levels: self._from(path, at, False, *_levels(levels)),
-            "playFileInLoopFromPosition": lambda path, at, *levels: self._from(
-                path, at, True, *_levels(levels)
-            ),
-            "pause": self._pause,
-            "stop": self.stop,
-            "stopAll": self.stop_all,
-            "goTo": self._go_to,
-            "getFileLength": lambda key: self._file(key).seconds,
-            "getCurrentPosition": lambda key: self._file(key).place,
-            "setVolume": self._set_volume,
-            "getVolume": lambda key: self._file(key).volume,
-            "setMasterVolume": self._set_master,
-            "getMasterVolume": lambda: self._master,
-            "playSine": self._sine,
-            "getInstalledSoundSetsList": _no_sets,
-            "getLoadedSoundSetsList": _no_sets,
+    @offers("ALAudioPlayer.getFileLength")
+    def _get_file_length(self, key: Any) -> Any:
+        return self._file(key).seconds
+
+    @offers("ALAudioPlayer.getCurrentPosition")
+    def _get_current_position(self, key: Any) -> Any:
+        return self._file(key).place
+
+    @offers("ALAudioPlayer.getVolume")
+    def _get_volume(self, key: Any) -> Any:
+        return self._file(key).volume
+
+    @offers("ALAudioDevice.setOutputVolume", partly=KEPT)
+    def _set_output_volume(self, volume: Annotated[float, Range(0.0, 100.0)]) -> Any:
+        self._output = round(volume)
+
+    @offers("ALAudioDevice.muteAudioOut", partly=KEPT)
+    def _mute_audio_out(self, muted: bool) -> Any:
+        self._muted = muted
+
+    answers = Answers(
+        {
+            "ALAudioPlayer.getInstalledSoundSetsList": lambda self: [],
+            "ALAudioPlayer.getLoadedSoundSetsList": lambda self: [],
+            "ALAudioPlayer.getLoadedFilesIds": lambda self: list(self._files),
+            "ALAudioPlayer.getLoadedFilesNames": lambda self: [str(file.path) for file in self._files.values()],
+            "ALAudioPlayer.getMasterVolume": lambda self: self._master,
+            "ALAudioDevice.getOutputVolume": lambda self: self._output,
+            "ALAudioDevice.isAudioOutMuted": lambda self: self._muted,
         }
-
-    def device_methods(self) -> Table:
-        """Methods of `ALAudioDevice`."""
-
-        def put(volume: Any) -> None:
-            self._output = round(number(volume, "ALAudioDevice.setOutputVolume: volume", 0.0, 100.0))
-
-        def mute(muted: Any) -> None:
-            self._muted = flag(muted, "ALAudioDevice.muteAudioOut: muted")
-
-        return {
-            "setOutputVolume": put,
-            "getOutputVolume": lambda: self._output,
-            "muteAudioOut": mute,
-            "isAudioOutMuted": lambda: self._muted,
-            "playSine": self._sine,
-        }
-
-
-def _no_sets() -> list[str]:
-    return []
-
-
-def _levels(levels: tuple[Any, ...]) -> tuple[Any, ...]:
-    if len(levels) > 2:
-        raise NaoqiRefused("ALAudioPlayer takes a volume and a panorama at most.")
-    return levels
+    )
 
 
 SAMPLES: Final = {48_000: 4096, 16_000: 1365}
@@ -278,6 +311,7 @@ class Microphones:
             raise NaoqiRefused(f"ALAudioDevice.{method}: {MAX_MODULES} modules listen already.")
         return self._listeners.setdefault(name, _Listener())
 
+    @offers("ALAudioDevice.setClientPreferences")
     def _prefer(self, module: Any, rate: Any, channels: Any, *_: Any) -> None:
         if rate not in list(SAMPLES) or channels not in list(range(ALL + 1)):
             raise NaoqiRefused(
@@ -287,19 +321,13 @@ class Microphones:
         listener = self._of(module, "setClientPreferences")
         listener.rate, listener.channels = int(rate), 1 if channels else ALL
 
+    @offers("ALAudioDevice.subscribe", partly="processRemote gets silence: there are no microphones")
     def _subscribe(self, module: Any) -> None:
         self._of(module, "subscribe").due = 0.0
 
-    def _unsubscribe(self, module: Any) -> None:
-        self._listeners.pop(text(module, "ALAudioDevice.unsubscribe: module"), None)
-
-    def methods(self) -> Table:
-        """Methods of `ALAudioDevice`."""
-        return {
-            "setClientPreferences": self._prefer,
-            "subscribe": self._subscribe,
-            "unsubscribe": self._unsubscribe,
-        }
+    @offers("ALAudioDevice.unsubscribe")
+    def _unsubscribe(self, module: str) -> None:
+        self._listeners.pop(module, None)
 
 
 _ALLOWED: Final = ((4, 48_000), (1, 16_000))
@@ -329,9 +357,10 @@ class Recorder:
         self._recording: _Recording | None = None
         self._writer = ThreadPoolExecutor(1, "recorder")
 
-    def _start(self, path: Any, kind: Any, rate: Any, channels: Any) -> None:
+    @offers("ALAudioRecorder.startMicrophonesRecording", partly="silence: there are no microphones")
+    def _start(self, path: NewFile, kind: Any, rate: Any, channels: Any) -> None:
         method = "startMicrophonesRecording"
-        file = new_file(path, f"{method}: path")
+        file = path
         if self._recording is not None:
             raise NaoqiRefused(f"{method}: {self._recording.path} is being recorded; stop that first.")
         if kind != "wav":
@@ -343,9 +372,11 @@ class Recorder:
             )
         self._recording = _Recording(file, count, rate, self._now())
 
-    def _start_all(self, path: Any) -> None:
+    @offers("ALAudioDevice.startMicrophonesRecording", partly="silence: there are no microphones")
+    def _start_all(self, path: NewFile) -> None:
         self._start(path, "wav", 48_000, [1, 1, 1, 1])
 
+    @offers("ALAudioRecorder.stopMicrophonesRecording", "ALAudioDevice.stopMicrophonesRecording")
     def _stop(self) -> Future[Any] | None:
         recording, self._recording = self._recording, None
         if recording is None:
@@ -353,19 +384,20 @@ class Recorder:
         seconds = min(MAX_SECONDS, 0.001 * (self._now() - recording.began))
         return self._writer.submit(_write, recording, seconds)
 
-    def methods(self) -> Table:
-        """Methods of `ALAudioRecorder`."""
-        return {"startMicrophonesRecording": self._start, "stopMicrophonesRecording": self._stop}
+    energies = Answers(
+        {
+            f"ALAudioDevice.get{place}MicEnergy": lambda self: 0.0
+            for place in ("Front", "Rear", "Left", "Right")
+        },
+        partly="silence: there are no microphones",
+    )
 
-    def device_methods(self) -> Table:
-        """Methods of `ALAudioDevice`."""
-        return {
-            "startMicrophonesRecording": self._start_all,
-            "stopMicrophonesRecording": self._stop,
-            "enableEnergyComputation": lambda: None,
-            "disableEnergyComputation": lambda: None,
-            **{f"get{place}MicEnergy": lambda: 0.0 for place in ("Front", "Rear", "Left", "Right")},
+    answers = Answers(
+        {
+            "ALAudioDevice.enableEnergyComputation": lambda self: None,
+            "ALAudioDevice.disableEnergyComputation": lambda self: None,
         }
+    )
 
 
 def _write(recording: _Recording, seconds: float) -> None:

@@ -10,14 +10,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from bridge.adapters.naoqi.arguments import flag, text
 from bridge.adapters.naoqi.core.cartesian import look_angles
 from bridge.adapters.naoqi.core.frames import RobotFrames, inverse
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    offers,
+    text,
+)
 from bridge.adapters.naoqi.interaction.detection import Stage
 from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
-from bridge.adapters.naoqi.methods import Table
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -45,8 +49,9 @@ class AutonomousLife:
         events.declare(_STATE, "ALAutonomousLife", self._state)
         self._enabled = dict.fromkeys(ABILITIES, False)
 
-    def _set_state(self, state: Any) -> None:
-        wanted = text(state, "ALAutonomousLife.setState: state")
+    @offers("ALAutonomousLife.setState", partly=KEPT)
+    def _set_state(self, state: str) -> None:
+        wanted = state
         if wanted not in STATES:
             raise NaoqiRefused(f"ALAutonomousLife.setState: {unknown_name('state', wanted, STATES)}.")
         if wanted == "solitary" and self._state == "interactive":
@@ -60,38 +65,48 @@ class AutonomousLife:
             raise NaoqiRefused(f"ALAutonomousLife: {unknown_name('ability', ability, ABILITIES)}.")
         return ability
 
-    def _set_ability(self, name: Any, enabled: Any) -> None:
+    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=KEPT)
+    def _set_ability(self, name: Any, enabled: bool) -> None:
         names = ABILITIES if name == "All" else (self._ability(name),)
-        on = flag(enabled, "ALAutonomousLife.setAutonomousAbilityEnabled: enabled")
+        on = enabled
         self._enabled.update(dict.fromkeys(names, on))
 
+    @offers("ALAutonomousLife.getAutonomousAbilitiesStatus")
     def _status(self) -> list[dict[str, Any]]:
         return [{"name": name, "enabled": on, "running": False} for name, on in self._enabled.items()]
 
-    def _no_activity(self, name: Any, *_: Any) -> None:
+    @offers(
+        "ALAutonomousLife.switchFocus",
+        "ALAutonomousLife.getActivityNature",
+        "ALAutonomousLife.getFocusContext",
+        partly="no activities are installed; the call fails as documented",
+    )
+    def _no_activity(self, name: str, *_: Any) -> None:
         raise NaoqiRefused(
-            f"ALAutonomousLife: there is no activity {text(name, 'ALAutonomousLife: activity')!r:.60}; none is "
-            "installed on an emulated robot."
+            f"ALAutonomousLife: there is no activity {name!r:.60}; none is installed on an emulated robot."
         )
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return {
-            "getState": lambda: self._state,
-            "setState": self._set_state,
-            "focusedActivity": lambda: "",
-            "switchFocus": self._no_activity,
-            "stopFocus": lambda: None,
-            "stopAll": lambda: None,
-            "getActivityNature": self._no_activity,
-            "getFocusContext": self._no_activity,
-            "getFocusHistory": lambda _depth=None: [],
-            "getStateHistory": lambda _depth=None: [],
-            "getAutonomousAbilityEnabled": lambda name: self._enabled[self._ability(name)],
-            "setAutonomousAbilityEnabled": self._set_ability,
-            "getAutonomousAbilitiesStatus": self._status,
-            "isMonitoringLaunchpadConditions": lambda: False,
+    @offers("ALAutonomousLife.getFocusHistory")
+    def _get_focus_history(self, _depth: Any = None) -> Any:
+        return []
+
+    @offers("ALAutonomousLife.getStateHistory")
+    def _get_state_history(self, _depth: Any = None) -> Any:
+        return []
+
+    @offers("ALAutonomousLife.getAutonomousAbilityEnabled")
+    def _get_autonomous_ability_enabled(self, name: Any) -> Any:
+        return self._enabled[self._ability(name)]
+
+    answers = Answers(
+        {
+            "ALAutonomousLife.getState": lambda self: self._state,
+            "ALAutonomousLife.focusedActivity": lambda self: "",
+            "ALAutonomousLife.stopFocus": lambda self: None,
+            "ALAutonomousLife.stopAll": lambda self: None,
+            "ALAutonomousLife.isMonitoringLaunchpadConditions": lambda self: False,
         }
+    )
 
 
 ENGAGEMENT_MODES: Final = ("Unengaged", "FullyEngaged", "SemiEngaged")
@@ -130,21 +145,28 @@ class Awareness:
         self._engagement, self._tracking = ENGAGEMENT_MODES[0], TRACKING_MODES[0]
         self._stimuli = dict.fromkeys(STIMULI, True)
 
-    def _enable(self, enabled: Any) -> None:
-        self._enabled = flag(enabled, "ALBasicAwareness.setEnabled: enabled")
+    @offers("ALBasicAwareness.setEnabled", partly="as startAwareness")
+    def _enable(self, enabled: bool) -> None:
+        self._enabled = enabled
 
     def _pause(self, paused: bool) -> None:
         self._paused = paused
 
+    @offers("ALBasicAwareness.setEngagementMode", partly=KEPT)
     def _set_engagement(self, mode: Any) -> None:
         self._engagement = _one_of(mode, ENGAGEMENT_MODES, "engagement mode")
 
+    @offers(
+        "ALBasicAwareness.setTrackingMode",
+        partly="remembered and read back; the head follows, the body does not",
+    )
     def _set_tracking(self, mode: Any) -> None:
         self._tracking = _one_of(mode, TRACKING_MODES, "tracking mode")
 
-    def _set_stimulus(self, stimulus: Any, enabled: Any) -> None:
+    @offers("ALBasicAwareness.setStimulusDetectionEnabled", partly="only the stimulus People has an effect")
+    def _set_stimulus(self, stimulus: Any, enabled: bool) -> None:
         name = _one_of(stimulus, STIMULI, "stimulus")
-        self._stimuli[name] = flag(enabled, "ALBasicAwareness.setStimulusDetectionEnabled: enabled")
+        self._stimuli[name] = enabled
 
     def update(self, now: int) -> None:
         """One cycle, at `now` of the robot's clock, ms."""
@@ -186,27 +208,30 @@ class Awareness:
         self._memory.put("PeoplePerception/PeopleList", sorted(places))
         return places
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return {
-            "setEnabled": self._enable,
-            "isEnabled": lambda: self._enabled,
-            "isRunning": lambda: self._enabled and not self._paused,
-            "startAwareness": lambda: self._enable(True),
-            "stopAwareness": lambda: self._enable(False),
-            "isAwarenessRunning": lambda: self._enabled and not self._paused,
-            "pauseAwareness": lambda: self._pause(True),
-            "resumeAwareness": lambda: self._pause(False),
-            "isAwarenessPaused": lambda: self._paused,
-            "getEngagementMode": lambda: self._engagement,
-            "setEngagementMode": self._set_engagement,
-            "getTrackingMode": lambda: self._tracking,
-            "setTrackingMode": self._set_tracking,
-            "isStimulusDetectionEnabled": lambda stimulus: self._stimuli[
-                _one_of(stimulus, STIMULI, "stimulus")
-            ],
-            "setStimulusDetectionEnabled": self._set_stimulus,
+    @offers("ALBasicAwareness.isStimulusDetectionEnabled")
+    def _is_stimulus_detection_enabled(self, stimulus: Any) -> Any:
+        return self._stimuli[_one_of(stimulus, STIMULI, "stimulus")]
+
+    answers = Answers(
+        {
+            "ALBasicAwareness.isEnabled": lambda self: self._enabled,
+            "ALBasicAwareness.isRunning": lambda self: self._enabled and not self._paused,
+            "ALBasicAwareness.stopAwareness": lambda self: self._enable(False),
+            "ALBasicAwareness.isAwarenessRunning": lambda self: self._enabled and not self._paused,
+            "ALBasicAwareness.pauseAwareness": lambda self: self._pause(True),
+            "ALBasicAwareness.resumeAwareness": lambda self: self._pause(False),
+            "ALBasicAwareness.isAwarenessPaused": lambda self: self._paused,
+            "ALBasicAwareness.getEngagementMode": lambda self: self._engagement,
+            "ALBasicAwareness.getTrackingMode": lambda self: self._tracking,
         }
+    )
+
+    answers2 = Answers(
+        {
+            "ALBasicAwareness.startAwareness": lambda self: self._enable(True),
+        },
+        partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
+    )
 
 
 def _one_of(name: Any, known: Sequence[str], what: str) -> str:

@@ -6,14 +6,20 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Annotated, Any, Final, cast
 
-from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.core.cameras import CAMERAS, Eyes
 from bridge.adapters.naoqi.core.frames import RobotFrames, inverse, position6
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    number,
+    offers,
+    text,
+)
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -97,7 +103,10 @@ class Stage:
                 x, y, z, _ = (float(part) for part in to_camera @ (*thing.place, 1.0))
                 yield thing.kind, thing.name, (x, y, z), thing.size, links
 
-    def show(self, kind: Any, name: Any, place: Any, size: Any = None) -> None:
+    @offers("NaoHil.show")
+    def show(
+        self, kind: Any, name: Any, place: Any, size: Annotated[float, Range(0.001, 10.0)] | None = None
+    ) -> None:
         """Put a thing into the world, or move it.
 
         Args:
@@ -110,22 +119,26 @@ class Stage:
         if not isinstance(place, list) or len(place) != 3:
             raise NaoqiRefused(f"NaoHil.show: {place!r:.60} was given; [x, y, z] in m is expected.")
         x, y, z = (number(item, "NaoHil.show: place", -1e3, 1e3) for item in place)
-        wide = THING_SIZES[what] if size is None else number(size, "NaoHil.show: size", 0.001, 10.0)
+        wide = THING_SIZES[what] if size is None else size
         if (what, which) not in self._things and len(self._things) >= MAX_THINGS:
             raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
         self._things[what, which] = ShownThing(cast(Kind, what), which, (x, y, z), wide)
 
+    @offers("NaoHil.hide")
     def _hide(self, kind: Any, name: Any) -> None:
         self._things.pop((_kind(kind), _name(kind, name)), None)
 
-    def methods(self) -> Table:
-        """Methods of the service `NaoHil`."""
-        return {
-            "show": self.show,
-            "hide": self._hide,
-            "things": lambda: [[t.kind, t.name, list(t.place), t.size] for t in self._things.values()],
-            "hear": lambda words: self._hear(text(words, "NaoHil.hear: words")),
+    @offers("NaoHil.hear")
+    def _hear_words(self, words: str) -> Any:
+        return self._hear(words)
+
+    answers = Answers(
+        {
+            "NaoHil.things": lambda self: [
+                [t.kind, t.name, list(t.place), t.size] for t in self._things.values()
+            ],
         }
+    )
 
 
 def _kind(kind: Any) -> str:
@@ -163,20 +176,26 @@ class Detection:
     ) -> None:
         self._service, self._kind, self._event = service, kind, event
         self._stage, self._frames, self._events = stage, frames, events
-        self._extractor = VisionExtractor(service, events, [event], PERIOD)
+        self.extractor = VisionExtractor(
+            service,
+            events,
+            [event],
+            PERIOD,
+            left_out="it sees the things of the world by geometry, not by pictures",
+        )
         events.declare(event, service, [])
         self._seen = False
         self._due = 0
 
     @property
     def _camera(self) -> int:
-        return self._extractor.camera
+        return self.extractor.camera
 
     def update(self, now: int) -> None:
         """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
-        if not self._extractor.processing or now < self._due:
+        if not self.extractor.processing or now < self._due:
             return
-        self._due = now + max(10, self._extractor.period)
+        self._due = now + max(10, self.extractor.period)
         sightings = list(self._stage.seen(self._kind, self._camera))
         if sightings:
             self._events.raise_event(self._event, self._value(sightings))
@@ -197,10 +216,6 @@ class Detection:
     def _found(self, sightings: list[Sighting]) -> list[Any]:
         one = sightings[0]
         return [[one.alpha, one.beta, 0.5 * one.size, 0.5 * one.size]]  # a ball's sizes are its radii
-
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return self._extractor.methods()
 
 
 class LandMarks(Detection):
@@ -236,49 +251,47 @@ class Faces(Detection):
         shape = [0, sighting.alpha, sighting.beta, sighting.size, sighting.size]
         return [shape, [number_ + 1, 1.0 if label else 0.0, label, *points]]
 
-    def _learn(self, name: Any) -> bool:
+    @offers("ALFaceDetection.learnFace", partly="for the one face that is seen")
+    @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
+    def _learn(self, name: str) -> bool:
         """Learn the one face that is seen; false when it is none or several."""
-        label = text(name, "ALFaceDetection.learnFace: name")
+        label = name
         faces = list(self._stage.seen("face", self._camera))
         if len(faces) != 1:
             return False
         self._known[faces[0].name] = label
         return True
 
-    def _forget(self, name: Any) -> bool:
-        label = text(name, "ALFaceDetection.forgetPerson: name")
+    @offers("ALFaceDetection.forgetPerson")
+    def _forget(self, name: str) -> bool:
+        label = name
         gone = [thing for thing, known in self._known.items() if known == label]
         for thing in gone:
             del self._known[thing]
         return bool(gone)
 
+    @offers("ALFaceDetection.clearDatabase")
     def _clear(self) -> bool:
         self._known.clear()
         return True
 
-    def _recognize(self, enabled: Any) -> None:
-        self._recognizes = flag(enabled, "ALFaceDetection.setRecognitionEnabled: enabled")
+    @offers("ALFaceDetection.setRecognitionEnabled", "ALFaceDetection.enableRecognition")
+    def _recognize(self, enabled: bool) -> None:
+        self._recognizes = enabled
 
-    def _track(self, enabled: Any) -> None:
-        self._tracks = flag(enabled, "ALFaceDetection.setTrackingEnabled: enabled")
+    @offers("ALFaceDetection.setTrackingEnabled", "ALFaceDetection.enableTracking", partly=KEPT)
+    def _track(self, enabled: bool) -> None:
+        self._tracks = enabled
 
-    def _set_threshold(self, value: Any) -> None:
-        self._threshold = number(value, "ALFaceDetection: threshold", 0.0, 1.0)
+    @offers("ALFaceDetection.setRecognitionConfidenceThreshold", partly=KEPT)
+    def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._threshold = value
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return super().methods() | {
-            "learnFace": self._learn,
-            "reLearnFace": self._learn,
-            "forgetPerson": self._forget,
-            "clearDatabase": self._clear,
-            "getLearnedFacesList": lambda: sorted(set(self._known.values())),
-            "setRecognitionEnabled": self._recognize,
-            "enableRecognition": self._recognize,
-            "isRecognitionEnabled": lambda: self._recognizes,
-            "setTrackingEnabled": self._track,
-            "enableTracking": self._track,
-            "isTrackingEnabled": lambda: self._tracks,
-            "setRecognitionConfidenceThreshold": self._set_threshold,
-            "getRecognitionConfidenceThreshold": lambda: self._threshold,
+    answers = Answers(
+        {
+            "ALFaceDetection.getLearnedFacesList": lambda self: sorted(set(self._known.values())),
+            "ALFaceDetection.isRecognitionEnabled": lambda self: self._recognizes,
+            "ALFaceDetection.isTrackingEnabled": lambda self: self._tracks,
+            "ALFaceDetection.getRecognitionConfidenceThreshold": lambda self: self._threshold,
         }
+    )

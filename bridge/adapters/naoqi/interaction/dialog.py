@@ -7,13 +7,19 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import number, robot_file, text
 from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    RobotFile,
+    offers,
+    text,
+)
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES
-from bridge.adapters.naoqi.methods import Table
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -196,13 +202,15 @@ class Dialog:
             self._focus = topic
             self._raise("Focus", topic)
 
-    def _force_input(self, said: Any) -> Future[Any] | None:
-        sentence = text(said, "ALDialog.forceInput: input")
+    @offers("ALDialog.forceInput", partly="without a subscriber nothing is answered")
+    def _force_input(self, said: str) -> Future[Any] | None:
+        sentence = said
         if not self._subscribers:
             logger.warning("ALDialog.forceInput: nobody has subscribed to ALDialog, and nothing is answered")
             return None
         return self._input(sentence[:MAX_TOPIC])
 
+    @offers("ALDialog.forceOutput")
     def _force_output(self) -> Future[Any] | None:
         """Say the next proposal of the topic that has the focus."""
         topic = self._topics.get(self._focus) if self._focus in self._active else None
@@ -214,29 +222,38 @@ class Dialog:
         self._turn("proposal", self._focus)
         return self._answer(topic, proposals[turn], ())
 
+    @offers("ALDialog.setFocus")
     def _set_focus(self, name: Any) -> None:
         self._go_to(self._loaded(name))
 
+    @offers("ALDialog.gotoTopic")
     def _go_to_topic(self, name: Any) -> Future[Any] | None:
         self._set_focus(name)
         return self._force_output()
 
-    def _go_to_tag(self, tag: Any, name: Any) -> Future[Any] | None:
+    @offers("ALDialog.gotoTag")
+    def _go_to_tag(self, tag: str, name: Any) -> Future[Any] | None:
         topic = self._topics[self._loaded(name)]
-        goal = self._tagged(topic, re.sub(r"\W", "", text(tag, "ALDialog.gotoTag: tag")))
+        goal = self._tagged(topic, re.sub(r"\W", "", tag))
         if goal is None:
             raise NaoqiRefused(f"ALDialog.gotoTag: {topic.name} has no tag {tag!r:.60}.")
         return self._answer(topic, goal, ())
 
-    def _switch(self, tag: Any, name: Any, *, on: bool) -> None:
-        key = self._loaded(name), text(tag, "ALDialog: tag")
-        if on:
-            self._blocked.discard(key)
-        elif len(self._blocked) < MAX_CONCEPTS:
-            self._blocked.add(key)
+    @offers("ALDialog.enableTag")
+    def _enable_tag(self, tag: str, topic: Any) -> None:
+        self._blocked.discard((self._loaded(topic), tag))
 
-    def _load_file(self, path: Any) -> str:
-        file = robot_file(path, "ALDialog.loadTopic: path")
+    @offers("ALDialog.disableTag")
+    def _disable_tag(self, tag: str, topic: Any) -> None:
+        if len(self._blocked) < MAX_CONCEPTS:
+            self._blocked.add((self._loaded(topic), tag))
+
+    @offers(
+        "ALDialog.loadTopic",
+        partly="functions of answers but ^goto, ^rand and ^first are left out; a negation never matches",
+    )
+    def _load_file(self, path: RobotFile) -> str:
+        file = path
         try:
             with file.open("rb") as source:
                 content = source.read(MAX_TOPIC + 1)
@@ -245,8 +262,9 @@ class Dialog:
             raise NaoqiRefused(f"ALDialog.loadTopic: {str(path)!r:.80} cannot be read ({reason}).") from None
         return self._load(content.decode("utf-8", "replace"))
 
-    def _load(self, content: Any) -> str:
-        source = text(content, "ALDialog.loadTopicContent: content")
+    @offers("ALDialog.loadTopicContent", partly="as loadTopic")
+    def _load(self, content: str) -> str:
+        source = content
         if len(source) > MAX_TOPIC:
             raise NaoqiRefused(f"ALDialog: the topic is longer than {MAX_TOPIC} letters.")
         topic = parse(source)
@@ -262,39 +280,48 @@ class Dialog:
             raise NaoqiRefused(f"ALDialog: {unknown_name('topic', topic, self._topics)}.")
         return topic
 
+    @offers("ALDialog.activateTopic")
     def _activate(self, name: Any) -> None:
         if self._loaded(name) not in self._active:
             self._active.append(name)
             self._raise("ActivateTopic", name)
 
+    @offers("ALDialog.deactivateTopic")
     def _deactivate(self, name: Any) -> None:
         if self._loaded(name) in self._active:
             self._active.remove(name)
             self._raise("DeactivateTopic", name)
 
+    @offers("ALDialog.unloadTopic")
     def _unload(self, name: Any) -> None:
         self._deactivate(name)
         del self._topics[name]
 
-    def _subscribe(self, name: Any) -> None:
+    @offers(
+        "ALDialog.subscribe", partly="text of forceInput and NaoHil.hear is answered, not sound; and events"
+    )
+    def _subscribe(self, name: str) -> None:
         if len(self._subscribers) >= MAX_TOPICS:
             raise NaoqiRefused(f"ALDialog.subscribe: {MAX_TOPICS} have subscribed already.")
-        self._subscribers.add(text(name, "ALDialog.subscribe: name"))
+        self._subscribers.add(name)
         self._raise("IsStarted", 1)
 
-    def _unsubscribe(self, name: Any) -> None:
-        self._subscribers.discard(text(name, "ALDialog.unsubscribe: name"))
+    @offers("ALDialog.unsubscribe")
+    def _unsubscribe(self, name: str) -> None:
+        self._subscribers.discard(name)
         if not self._subscribers:
             self._within = ("", [])
             self._raise("IsStarted", 0)
 
-    def _set_language(self, language: Any) -> None:
-        if text(language, "ALDialog.setLanguage: language") not in LANGUAGES:
+    @offers("ALDialog.setLanguage", partly=KEPT)
+    def _set_language(self, language: str) -> None:
+        if language not in LANGUAGES:
             raise NaoqiRefused(f"ALDialog.setLanguage: {unknown_name('language', language, LANGUAGES)}.")
         self._language = language
 
-    def _set_threshold(self, value: Any, *_: Any) -> None:
-        self._threshold = number(value, "ALDialog.setASRConfidenceThreshold: threshold", 0.0, 1.0)
+    @offers("ALDialog.setASRConfidenceThreshold", partly=KEPT)
+    def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
+        self._threshold = value
 
     def _key(self, concept: Any, language: Any) -> tuple[str, str]:
         key = text(concept, "ALDialog: concept"), text(language, "ALDialog: language")
@@ -302,6 +329,7 @@ class Dialog:
             raise NaoqiRefused(f"ALDialog: {MAX_CONCEPTS} concepts are kept already.")
         return key
 
+    @offers("ALDialog.setConcept")
     def _set_concept(self, concept: Any, language: Any, words: Any, *_: Any) -> None:
         key = self._key(concept, language)
         self._keep(key, _words(words))
@@ -310,53 +338,46 @@ class Dialog:
         self._concepts[key] = words
         self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
 
+    @offers("ALDialog.addToConcept")
     def _add_to_concept(self, concept: Any, language: Any, words: Any) -> None:
         key = self._key(concept, language)
         kept = self._concepts.get(key, [])
         self._keep(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
 
+    @offers("ALDialog.clearConcepts")
     def _clear_concepts(self) -> None:
         self._concepts.clear()
         self._patterns.clear()
 
+    @offers("ALDialog.resetAll")
     def _reset(self) -> None:
         self._within, self._focus = ("", []), ""
         self._blocked.clear()
         self._turns.clear()
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        switches = {
-            name: lambda tag, topic, on=on: self._switch(tag, topic, on=on)
-            for name, on in (("enableTag", True), ("disableTag", False))
+    @offers("ALDialog.getLoadedTopics")
+    def _get_loaded_topics(self, of: Any) -> Any:
+        return [t.name for t in self._topics.values() if t.language in _codes(of)]
+
+    @offers("ALDialog.getConcept")
+    def _get_concept(self, concept: Any, language: Any) -> Any:
+        return self._concepts.get(self._key(concept, language), [])
+
+    answers = Answers(
+        {
+            "ALDialog.getAllLoadedTopics": lambda self: list(self._topics),
+            "ALDialog.getActivatedTopics": lambda self: list(self._active),
+            "ALDialog.getFocus": lambda self: self._focus,
+            "ALDialog.getASRConfidenceThreshold": lambda self: self._threshold,
         }
-        return switches | {
-            "loadTopic": self._load_file,
-            "loadTopicContent": self._load,
-            "unloadTopic": self._unload,
-            "activateTopic": self._activate,
-            "deactivateTopic": self._deactivate,
-            "getAllLoadedTopics": lambda: list(self._topics),
-            "getLoadedTopics": lambda of: [t.name for t in self._topics.values() if t.language in _codes(of)],
-            "getActivatedTopics": lambda: list(self._active),
-            "subscribe": self._subscribe,
-            "unsubscribe": self._unsubscribe,
-            "forceInput": self._force_input,
-            "forceOutput": self._force_output,
-            "gotoTopic": self._go_to_topic,
-            "gotoTag": self._go_to_tag,
-            "getFocus": lambda: self._focus,
-            "setFocus": self._set_focus,
-            "setLanguage": self._set_language,
-            "compileAll": lambda: None,
-            "resetAll": self._reset,
-            "getASRConfidenceThreshold": lambda: self._threshold,
-            "setASRConfidenceThreshold": self._set_threshold,
-            "getConcept": lambda concept, language: self._concepts.get(self._key(concept, language), []),
-            "setConcept": self._set_concept,
-            "addToConcept": self._add_to_concept,
-            "clearConcepts": self._clear_concepts,
-        }
+    )
+
+    answers2 = Answers(
+        {
+            "ALDialog.compileAll": lambda self: None,
+        },
+        partly="without effect: topics are ready when they are loaded",
+    )
 
 
 def _of_words(words: str) -> Pattern:

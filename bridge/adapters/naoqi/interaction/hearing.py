@@ -5,11 +5,17 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, number, text
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    flag,
+    number,
+    offers,
+    text,
+)
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES
-from bridge.adapters.naoqi.methods import Table
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -30,8 +36,11 @@ class SpeechRecognition:
 
     def __init__(self, events: Events) -> None:
         self._events = events
-        self._extractor = Extractor(
-            "ALSpeechRecognition", events, ["WordRecognized", "LastWordRecognized", "SpeechDetected"]
+        self.extractor = Extractor(
+            "ALSpeechRecognition",
+            events,
+            ["WordRecognized", "LastWordRecognized", "SpeechDetected"],
+            left_out="it recognizes text that NaoHil.hear gives, not sound",
         )
         events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING))
         events.declare("SpeechDetected", "ALSpeechRecognition", False)
@@ -49,7 +58,7 @@ class SpeechRecognition:
 
         Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
         """
-        if not self._extractor.running or self._paused:
+        if not self.extractor.running or self._paused:
             return []
         self._events.raise_event(_STATUS, "SpeechDetected")
         self._events.raise_event("SpeechDetected", True)
@@ -70,26 +79,30 @@ class SpeechRecognition:
         self._events.raise_event(_STATUS, "EndOfProcess")
         return found
 
-    def _set_words(self, words: Any, spots: Any = False) -> None:
+    @offers("ALSpeechRecognition.setVocabulary", partly="compared as text")
+    @offers("ALSpeechRecognition.setWordListAsVocabulary")
+    def _set_words(self, words: Any, spots: bool = False) -> None:
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words) or not words:
             raise NaoqiRefused(
                 f"ALSpeechRecognition.setVocabulary: {words!r:.60} was given; a list of words is expected."
             )
-        if self._extractor.running and not self._paused and not self._pushed:
+        if self.extractor.running and not self._paused and not self._pushed:
             raise NaoqiRefused(
                 "ALSpeechRecognition.setVocabulary: it is running; pause(True) first, and pause(False) after."
             )
-        self._spots = flag(spots, "ALSpeechRecognition.setVocabulary: word spotting")
+        self._spots = spots
         self._words = words[:MAX_WORDS]
 
-    def _set_language(self, language: Any) -> None:
-        name = text(language, "ALSpeechRecognition.setLanguage: language")
+    @offers("ALSpeechRecognition.setLanguage")
+    def _set_language(self, language: str) -> None:
+        name = language
         if name not in LANGUAGES:
             raise NaoqiRefused(f"ALSpeechRecognition: {unknown_name('language', name, LANGUAGES)}.")
         self._language = name
 
-    def _pause(self, paused: Any) -> None:
-        self._paused = flag(paused, "ALSpeechRecognition.pause: paused")
+    @offers("ALSpeechRecognition.pause")
+    def _pause(self, paused: bool) -> None:
+        self._paused = paused
         self._events.raise_event(_STATUS, "ListenOff" if self._paused else "ListenOn")
 
     def _parameter(self, name: Any) -> str:
@@ -98,6 +111,7 @@ class SpeechRecognition:
             raise NaoqiRefused(f"ALSpeechRecognition: {unknown_name('parameter', parameter, _PARAMETERS)}.")
         return parameter
 
+    @offers("ALSpeechRecognition.setParameter", partly="the sensitivity is without effect")
     def _set_parameter(self, name: Any, value: Any) -> None:
         parameter = self._parameter(name)
         lower, upper, _ = _PARAMETERS[parameter]
@@ -106,32 +120,36 @@ class SpeechRecognition:
     def _express(self, kind: str, enabled: Any) -> None:
         self._shows[kind] = flag(enabled, f"ALSpeechRecognition.set{kind}Expression: enabled")
 
+    @offers("ALSpeechRecognition.pushContexts")
     def _push(self) -> None:
         if len(self._pushed) < MAX_WORDS:
             self._pushed.append((self._words, self._spots))
 
+    @offers("ALSpeechRecognition.popContexts")
     def _pop(self) -> None:
         if self._pushed:
             self._words, self._spots = self._pushed.pop()
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return self._extractor.methods() | {
-            "setVocabulary": self._set_words,
-            "setWordListAsVocabulary": self._set_words,
-            "setLanguage": self._set_language,
-            "getLanguage": lambda: self._language,
-            "getAvailableLanguages": lambda: list(LANGUAGES),
-            "pause": self._pause,
-            "_enableFreeSpeechToText": lambda: None,
-            "pushContexts": self._push,
-            "popContexts": self._pop,
-            "getParameter": lambda name: self._parameters[self._parameter(name)],
-            "setParameter": self._set_parameter,
-            "setAudioExpression": lambda enabled: self._express("Audio", enabled),
-            "getAudioExpression": lambda: self._shows["Audio"],
-            "setVisualExpression": lambda enabled: self._express("Visual", enabled),
+    @offers("ALSpeechRecognition.getParameter")
+    def _get_parameter(self, name: Any) -> Any:
+        return self._parameters[self._parameter(name)]
+
+    @offers("ALSpeechRecognition.setAudioExpression", partly=KEPT)
+    def _set_audio_expression(self, enabled: Any) -> Any:
+        return self._express("Audio", enabled)
+
+    @offers("ALSpeechRecognition.setVisualExpression", partly=KEPT)
+    def _set_visual_expression(self, enabled: Any) -> Any:
+        return self._express("Visual", enabled)
+
+    answers = Answers(
+        {
+            "ALSpeechRecognition.getLanguage": lambda self: self._language,
+            "ALSpeechRecognition.getAvailableLanguages": lambda self: list(LANGUAGES),
+            "ALSpeechRecognition._enableFreeSpeechToText": lambda self: None,
+            "ALSpeechRecognition.getAudioExpression": lambda self: self._shows["Audio"],
         }
+    )
 
 
 def _plain(words: str) -> str:

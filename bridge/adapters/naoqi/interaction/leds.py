@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import MAX_DURATION, flag, number, text
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    MAX_DURATION,
+    Answers,
+    Range,
+    number,
+    offers,
+)
 from bridge.dcm.actuators import led_names
 from bridge.errors import NaoqiRefused
 
@@ -94,9 +100,10 @@ class Leds:
         self._all = led_names()
         self._groups = led_groups()
 
-    def _group(self, name: Any) -> list[str]:
+    @offers("ALLeds.listLED", "ALLeds.listGroup")
+    def _group(self, name: str) -> list[str]:
         """LEDs of a group, or the one of that name (with or without `/Actuator/Value`)."""
-        wanted = text(name, "LED name").removesuffix("/Actuator/Value").removeprefix("Device/SubDeviceList/")
+        wanted = name.removesuffix("/Actuator/Value").removeprefix("Device/SubDeviceList/")
         if wanted in self._groups:
             return self._groups[wanted]
         if wanted in self._all:
@@ -106,20 +113,28 @@ class Leds:
             "and BrainLeds are some of listGroups()."
         )
 
-    def _create(self, name: Any, leds: Any) -> None:
-        group = text(name, "ALLeds.createGroup: name")
+    @offers("ALLeds.createGroup")
+    def _create(self, name: str, leds: Any) -> None:
+        group = name
         if not isinstance(leds, list):
             raise NaoqiRefused(f"ALLeds.createGroup: {leds!r:.60} was given; a list of LEDs is expected.")
         members = [led for one in leds for led in self._group(one)]
         if len(self._groups) < MAX_GROUPS or group in self._groups:
             self._groups[group] = members
 
-    def fade(self, name: Any, intensity: Any, duration: Any) -> Future[Any]:
+    @offers("ALLeds.fade")
+    def fade(
+        self,
+        name: str,
+        intensity: Annotated[float, Range(0.0, 1.0)],
+        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+    ) -> Future[Any]:
         """All LEDs of a group to one brightness (0 to 1) in a time (s); waits for the end."""
-        value = number(intensity, "ALLeds: intensity", 0.0, 1.0)
-        seconds = number(duration, "ALLeds: duration", 0.0, MAX_DURATION)
+        value = intensity
+        seconds = duration
         return self._tasks.begin(self._go([(led, [(seconds, value)]) for led in self._group(name)]))
 
+    @offers("ALLeds.fadeRGB")
     def fade_rgb(self, name: Any, *arguments: Any) -> Future[Any]:
         """To a colour in a time: `(red, green, blue, s)`, `(0x00RRGGBB, s)` or `(colour's name, s)`."""
         if len(arguments) == 2:
@@ -132,6 +147,7 @@ class Leds:
             raise NaoqiRefused("ALLeds.fadeRGB takes (name, red, green, blue, s) or (name, colour, s).")
         return self._colours(name, [colour], [number(duration, "ALLeds.fadeRGB: duration", 0.0, MAX_DURATION)])
 
+    @offers("ALLeds.fadeListRGB")
     def fade_list(self, name: Any, colours: Any, times: Any) -> Future[Any]:
         """Through colours (0x00RRGGBB) at times (s); waits for the end."""
         if not isinstance(colours, list) or not isinstance(times, list) or len(colours) != len(times):
@@ -175,25 +191,36 @@ class Leds:
 
         return self._tasks.begin(task())
 
+    @offers("ALLeds.randomEyes", partly="the pattern is assumed")
     def _random(self, duration: Any) -> Future[Any]:
         shades = list(_NAMED.values())
         return self._pattern("ALLeds.randomEyes", duration, _PICTURE, lambda i, n: shades[(5 * i + n * n) % 7])
 
-    def _rotate(self, colour: Any, turn: Any, duration: Any) -> Future[Any]:
+    @offers("ALLeds.rotateEyes", partly="the pattern is assumed")
+    def _rotate(
+        self, colour: Any, turn: Annotated[float, Range(0.16, MAX_DURATION)], duration: Any
+    ) -> Future[Any]:
         _colour(colour)
         shade = _NAMED[colour] if isinstance(colour, str) else colour
-        step = number(turn, "ALLeds.rotateEyes: time for a rotation", 0.16, MAX_DURATION) / 8.0
+        step = turn / 8.0
         return self._pattern("ALLeds.rotateEyes", duration, step, lambda i, n: shade if n % 8 == i else 0)
 
+    @offers("ALLeds.rasta", partly="the pattern is assumed")
     def _rasta(self, duration: Any) -> Future[Any]:
         shades = (_NAMED["green"], _NAMED["yellow"], _NAMED["red"])
         return self._pattern("ALLeds.rasta", duration, 0.5, lambda _, n: shades[n % 3])
 
-    def _ears(self, degrees: Any, duration: Any, leave: Any) -> Future[Any]:
+    @offers("ALLeds.earLedsSetAngle", partly="the pattern is assumed")
+    def _ears(
+        self,
+        degrees: Annotated[float, Range(-360.0, 360.0)],
+        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+        leave: bool,
+    ) -> Future[Any]:
         """Light the ears up to an angle."""
-        angle = number(degrees, "ALLeds.earLedsSetAngle: degrees", -360.0, 360.0)
-        seconds = number(duration, "ALLeds.earLedsSetAngle: duration", 0.0, MAX_DURATION)
-        stays = 1.0 if flag(leave, "ALLeds.earLedsSetAngle: leaveOnAtEnd") else 0.0
+        angle = degrees
+        seconds = duration
+        stays = 1.0 if leave else 0.0
         paths: list[tuple[str, list[tuple[float, float]]]] = []
         for side in _SIDES:
             for i, led in enumerate(self._group(f"{side}EarLeds")):
@@ -202,33 +229,35 @@ class Leds:
                 paths.append((led, [(at, 1.0), (seconds + 0.01, stays)] if on else [(0.0, 0.0)]))
         return self._tasks.begin(self._go(paths, seconds))
 
-    def intensity(self, name: Any) -> float:
+    @offers("ALLeds.getIntensity")
+    def intensity(self, name: str) -> float:
         """Mean brightness of a group, 0 to 1."""
         leds = [f"{led}/Actuator/Value" for led in self._group(name)]
         values = self._joints.dcm.read(leds, self._joints.frame.position)
         return sum(values) / len(values)
 
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """Methods of the service."""
-        return {
-            "on": lambda name: self.fade(name, 1.0, 0.0),
-            "off": lambda name: self.fade(name, 0.0, 0.0),
-            "reset": lambda name: self.fade(name, 1.0, 0.0),
-            "setIntensity": lambda name, intensity: self.fade(name, intensity, 0.0),
-            "getIntensity": self.intensity,
-            "fade": self.fade,
-            "fadeRGB": self.fade_rgb,
-            "fadeListRGB": self.fade_list,
-            "randomEyes": self._random,
-            "rotateEyes": self._rotate,
-            "rasta": self._rasta,
-            "earLedsSetAngle": self._ears,
-            "createGroup": self._create,
-            "listGroups": lambda: list(self._groups),
-            "listLED": self._group,
-            "listGroup": self._group,
-            "listLEDs": lambda: list(self._all),
+    @offers("ALLeds.on")
+    def _on(self, name: str) -> Any:
+        return self.fade(name, 1.0, 0.0)
+
+    @offers("ALLeds.off")
+    def _off(self, name: str) -> Any:
+        return self.fade(name, 0.0, 0.0)
+
+    @offers("ALLeds.reset")
+    def _reset(self, name: str) -> Any:
+        return self.fade(name, 1.0, 0.0)
+
+    @offers("ALLeds.setIntensity")
+    def _set_intensity(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)]) -> Any:
+        return self.fade(name, intensity, 0.0)
+
+    answers = Answers(
+        {
+            "ALLeds.listGroups": lambda self: list(self._groups),
+            "ALLeds.listLEDs": lambda self: list(self._all),
         }
+    )
 
 
 def _colour(colour: Any) -> tuple[float, float, float]:

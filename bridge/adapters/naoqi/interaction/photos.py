@@ -7,13 +7,20 @@ import struct
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, new_file, number, text
 from bridge.adapters.naoqi.core.cameras import Eyes
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.methods import Table
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    flag,
+    new_file,
+    offers,
+    text,
+)
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -68,16 +75,25 @@ class _Setup:
             raise NaoqiRefused(f"{self.service}: {name} is {value!r:.40}; {numbers} are there.")
         setattr(self, name, value)
 
-    def methods(self) -> Table:
-        """Methods of both services."""
-        return {
-            "getCameraID": lambda: self.camera,
-            "setCameraID": lambda camera: self._put("camera", camera, (0, 1)),
-            "getResolution": lambda: self.resolution,
-            "setResolution": lambda resolution: self._put("resolution", resolution, SIZES),
-            "getColorSpace": lambda: self.space,
-            "setColorSpace": lambda space: self._put("space", space, (GREY, COLOUR)),
+    @offers(".setCameraID")
+    def _set_camera_id(self, camera: Any) -> Any:
+        return self._put("camera", camera, (0, 1))
+
+    @offers(".setResolution", partly=KEPT)
+    def _set_resolution(self, resolution: Any) -> Any:
+        return self._put("resolution", resolution, SIZES)
+
+    @offers(".setColorSpace")
+    def _set_color_space(self, space: Any) -> Any:
+        return self._put("space", space, (GREY, COLOUR))
+
+    answers = Answers(
+        {
+            ".getCameraID": lambda self: self.camera,
+            ".getResolution": lambda self: self.resolution,
+            ".getColorSpace": lambda self: self.space,
         }
+    )
 
 
 class PhotoCapture:
@@ -91,22 +107,26 @@ class PhotoCapture:
 
     def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
         self._eyes, self._tasks, self._now = eyes, tasks, now
-        self._setup = _Setup("ALPhotoCapture")
+        self.setup = _Setup("ALPhotoCapture")
         self._format, self._interval, self._half = "jpg", 200, False
 
+    @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
     def _take(self, folder: Any, name: Any, overwrite: Any = True) -> Future[Any]:
-        path = self._setup.file(folder, f"{_bare(name, self._format)}.{self._format}", overwrite, "takePicture")
+        path = self.setup.file(folder, f"{_bare(name, self._format)}.{self._format}", overwrite, "takePicture")
         return self._written(path, [str(path)])
 
-    def _take_some(self, count: Any, folder: Any, name: Any, overwrite: Any = True) -> Future[Any]:
-        series = round(number(count, "ALPhotoCapture.takePictures: number", 1, MAX_PICTURES))
+    @offers("ALPhotoCapture.takePictures", partly="as takePicture")
+    def _take_some(
+        self, count: Annotated[float, Range(1, MAX_PICTURES)], folder: Any, name: Any, overwrite: Any = True
+    ) -> Future[Any]:
+        series = round(count)
         bare, names = _bare(name, self._format), list[str]()
 
         def task() -> MotionTask:
             """One picture after the other, at the interval that is set."""
             for i in range(series):
                 begun, file = self._now(), f"{bare}_{i}.{self._format}"
-                path = self._setup.file(folder, file, overwrite, "takePictures")
+                path = self.setup.file(folder, file, overwrite, "takePictures")
                 done = self._written(path, None)
                 while not done.done() or (i < series - 1 and self._now() - begun < self._interval):
                     yield self._now() + 1
@@ -133,37 +153,41 @@ class PhotoCapture:
             else:
                 written.set_result(result)
 
-        setup = self._setup
+        setup = self.setup
         taken = self._eyes.picture(setup.camera, *setup.size, setup.space, FORMATS[self._format])
         taken.add_done_callback(write)
         return written
 
-    def _set_format(self, form: Any) -> None:
-        if text(form, "ALPhotoCapture.setPictureFormat: format") not in FORMATS:
+    @offers("ALPhotoCapture.setPictureFormat")
+    def _set_format(self, form: str) -> None:
+        if form not in FORMATS:
             raise NaoqiRefused(f"ALPhotoCapture.setPictureFormat: {unknown_name('format', form, FORMATS)}.")
         self._format = form
 
-    def _set_interval(self, milliseconds: Any) -> None:
-        self._interval = round(number(milliseconds, "ALPhotoCapture.setCaptureInterval: interval", 0, 3.6e6))
+    @offers("ALPhotoCapture.setCaptureInterval")
+    def _set_interval(self, milliseconds: Annotated[float, Range(0, 3.6e6)]) -> None:
+        self._interval = round(milliseconds)
 
-    def _set_half(self, enabled: Any) -> bool:
-        self._half = flag(enabled, "ALPhotoCapture.setHalfPressEnabled: enabled")
+    @offers("ALPhotoCapture.setHalfPressEnabled", partly=KEPT)
+    def _set_half(self, enabled: bool) -> bool:
+        self._half = enabled
         return True
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return self._setup.methods() | {
-            "takePicture": self._take,
-            "takePictures": self._take_some,
-            "getPictureFormat": lambda: self._format,
-            "setPictureFormat": self._set_format,
-            "getCaptureInterval": lambda: self._interval,
-            "setCaptureInterval": self._set_interval,
-            "isHalfPressEnabled": lambda: self._half,
-            "setHalfPressEnabled": self._set_half,
-            "isHalfPressed": lambda: self._half,
-            "halfPress": lambda: self._set_half(not self._half),
+    answers = Answers(
+        {
+            "ALPhotoCapture.getPictureFormat": lambda self: self._format,
+            "ALPhotoCapture.getCaptureInterval": lambda self: self._interval,
+            "ALPhotoCapture.isHalfPressEnabled": lambda self: self._half,
+            "ALPhotoCapture.isHalfPressed": lambda self: self._half,
         }
+    )
+
+    answers2 = Answers(
+        {
+            "ALPhotoCapture.halfPress": lambda self: self._set_half(not self._half),
+        },
+        partly=KEPT,
+    )
 
 
 class VideoRecorder:
@@ -177,21 +201,22 @@ class VideoRecorder:
 
     def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
         self._eyes, self._tasks, self._now = eyes, tasks, now
-        self._setup, self._rate = _Setup("ALVideoRecorder"), 15
+        self.setup, self._rate = _Setup("ALVideoRecorder"), 15
         self._path: Path | None = None
         self._taken: list[Future[Any]] = []
         self._writer = ThreadPoolExecutor(1, "film")
 
+    @offers("ALVideoRecorder.startRecording", partly="the pictures of ALVideoDevice, 9000 at most")
     def _start(self, folder: Any, name: Any, overwrite: Any = True) -> None:
         if self._path is not None:
             raise NaoqiRefused(f"ALVideoRecorder: {self._path} is being recorded; stop that first.")
-        path = self._setup.file(folder, f"{_bare(name, 'avi')}.avi", overwrite, "startRecording")
+        path = self.setup.file(folder, f"{_bare(name, 'avi')}.avi", overwrite, "startRecording")
         self._taken = [self._shot()]
         self._path = path
         self._tasks.begin(self._recording(path, self._rate))
 
     def _shot(self) -> Future[Any]:
-        return self._eyes.picture(self._setup.camera, *self._setup.size, self._setup.space, "jpeg")
+        return self._eyes.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
 
     def _recording(self, path: Path, rate: int) -> MotionTask:
         begun, taken = self._now(), self._taken
@@ -202,34 +227,33 @@ class VideoRecorder:
             elif self._path is path:
                 taken.append(taken[-1])  # the drawing is late: the picture stays
 
+    @offers("ALVideoRecorder.stopRecording")
     def _stop(self) -> Future[Any]:
         path, self._path = self._path, None
         if path is None:
             raise NaoqiRefused(
                 "ALVideoRecorder.stopRecording: nothing is being recorded; startRecording begins."
             )
-        return self._writer.submit(_write_film, path, list(self._taken), self._setup.size, self._rate)
+        return self._writer.submit(_write_film, path, list(self._taken), self.setup.size, self._rate)
 
+    @offers("ALVideoRecorder.setVideoFormat", partly="MJPG")
     def _set_format(self, form: Any) -> None:
         if form != "MJPG":
             raise NaoqiRefused(f"ALVideoRecorder.setVideoFormat: {form!r:.40} is not written; MJPG is.")
 
-    def _set_rate(self, rate: Any) -> None:
+    @offers("ALVideoRecorder.setFrameRate")
+    def _set_rate(self, rate: Annotated[float, Range(3, 30)]) -> None:
         if self._path is not None:
             raise NaoqiRefused("ALVideoRecorder.setFrameRate: a recording runs; stop that first.")
-        self._rate = round(number(rate, "ALVideoRecorder.setFrameRate: rate", 3, 30))
+        self._rate = round(rate)
 
-    def methods(self) -> Table:
-        """Methods of the service."""
-        return self._setup.methods() | {
-            "startRecording": self._start,
-            "stopRecording": self._stop,
-            "isRecording": lambda: self._path is not None,
-            "getFrameRate": lambda: self._rate,
-            "setFrameRate": self._set_rate,
-            "getVideoFormat": lambda: "MJPG",
-            "setVideoFormat": self._set_format,
+    answers = Answers(
+        {
+            "ALVideoRecorder.isRecording": lambda self: self._path is not None,
+            "ALVideoRecorder.getFrameRate": lambda self: self._rate,
+            "ALVideoRecorder.getVideoFormat": lambda self: "MJPG",
         }
+    )
 
 
 def _bare(name: Any, extension: str) -> str:

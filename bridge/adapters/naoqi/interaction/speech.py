@@ -13,13 +13,19 @@ import subprocess
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from bridge.adapters.naoqi.arguments import flag, new_file, number, text
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    NewFile,
+    Range,
+    offers,
+    text,
+)
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES, Voice
-from bridge.adapters.naoqi.methods import Table
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -157,12 +163,17 @@ class Speech:
             events.declare(f"{_PREFIX}/{event}", _PREFIX, value)
         events.declare("ALAnimatedSpeech/EndOfAnimatedSpeech", "ALAnimatedSpeech")
 
+    @offers(
+        "ALTextToSpeech.say",
+        partly="heard where espeak-ng is installed; elsewhere it takes the time of 14 letters a second",
+    )
     def say(self, sentence: Any, language: Any = None) -> Future[Any]:
         """Speak a text; waits for its end."""
         spoken = self._text(sentence, "ALTextToSpeech.say")
         tongue = self._language if language is None else _language(language)
         return self._begin(spoken, tongue)
 
+    @offers("ALAnimatedSpeech.say", partly="the text is spoken, its animations are left out")
     def say_animated(self, sentence: Any, settings: Any = None) -> Future[Any]:
         """Speak a text; its animations are left out. Waits for its end."""
         spoken = self._text(sentence, "ALAnimatedSpeech.say")
@@ -243,16 +254,19 @@ class Speech:
         if self._notifies:
             self._events.raise_event(f"{_PREFIX}/{event}", value)
 
+    @offers("ALTextToSpeech.setLanguage")
     def _set_language(self, language: Any) -> None:
         self._language = _language(language)
 
-    def _set_volume(self, volume: Any) -> None:
-        self._volume = number(volume, "ALTextToSpeech.setVolume: volume", 0.0, 1.0)
+    @offers("ALTextToSpeech.setVolume")
+    def _set_volume(self, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._volume = volume
 
-    def _set_parameter(self, name: Any, value: Any) -> None:
+    @offers("ALTextToSpeech.setParameter", partly="only the speed has an effect")
+    def _set_parameter(self, name: Any, value: float) -> None:
         parameter = self._parameter(name)
         lower, upper, _ = _PARAMETERS[parameter]
-        wanted = number(value, f"ALTextToSpeech.setParameter: {parameter}")
+        wanted = value
         if not (lower <= wanted <= upper or (wanted == 0.0 and parameter != "speed")):
             raise NaoqiRefused(
                 f"ALTextToSpeech.setParameter: {parameter} is {wanted:g}; {lower:g} to {upper:g} is expected."
@@ -265,17 +279,20 @@ class Speech:
             raise NaoqiRefused(f"ALTextToSpeech: {unknown_name('parameter', parameter, _PARAMETERS)}.")
         return parameter
 
-    def _set_voice(self, voice: Any) -> None:
-        if text(voice, "ALTextToSpeech.setVoice: voice") not in VOICES:
+    @offers("ALTextToSpeech.setVoice", partly="one voice speaks, under any of the vendor's names")
+    def _set_voice(self, voice: str) -> None:
+        if voice not in VOICES:
             raise NaoqiRefused(f"ALTextToSpeech.setVoice: {unknown_name('voice', voice, VOICES)}.")
         self._voice_name = voice
 
-    def _to_file(self, sentence: Any, path: Any) -> Future[Any]:
+    @offers("ALTextToSpeech.sayToFile", partly="where espeak-ng is installed")
+    def _to_file(self, sentence: Any, path: NewFile) -> Future[Any]:
         spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
-        file = new_file(path, "ALTextToSpeech.sayToFile: path")
+        file = path
         settings = (self._language, self._parameters["speed"], self._volume)
         return self._writer.submit(self._voice.write, spoken.plain, *settings, file)
 
+    @offers("ALTextToSpeech.stopAll")
     def stop_all(self) -> None:
         """Stop the text that is spoken and forget those that wait; their calls return."""
         self._waiting.clear()
@@ -283,53 +300,57 @@ class Speech:
     def _notify(self, enabled: bool) -> None:
         self._notifies = enabled
 
-    def methods(self) -> Table:
-        """Methods of `ALTextToSpeech`."""
-        return {
-            "say": self.say,
-            "sayToFile": self._to_file,
-            "stopAll": self.stop_all,
-            "getLanguage": lambda: self._language,
-            "setLanguage": self._set_language,
-            "getAvailableLanguages": lambda: list(LANGUAGES),
-            "getSupportedLanguages": lambda: list(LANGUAGES),
-            "getVoice": lambda: self._voice_name,
-            "setVoice": self._set_voice,
-            "getAvailableVoices": lambda: list(VOICES),
-            "getVolume": lambda: self._volume,
-            "setVolume": self._set_volume,
-            "getParameter": lambda name: self._parameters[self._parameter(name)],
-            "setParameter": self._set_parameter,
-            "resetSpeed": lambda: self._set_parameter("speed", 100.0),
-            "locale": lambda: LANGUAGES[self._language],
-            "enableNotifications": lambda: self._notify(True),
-            "disableNotifications": lambda: self._notify(False),
-            "loadVoicePreference": lambda name: text(name, "ALTextToSpeech.loadVoicePreference: name") and None,
+    @offers("ALTextToSpeech.getParameter")
+    def _get_parameter(self, name: Any) -> Any:
+        return self._parameters[self._parameter(name)]
+
+    @offers("ALTextToSpeech.loadVoicePreference", partly=KEPT)
+    def _load_voice_preference(self, name: str) -> Any:
+        return name and None
+
+    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=KEPT)
+    def _set_body_language_mode(self, mode: Any) -> Any:
+        self._mode = _mode(mode)
+
+    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=KEPT)
+    def _set_body_language_enabled(self, enabled: bool) -> Any:
+        self._mode = 2 if enabled else 0
+
+    @offers(
+        "ALAnimatedSpeech.addTagsToWords",
+        "ALAnimatedSpeech.declareTagForAnimations",
+        "ALAnimatedSpeech.addTagForAnimations",
+        partly=KEPT,
+    )
+    def _keep_tags(self, tags: Any) -> None:
+        """Check tags of animations or words; there are no animations."""
+        if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
+            raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
+
+    answers = Answers(
+        {
+            "ALTextToSpeech.getLanguage": lambda self: self._language,
+            "ALTextToSpeech.getSupportedLanguages": lambda self: list(LANGUAGES),
+            "ALTextToSpeech.getVoice": lambda self: self._voice_name,
+            "ALTextToSpeech.getAvailableVoices": lambda self: list(VOICES),
+            "ALTextToSpeech.getVolume": lambda self: self._volume,
+            "ALTextToSpeech.resetSpeed": lambda self: self._set_parameter("speed", 100.0),
+            "ALTextToSpeech.locale": lambda self: LANGUAGES[self._language],
+            "ALTextToSpeech.enableNotifications": lambda self: self._notify(True),
+            "ALTextToSpeech.disableNotifications": lambda self: self._notify(False),
+            "ALAnimatedSpeech.getBodyLanguageMode": lambda self: self._mode,
+            "ALAnimatedSpeech.getBodyLanguageModeToStr": lambda self: _MODES[self._mode],
+            "ALAnimatedSpeech.isBodyLanguageEnabled": lambda self: self._mode != 0,
+            "ALAnimatedSpeech.isBodyTalkEnabled": lambda self: self._mode != 0,
         }
+    )
 
-    def animated_methods(self) -> Table:
-        """Methods of `ALAnimatedSpeech`."""
-
-        def put(mode: Any) -> None:
-            self._mode = _mode(mode)
-
-        def enable(enabled: Any) -> None:
-            self._mode = 2 if flag(enabled, "ALAnimatedSpeech.setBodyLanguageEnabled: enabled") else 0
-
-        return {
-            "say": self.say_animated,
-            "setBodyLanguageMode": put,
-            "getBodyLanguageMode": lambda: self._mode,
-            "setBodyLanguageModeFromStr": put,
-            "getBodyLanguageModeToStr": lambda: _MODES[self._mode],
-            "setBodyLanguageEnabled": enable,
-            "isBodyLanguageEnabled": lambda: self._mode != 0,
-            "setBodyTalkEnabled": enable,
-            "isBodyTalkEnabled": lambda: self._mode != 0,
-            "addTagsToWords": _tags,
-            "declareTagForAnimations": _tags,
-            "addTagForAnimations": _tags,
-        }
+    answers2 = Answers(
+        {
+            "ALTextToSpeech.getAvailableLanguages": lambda self: list(LANGUAGES),
+        },
+        partly="the languages that espeak-ng may have",
+    )
 
 
 def _language(language: Any) -> str:
@@ -337,12 +358,6 @@ def _language(language: Any) -> str:
     if name not in LANGUAGES:
         raise NaoqiRefused(f"ALTextToSpeech: {unknown_name('language', name, LANGUAGES)}.")
     return name
-
-
-def _tags(tags: Any) -> None:
-    """Tags of animations or words: checked; there are no animations."""
-    if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
-        raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
 
 
 def _mode(mode: Any) -> int:

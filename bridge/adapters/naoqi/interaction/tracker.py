@@ -6,19 +6,27 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from bridge.adapters.naoqi.arguments import flag, fraction, number, text
 from bridge.adapters.naoqi.core.cameras import CAMERAS
 from bridge.adapters.naoqi.core.cartesian import look_angles, pointing_angles
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    flag,
+    fraction,
+    number,
+    offers,
+    text,
+)
 from bridge.adapters.naoqi.interaction.detection import Sighting, Stage
-from bridge.adapters.naoqi.methods import Method, Table, of_kind
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import ThingKind
@@ -241,6 +249,7 @@ class Tracker:
         self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
         self._initialize()
 
+    @offers("ALTracker.initialize")
     def _initialize(self) -> None:
         self._following.end()
         self._targets: dict[str, FollowedTarget] = {}
@@ -258,6 +267,7 @@ class Tracker:
         x, y, z, _ = self._frames.space(space, links, True) @ (*place, 1.0)
         return float(x), float(y), float(z)
 
+    @offers("ALTracker.lookAt", kind="joints", partly="by the head only")
     def look_at(self, position: Any, *arguments: Any) -> Future[Any]:
         """Turn the head so that a camera's axis goes through a point; waits for the end.
 
@@ -278,7 +288,12 @@ class Tracker:
         angles = look_angles(point, self._joints.body.lengths.NeckOffsetZ, place)
         return self._motion.interpolation_with_speed(["HeadYaw", "HeadPitch"], list(angles), share)
 
-    def point_at(self, effector: Any, position: Any, *arguments: Any) -> Future[Any]:
+    @offers(
+        "ALTracker.pointAt",
+        kind="joints",
+        partly="with a straight arm, and the elbow's offset of 15 mm left out",
+    )
+    def point_at(self, effector: str, position: Any, *arguments: Any) -> Future[Any]:
         """Stretch an arm towards a point; waits for the end.
 
         Args:
@@ -289,7 +304,7 @@ class Tracker:
         if len(arguments) not in (1, 2):
             raise NaoqiRefused("ALTracker.pointAt takes (effector, [x, y, z], space, fractionMaxSpeed).")
         space, speed = (0, *arguments)[-2:]
-        arm = text(effector, "ALTracker.pointAt: effector")
+        arm = effector
         if arm not in ("LArm", "RArm"):
             raise NaoqiRefused(f"ALTracker.pointAt: {arm!r:.40} is no arm; LArm and RArm are.")
         share = fraction(speed, "ALTracker.pointAt: fractionMaxSpeed")
@@ -297,10 +312,12 @@ class Tracker:
         angles = pointing_angles(point, arm, self._joints.body.lengths)
         return self._motion.interpolation_with_speed(list(angles), list(angles.values()), share)
 
+    @offers("ALTracker.registerTarget", partly="RedBall, Face and LandMark can be followed")
     def _register(self, name: Any, parameters: Any = None) -> None:
         target = _one_of(name, TARGETS, "target")
         self._targets[target] = _target(target, parameters)
 
+    @offers("ALTracker.track", kind="joints")
     def track(self, name: Any) -> None:
         """Follow a registered target.
 
@@ -312,32 +329,46 @@ class Tracker:
             raise NaoqiRefused(f"ALTracker.track: {target} is not registered; call registerTarget first.")
         self._following.begin(self._targets[target])
 
-    def track_event(self, event: Any) -> None:
+    @offers(
+        "ALTracker.trackEvent",
+        kind="joints",
+        partly="the first three numbers are a place in FRAME_WORLD; the rest of the event is not used",
+    )
+    def track_event(self, event: str) -> None:
         """Follow the places that an event of ALMemory gives: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
-        name = text(event, "ALTracker.trackEvent: event")
+        name = event
         self._following.begin(FollowedTarget(name, None, 0.0))
 
+    @offers("ALTracker.unregisterAllTargets")
     def _clear(self) -> None:
         self._following.end()
         self._targets.clear()
 
+    @offers("ALTracker.getActiveTarget")
     def _active(self) -> str:
         return self._following.target.name if self._following.target else ""
 
+    @offers("ALTracker.unregisterTarget", "ALTracker.unregisterTargets")
     def _unregister(self, names: Any) -> None:
         for name in names if isinstance(names, list) else [names]:
             self._targets.pop(text(name, "ALTracker: target"), None)
 
+    @offers("ALTracker.setMode", partly="Head and Move; in Move the head rests while the robot walks")
     def _set_mode(self, mode: Any) -> None:
         wanted = _one_of(mode, MODES, "mode")
         if wanted == "WholeBody":
             raise NaoqiRefused("ALTracker.setMode: WholeBody is not offered; Head and Move are.")
         self._mode, self._following.walks = wanted, wanted == "Move"
 
+    @offers(
+        "ALTracker.setEffector",
+        partly="the arm points with a straight elbow, and the elbow's offset of 15 mm left out",
+    )
     def _set_effector(self, effector: Any) -> None:
         self._effector = _one_of(effector, tuple(EFFECTORS), "effector")
         self._following.arms = EFFECTORS[self._effector]
 
+    @offers("ALTracker.setRelativePosition", partly="x, the angle and their thresholds, in mode Move")
     def _set_relative(self, position: Any) -> None:
         if not isinstance(position, list) or len(position) != 6:
             raise NaoqiRefused(
@@ -345,78 +376,71 @@ class Tracker:
             )
         self._following.relative = [number(x, "ALTracker.setRelativePosition: position") for x in position]
 
-    def _set_time_out(self, milliseconds: Any) -> None:
-        self._following.time_out = round(number(milliseconds, "ALTracker.setTimeOut: time", 0.0, 1e9))
+    @offers("ALTracker.setTimeOut")
+    def _set_time_out(self, milliseconds: Annotated[float, Range(0.0, 1e9)]) -> None:
+        self._following.time_out = round(milliseconds)
 
-    def _set_distance(self, distance: Any) -> None:
-        self._distance = number(distance, "ALTracker.setMaximumDistanceDetection: distance", 0.0, 1e3)
+    @offers("ALTracker.setMaximumDistanceDetection", partly=KEPT)
+    def _set_distance(self, distance: Annotated[float, Range(0.0, 1e3)]) -> None:
+        self._distance = distance
 
-    def methods(self) -> Table:
-        """Methods that move nothing."""
-        return {
-            "registerTarget": self._register,
-            "unregisterTarget": self._unregister,
-            "unregisterTargets": self._unregister,
-            "unregisterAllTargets": self._clear,
-            "getRegisteredTargets": lambda: list(self._targets),
-            "getManagedTargets": lambda: list(self._targets),
-            "getSupportedTargets": lambda: list(TARGETS),
-            "getTargetNames": lambda: list(TARGETS),
-            "getAvailableModes": lambda: list(MODES),
-            "getMode": lambda: self._mode,
-            "setMode": self._set_mode,
-            "getEffector": lambda: self._effector,
-            "setEffector": self._set_effector,
-            "getRelativePosition": lambda: list(self._following.relative),
-            "setRelativePosition": self._set_relative,
-            "getTimeOut": lambda: self._following.time_out,
-            "setTimeOut": self._set_time_out,
-            "getMaximumDistanceDetection": lambda: self._distance,
-            "setMaximumDistanceDetection": self._set_distance,
-            "stopTracker": self._following.end,
-            "initialize": self._initialize,
-            "isActive": lambda: self._following.target is not None,
-            "isTargetLost": lambda: self._following.lost,
-            "isNewTargetDetected": lambda: not self._following.lost,
-            "getActiveTarget": self._active,
-            "getTargetPosition": lambda space=0: self._following.position(space),
+    @offers("ALTracker.getTargetPosition")
+    def _get_target_position(self, space: Any = 0) -> Any:
+        return self._following.position(space)
+
+    answers = Answers(
+        {
+            "ALTracker.getRegisteredTargets": lambda self: list(self._targets),
+            "ALTracker.getManagedTargets": lambda self: list(self._targets),
+            "ALTracker.getSupportedTargets": lambda self: list(TARGETS),
+            "ALTracker.getTargetNames": lambda self: list(TARGETS),
+            "ALTracker.getAvailableModes": lambda self: list(MODES),
+            "ALTracker.getMode": lambda self: self._mode,
+            "ALTracker.getEffector": lambda self: self._effector,
+            "ALTracker.getRelativePosition": lambda self: list(self._following.relative),
+            "ALTracker.getTimeOut": lambda self: self._following.time_out,
+            "ALTracker.getMaximumDistanceDetection": lambda self: self._distance,
+            "ALTracker.stopTracker": lambda self: self._following.end(),
+            "ALTracker.isActive": lambda self: self._following.target is not None,
+            "ALTracker.isTargetLost": lambda self: self._following.lost,
+            "ALTracker.isNewTargetDetected": lambda self: not self._following.lost,
         }
+    )
 
-    def old_methods(self, target: str, size: float) -> dict[str, Method]:
-        """Methods of a tracker of NAOqi 1.14, which follows one kind of target with the head.
 
-        Args:
-            target: ALTracker's name of it.
-            size: diameter, m.
-        """
-        followed = _target(target, size)
+class OldTracker:
+    """A tracker of NAOqi 1.14, which follows one kind of target with the head.
 
-        def active() -> bool:
-            return self._following.target == followed
+    Args:
+        target: ALTracker's name of it.
+        size: diameter, m.
+        following: the loop.
+    """
 
-        def place() -> list[float]:
-            """Where it was seen last in FRAME_TORSO, m; zeros: never (assumed)."""
-            return (self._following.position(0) if active() else []) or [0.0, 0.0, 0.0]
+    def __init__(self, target: str, size: float, following: Following) -> None:
+        self.service = f"AL{target}Tracker"
+        self._target, self._following = _target(target, size), following
 
-        reading: Table = {
-            "stopTracker": self._following.end,
-            "isActive": active,
-            "isNewData": lambda: active() and not self._following.lost,
-            "getPosition": place,
-            "setWholeBodyOn": lambda on: flag(on, f"AL{target}Tracker.setWholeBodyOn: on") and None,
+    def _active(self) -> bool:
+        return self._following.target == self._target
+
+    def _place(self) -> list[float]:
+        """Where it was seen last in FRAME_TORSO, m; zeros: never (assumed)."""
+        return (self._following.position(0) if self._active() else []) or [0.0, 0.0, 0.0]
+
+    answers = Answers(
+        {
+            ".stopTracker": lambda self: self._following.end(),
+            ".isActive": lambda self: self._active(),
+            ".isNewData": lambda self: self._active() and not self._following.lost,
+            ".getPosition": lambda self: self._place(),
         }
-        return of_kind("read", reading) | of_kind(
-            "joints", {"startTracker": lambda: self._following.begin(followed)}
-        )
+    )
+    start = Answers({".startTracker": lambda self: self._following.begin(self._target)}, kind="joints")
 
-    def moving(self) -> Table:
-        """Methods that command joints."""
-        return {
-            "lookAt": self.look_at,
-            "pointAt": self.point_at,
-            "track": self.track,
-            "trackEvent": self.track_event,
-        }
+    @offers(".setWholeBodyOn", partly="without effect: the head alone turns")
+    def _set_whole_body(self, on: bool) -> None:
+        """Without effect."""
 
 
 def _target(name: str, parameters: Any) -> FollowedTarget:

@@ -405,7 +405,7 @@ def test_the_robot_s_home_is_there_for_recordings(
     standing: Callable[..., SensorFrame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Programs record to the folder that the vendor's samples name, and play from there."""
-    monkeypatch.setattr("bridge.adapters.naoqi.arguments.HOME", tmp_path)
+    monkeypatch.setattr("bridge.adapters.naoqi.declared.HOME", tmp_path)
     robot, path = Robot(standing()), "/home/nao/recordings/microphones/heard.wav"
     robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
     robot.run(0.5)
