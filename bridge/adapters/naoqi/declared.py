@@ -74,7 +74,7 @@ class Range(NamedTuple):
         return f"a number from {self.lower:g} to {self.upper:g}{unit}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OneOf:
     """A name of a list."""
 
@@ -89,6 +89,26 @@ class OneOf:
 
     def __str__(self) -> str:
         return f"one of {', '.join(map(str, self.known))}"
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A list of numbers with names."""
+
+    names: str
+    """For example `x, y, z`."""
+    lower: float = -math.inf
+    upper: float = math.inf
+    unit: str = ""
+
+    def __call__(self, value: Any, what: str) -> list[float]:
+        """Check a list."""
+        if not isinstance(value, list) or len(value) != len(self.names.split(",")):
+            raise NaoqiRefused(f"{what} is {value!r:.60}; {self} is expected.")
+        return [number(one, f"{what}[{i}]", self.lower, self.upper) for i, one in enumerate(value)]
+
+    def __str__(self) -> str:
+        return f"[{self.names}]{f' in {self.unit}' if self.unit else ''}"
 
 
 class Own(NamedTuple):

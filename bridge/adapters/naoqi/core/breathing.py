@@ -104,9 +104,8 @@ class Breathing:
 
     @offers("ALMotion.setBreathEnabled", partly="how far each joint moves is assumed")
     def _enable(self, chain: Any, enabled: bool) -> None:
-        on = enabled
         for part in _parts(chain, "setBreathEnabled"):
-            if on:
+            if enabled:
                 self._enabled.add(part)
             elif part in self._enabled:
                 self._enabled.discard(part)

@@ -130,10 +130,9 @@ class Cartesian:
         """
         effectors = _effectors(names)
         count = len(effectors)
-        share = speed
         rows = [values] if count == 1 and _flat(values) else _of_each(values, count, "positions")
         places = [_place(row, transforms) for row in rows]
-        self._send(effectors, _codes(spaces, count), places, _masks(masks, count), share)
+        self._send(effectors, _codes(spaces, count), places, _masks(masks, count), speed)
 
     def change(self, name: Any, space: Any, value: Any, speed: float, mask: Any, *, transforms: bool) -> None:
         """As `go` for one effector, relative to where it is sent now.
@@ -263,14 +262,13 @@ class Cartesian:
         effectors = _effectors(names)
         count = len(effectors)
         codes, axes = _codes(spaces, count), _masks(masks, count)
-        fixed = absolute
         rows = [paths] if count == 1 and not _nested(paths, 3) else _of_each(paths, count, "paths")
         moments = [times] if count == 1 and not _nested(times, 2) else _of_each(times, count, "times")
         found = []
         for name, code, mask, row, when in zip(effectors, codes, axes, rows, moments, strict=True):
             start = self._here(name, code)
             places = [_place(place, transforms) for place in ([row] if _flat(row) else row)]
-            if not fixed:
+            if not absolute:
                 places = [_changed(start, place) for place in places]
             found.append(_Path(name, code, mask, start, places, _times(when, len(places))))
         joints = self._moved(effectors)

@@ -233,8 +233,7 @@ class RobotFrames:
         Raises:
             NaoqiRefused: no such name or space, or a part without mass.
         """
-        measured = use_sensors
-        return self.com_at(name, self.position(measured), code, measured=measured)
+        return self.com_at(name, self.position(use_sensors), code, measured=use_sensors)
 
     def com_at(self, name: Any, position: Sequence[float], code: Any, *, measured: bool = False) -> list[float]:
         """As `centre_of_mass`, with the joints at a position (25, rad)."""
@@ -268,9 +267,8 @@ class RobotFrames:
         """Corners of the support polygon in the robot's or the world's space, counter-clockwise, m."""
         if code == 0:
             raise NaoqiRefused("ALMotion.getSupportPolygon: the frame is 1 FRAME_WORLD or 2 FRAME_ROBOT.")
-        measured = use_sensors
-        links = self.links(self.position(measured))
-        to_space = inverse(self.space(code, links, measured))
+        links = self.links(self.position(use_sensors))
+        to_space = inverse(self.space(code, links, use_sensors))
         corners = []
         sides: tuple[Side, Side] = ("L", "R")
         for i, side in enumerate(sides):

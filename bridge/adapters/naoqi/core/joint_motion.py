@@ -133,10 +133,9 @@ class JointMotion:
         targets = lists_each(angles, len(joints), f"{method}: angleLists")
         moments = lists_each(times, len(joints), f"{method}: timeLists")
         require_times(moments, targets, method)
-        fixed = absolute
 
         def task() -> MotionTask:
-            froms = [0.0 if fixed else self._joints.commanded(joint) for joint in joints]
+            froms = [0.0 if absolute else self._joints.commanded(joint) for joint in joints]
             goals = [[start + value for value in values] for start, values in zip(froms, targets, strict=True)]
             yield from self.through(joints, goals, moments)
 
@@ -148,10 +147,9 @@ class JointMotion:
         method = "ALMotion.angleInterpolationWithSpeed"
         joints = self._joints.names.resolve(names)
         targets = one_each(angles, len(joints), f"{method}: targetAngles")
-        share = speed
 
         def task() -> MotionTask:
-            every = [[self.time_to(joints, targets, share)]] * len(joints)
+            every = [[self.time_to(joints, targets, speed)]] * len(joints)
             yield from self.through(joints, [[target] for target in targets], every)
 
         return self._tasks.begin(task(), "angleInterpolationWithSpeed", joints, locks=True)

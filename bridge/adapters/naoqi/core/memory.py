@@ -112,12 +112,11 @@ class Memory:
         Raises:
             NaoqiRefused: a key of a sensor or an actuator, or too many keys.
         """
-        name = key
-        if name in self._known or PREFIX + name in self._known or name in self._live:
-            raise NaoqiRefused(f"ALMemory.insertData: {name!r:.80} belongs to the robot; take another name.")
-        if name not in self._data and len(self._data) >= MAX_DATA:
+        if key in self._known or PREFIX + key in self._known or key in self._live:
+            raise NaoqiRefused(f"ALMemory.insertData: {key!r:.80} belongs to the robot; take another key.")
+        if key not in self._data and len(self._data) >= MAX_DATA:
             raise NaoqiRefused(f"ALMemory: there are {MAX_DATA} keys already; remove some with removeData.")
-        self.put(name, value)
+        self.put(key, value)
 
     @offers("ALMemory.insertListData")
     def insert_list(self, pairs: Any) -> None:
@@ -151,8 +150,7 @@ class Memory:
         Raises:
             NaoqiRefused: not a text.
         """
-        wanted = part
-        return [name for name in (*self._names, *self._live, *self._data) if wanted in name]
+        return [name for name in (*self._names, *self._live, *self._data) if part in name]
 
     @offers("ALMemory.getTimestamp", partly="for a sensor it is the time of the call")
     def stamped(self, key: Any) -> list[Any]:
@@ -287,26 +285,21 @@ class Events:
             raise NaoqiRefused(
                 "ALMemory.subscribeToEvent takes (event, module, method) or (event, module, message, method)."
             )
-        event = name
         *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
-        owner = module
-        self._know("subscribeToEvent", event)
-        subscription = _EventSubscription(owner, method, message[0] if message else "")
-        self._subscriptions.setdefault(event, {})[owner] = subscription
+        self._know("subscribeToEvent", name)
+        subscription = _EventSubscription(module, method, message[0] if message else "")
+        self._subscriptions.setdefault(name, {})[module] = subscription
 
     @offers("ALMemory.unsubscribeToEvent", "ALMemory.unsubscribeToMicroEvent")
     def unsubscribe(self, name: str, module: str) -> None:
         """End a module's subscription, if there is one."""
-        event = name
-        owner = module
-        self._subscriptions.get(event, {}).pop(owner, None)
+        self._subscriptions.get(name, {}).pop(module, None)
 
     @offers("ALMemory.unregisterModuleReference")
     def forget_module(self, module: str) -> None:
         """End all of a module's subscriptions."""
-        owner = module
         for subscriptions in self._subscriptions.values():
-            subscriptions.pop(owner, None)
+            subscriptions.pop(module, None)
 
     @offers("ALMemory.getSubscribers")
     def subscribers(self, name: str) -> list[str]:
@@ -316,17 +309,15 @@ class Events:
     @offers("ALMemory.removeEvent", "ALMemory.removeMicroEvent")
     def forget(self, name: str) -> None:
         """Make an event unknown; its subscriptions end."""
-        event = name
-        self._declared.pop(event, None)
-        self._subscriptions.pop(event, None)
-        self._history.pop(event, None)
-        self._micro.discard(event)
+        self._declared.pop(name, None)
+        self._subscriptions.pop(name, None)
+        self._history.pop(name, None)
+        self._micro.discard(name)
 
     @offers("ALMemory.getExtractorEvent")
     def of_extractor(self, extractor: str) -> list[str]:
         """Events that were declared for an extractor."""
-        name = extractor
-        return sorted(event for event, owner in self._declared.items() if owner == name)
+        return sorted(event for event, owner in self._declared.items() if owner == extractor)
 
     @offers("ALMemory.getEventHistory", partly="the last ten values")
     def history(self, name: str) -> list[list[Any]]:

@@ -210,7 +210,6 @@ class Posts:
             key: number of the call.
             timeout: ms; 0: as long as it takes.
         """
-        milliseconds = timeout
         ended: Future[Any] = Future()
         once = threading.Lock()
 
@@ -223,8 +222,8 @@ class Posts:
         if call is None:
             end(False)
             return ended
-        if milliseconds:
-            timer = threading.Timer(milliseconds / 1000.0, end, [True])
+        if timeout:
+            timer = threading.Timer(timeout / 1000.0, end, [True])
             timer.daemon = True
             timer.start()
         call.add_done_callback(lambda _: end(False))

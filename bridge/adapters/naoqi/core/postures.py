@@ -208,15 +208,13 @@ class Postures:
         Raises:
             NaoqiRefused: unknown posture, or a body without a motion that the way needs.
         """
-        posture = name
-        speed_fraction = speed
-        way = self._transitions.to(FAMILIES[posture])
+        way = self._transitions.to(FAMILIES[name])
 
         def task() -> MotionTask:
             if not (yield from way):
                 return False
             self.awake = True
-            return (yield from self._stiffen_and_reach(posture, speed_fraction))
+            return (yield from self._stiffen_and_reach(name, speed))
 
         return self._tasks.begin(task(), "goToPosture", self._all, locks=True, stopped=False)
 

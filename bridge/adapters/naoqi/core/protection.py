@@ -258,8 +258,7 @@ class ArmProtection:
         partly="forearm and hand, of joint methods; a limp arm stays limp",
     )
     def _enable(self, chain: Any, enabled: bool) -> bool:
-        on = enabled
-        change = self._enabled.update if on else self._enabled.difference_update
+        change = self._enabled.update if enabled else self._enabled.difference_update
         change(_arms(chain, "setCollisionProtectionEnabled"))
         return True
 

@@ -21,7 +21,6 @@ from bridge.adapters.naoqi.declared import (
     Range,
     number,
     offers,
-    text,
 )
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.joints import JOINTS
@@ -208,6 +207,9 @@ _LONGEST = 3_600_000
 """ms"""
 
 
+Period = Annotated[int, Range(0, _LONGEST, "ms")]
+
+
 class Extractor:
     """Subscriptions of one service; not thread-safe, the caller locks.
 
@@ -252,7 +254,7 @@ class Extractor:
 
     @offers(".subscribe")
     def subscribe(
-        self, name: Any, period: Any = None, precision: Annotated[float, Range(0.0, 1.0)] = 1.0
+        self, name: str, period: Period | None = None, precision: Annotated[float, Range(0.0, 1.0)] = 1.0
     ) -> None:
         """Start the service for a subscriber.
 
@@ -261,44 +263,33 @@ class Extractor:
             period: between two results, ms.
             precision: 0 to 1; without effect.
         """
-        subscriber = self._name(name, "subscribe")
-        milliseconds = self._period if period is None else self._milliseconds(period, "subscribe")
-        fine = precision
-        if subscriber in self._subscribers or len(self._subscribers) < MAX_SUBSCRIBERS:
-            self._subscribers[subscriber] = (milliseconds, fine)
+        milliseconds = self._period if period is None else period
+        if name in self._subscribers or len(self._subscribers) < MAX_SUBSCRIBERS:
+            self._subscribers[name] = (milliseconds, precision)
 
     @offers(".unsubscribe")
-    def unsubscribe(self, name: Any) -> None:
+    def unsubscribe(self, name: str) -> None:
         """End a subscription, if there is one; the last one stops the service."""
-        self._subscribers.pop(self._name(name, "unsubscribe"), None)
-
-    def _name(self, name: Any, method: str) -> str:
-        return text(name, f"{self.service}.{method}: name")
-
-    def _milliseconds(self, period: Any, method: str) -> int:
-        return round(number(period, f"{self.service}.{method}: period", 0, _LONGEST))
+        self._subscribers.pop(name, None)
 
     @offers(".updatePeriod")
-    def _set_period(self, name: Any, period: Any) -> None:
-        milliseconds = self._milliseconds(period, "updatePeriod")
-        subscriber = self._name(name, "updatePeriod")
-        if subscriber in self._subscribers:
-            self._subscribers[subscriber] = (milliseconds, self._subscribers[subscriber][1])
+    def _set_period(self, name: str, period: Period) -> None:
+        milliseconds = period
+        if name in self._subscribers:
+            self._subscribers[name] = (milliseconds, self._subscribers[name][1])
 
     @offers(".updatePrecision")
-    def _set_precision(self, name: Any, precision: Annotated[float, Range(0.0, 1.0)]) -> None:
-        fine = precision
-        subscriber = self._name(name, "updatePrecision")
-        if subscriber in self._subscribers:
-            self._subscribers[subscriber] = (self._subscribers[subscriber][0], fine)
+    def _set_precision(self, name: str, precision: Annotated[float, Range(0.0, 1.0)]) -> None:
+        if name in self._subscribers:
+            self._subscribers[name] = (self._subscribers[name][0], precision)
 
     @offers(".getMyPeriod")
-    def _get_my_period(self, name: Any) -> Any:
-        return self._subscribers.get(self._name(name, "getMyPeriod"), (0, 0.0))[0]
+    def _get_my_period(self, name: str) -> Any:
+        return self._subscribers.get(name, (0, 0.0))[0]
 
     @offers(".getMyPrecision")
-    def _get_my_precision(self, name: Any) -> Any:
-        return self._subscribers.get(self._name(name, "getMyPrecision"), (0, 0.0))[1]
+    def _get_my_precision(self, name: str) -> Any:
+        return self._subscribers.get(name, (0, 0.0))[1]
 
     answers = Answers(
         {

@@ -122,8 +122,7 @@ class VideoDevice:
     @offers("ALVideoDevice.unsubscribe")
     def unsubscribe(self, handle: str) -> bool:
         """End a subscription; whether there was one."""
-        name = handle
-        return any(self._subscriptions.pop(known, None) for known in (name, f"{name}_0"))
+        return any(self._subscriptions.pop(known, None) for known in (handle, f"{handle}_0"))
 
     @offers(
         "ALVideoDevice.getImageRemote",
@@ -289,8 +288,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.unsubscribeAllInstances")
     def _unsubscribe_all(self, name: str) -> None:
-        whose = name
-        for handle in [h for h in self._subscriptions if whose in (h, h.rpartition("_")[0])]:
+        for handle in [h for h in self._subscriptions if name in (h, h.rpartition("_")[0])]:
             del self._subscriptions[handle]
 
     @offers("ALVideoDevice.setAllParametersToDefault", partly=KEPT)

@@ -19,17 +19,15 @@ from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, pas
 from bridge.adapters.naoqi.declared import (
     MAX_DURATION,
     Fraction,
+    OneOf,
     Range,
-    number,
+    Vector,
     offers,
-    text,
 )
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.sole import sole_hull
-from bridge.errors import NaoqiRefused
 from bridge.types import Array
-from bridge.validation import unknown_name
 
 _FEET: Final = ("LLeg", "RLeg")
 _LEGS: Final = ("Legs", *_FEET)
@@ -42,6 +40,11 @@ _BALANCE_TIME: Final = 1.0
 """s in which the centre of mass goes over a foot at full speed (assumed)."""
 _ROBOT: Final = 2
 """FRAME_ROBOT"""
+
+
+UNBALANCED: Final = "by inverse kinematics with the feet on the ground; no controller balances the robot"
+Leg = Annotated[str, OneOf("leg", _LEGS)]
+Follower = Annotated[str, OneOf("effector", _MASKS)]
 
 
 class WholeBody:
@@ -72,35 +75,33 @@ class WholeBody:
 
     @offers(
         "ALMotion.wbEnableEffectorControl",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
-    def enable_effector(self, effector: Any, enabled: bool) -> None:
+    def enable_effector(self, effector: Follower, enabled: bool) -> None:
         """Have an effector follow its target, or not."""
-        name = self._effector(effector)
-        wanted = enabled
-        self._followed = self._followed | {name} if wanted else self._followed - {name}
+        name = effector
+        self._followed = self._followed | {name} if enabled else self._followed - {name}
 
     @offers(
         "ALMotion.wbSetEffectorControl",
         kind="joints",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
-    def set_effector(self, effector: Any, target: Any) -> None:
+    def set_effector(
+        self, effector: Follower, target: Annotated[list[float], Vector("a, b, c", -10.0, 10.0)]
+    ) -> None:
         """Send an effector towards a target in FRAME_ROBOT; does not wait, and does nothing unless it follows.
 
         Args:
             effector: `Head`, `LArm` or `RArm`.
             target: of the head wx, wy, wz, rad; of an arm x, y, z, m.
         """
-        name, method = self._effector(effector), "ALMotion.wbSetEffectorControl"
-        if not isinstance(target, list) or len(target) != 3:
-            raise NaoqiRefused(f"{method}: {target!r:.60} was given; three numbers are expected.")
-        three = [number(value, method, -10.0, 10.0) for value in target]
+        name, three = effector, target
         place = [0.0, 0.0, 0.0, *three] if name == "Head" else [*three, 0.0, 0.0, 0.0]
         if name in self._followed:
             self._cartesian.go(name, _ROBOT, place, _SPEED, _MASKS[name], transforms=False)
 
-    def go_to_balance(self, leg: Any, seconds: float) -> Future[Any]:
+    def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
         """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""
         goal = np.mean([self._sole(one) for one in _feet(leg)], axis=0)
         torso = self._frames.transform(TORSO, _ROBOT, False)
@@ -147,15 +148,9 @@ class WholeBody:
     def _com(self, position: Sequence[float]) -> Array:
         return np.array(self._frames.com_at("Body", position, _ROBOT))[:2]
 
-    def _effector(self, name: Any) -> str:
-        chosen = text(name, "ALMotion: effector")
-        if chosen not in _MASKS:
-            raise NaoqiRefused(f"ALMotion: {unknown_name('effector', chosen, _MASKS)}.")
-        return chosen
-
     @offers(
         "ALMotion.wbEnable",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
     def _wb_enable(self, enabled: bool) -> Any:
         self._enabled = enabled
@@ -165,23 +160,21 @@ class WholeBody:
 
     @offers(
         "ALMotion.wbFootState",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
-    def _wb_foot_state(self, state: str, leg: Any) -> Any:
-        if state not in _STATES:
-            raise NaoqiRefused(f"ALMotion.wbFootState: {unknown_name('state', state, _STATES)}.")
-        self._states |= dict.fromkeys(_feet(_leg(leg, "wbFootState")), state)
+    def _wb_foot_state(self, state: Annotated[str, OneOf("state", _STATES)], support_leg: Leg) -> Any:
+        self._states |= dict.fromkeys(_feet(support_leg), state)
 
     @offers(
         "ALMotion.wbEnableBalanceConstraint",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
-    def _wb_enable_balance_constraint(self, enabled: bool, leg: Any) -> Any:
-        _leg(leg, "wbEnableBalanceConstraint")
+    def _wb_enable_balance_constraint(self, enabled: bool, support_leg: Leg) -> None:
+        """Without effect."""
 
     @offers(
         "ALMotion.wbEnableEffectorOptimization",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
     def _wb_enable_effector_optimization(self, effector: Any, active: bool) -> Any:
         self._frames.effector(effector)
@@ -189,28 +182,19 @@ class WholeBody:
     @offers(
         "ALMotion.wbGoToBalance",
         kind="joints",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
-    def _wb_go_to_balance(self, leg: Any, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
-        seconds = duration
-        return self.go_to_balance(_leg(leg, "wbGoToBalance"), seconds)
+    def _wb_go_to_balance(self, support_leg: Leg, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
+        return self.go_to_balance(support_leg, duration)
 
     @offers(
         "ALMotion.wbGoToBalanceWithSpeed",
         kind="joints",
-        partly="by inverse kinematics with the feet on the ground; no controller balances the robot",
+        partly=UNBALANCED,
     )
-    def _wb_go_to_balance_with_speed(self, leg: Any, speed: Fraction) -> Any:
-        share = speed
-        return self.go_to_balance(_leg(leg, "wbGoToBalanceWithSpeed"), _BALANCE_TIME / share)
+    def _wb_go_to_balance_with_speed(self, support_leg: Leg, speed: Fraction) -> Any:
+        return self.go_to_balance(support_leg, _BALANCE_TIME / speed)
 
 
 def _feet(leg: str) -> tuple[str, ...]:
     return _FEET if leg == "Legs" else (leg,)
-
-
-def _leg(name: Any, method: str) -> str:
-    leg = text(name, f"ALMotion.{method}: supportLeg")
-    if leg not in _LEGS:
-        raise NaoqiRefused(f"ALMotion.{method}: {unknown_name('leg', leg, _LEGS)}.")
-    return leg

@@ -79,22 +79,21 @@ class Animations:
         Raises:
             NaoqiRefused: no animation of the vendor has a name of this form.
         """
-        animation = name
-        if not is_animation(animation):
+        if not is_animation(name):
             raise NaoqiRefused(
-                f"The behaviour {animation!r:.60} is not installed: the vendor's animations alone "
+                f"The behaviour {name!r:.60} is not installed: the vendor's animations alone "
                 "(animations/Stand/...) are there; programs that move the joints themselves run."
             )
         if not self._warned:
             self._warned = True
-            logger.warning("%s: a gesture of nao-hil is played in its place, as for all animations", animation)
-        gesture = next((g for words, g in _GESTURES if words.search(animation)), _EXPLAIN)
+            logger.warning("%s: a gesture of nao-hil is played in its place, as for all animations", name)
+        gesture = next((g for words, g in _GESTURES if words.search(name)), _EXPLAIN)
         joints = list(gesture)
         end = max(keys[-1][0] for keys in gesture.values()) + _BACK
         angles = [[a for _, a in keys] + [self._joints.commanded(j)] for j, keys in gesture.items()]
         times = [[t for t, _ in keys] + [end] for keys in gesture.values()]
         running = self._motion.angle_interpolation(joints, angles, times, True)
-        self._running[animation] = running
+        self._running[name] = running
         return running
 
     @offers(

@@ -89,21 +89,20 @@ class AudioPlayer:
     )
     def load(self, path: RobotFile) -> int:
         """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
-        file = path
         if len(self._files) >= MAX_FILES:
             raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
         try:
-            if file.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
+            if path.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
                 seconds = _OWN_SECONDS
             else:
-                with wave.open(str(file), "rb") as sound:
+                with wave.open(str(path), "rb") as sound:
                     seconds = sound.getnframes() / max(1, sound.getframerate())
         except (OSError, ValueError, wave.Error, EOFError) as error:
             seconds = 0.0
             reason = getattr(error, "strerror", None) or "no WAV file"
-            logger.warning("ALAudioPlayer: %.80s is left out (%s)", file, reason)
+            logger.warning("ALAudioPlayer: %.80s is left out (%s)", path, reason)
         key = next(self._numbers)
-        self._files[key] = _File(file, seconds)
+        self._files[key] = _File(path, seconds)
         return key
 
     def _file(self, key: Any) -> _File:
@@ -360,7 +359,6 @@ class Recorder:
     @offers("ALAudioRecorder.startMicrophonesRecording", partly="silence: there are no microphones")
     def _start(self, path: NewFile, kind: Any, rate: Any, channels: Any) -> None:
         method = "startMicrophonesRecording"
-        file = path
         if self._recording is not None:
             raise NaoqiRefused(f"{method}: {self._recording.path} is being recorded; stop that first.")
         if kind != "wav":
@@ -370,7 +368,7 @@ class Recorder:
             raise NaoqiRefused(
                 f"{method} takes 4 channels at 48000 Hz or one of [left, right, front, rear] at 16000 Hz."
             )
-        self._recording = _Recording(file, count, rate, self._now())
+        self._recording = _Recording(path, count, rate, self._now())
 
     @offers("ALAudioDevice.startMicrophonesRecording", partly="silence: there are no microphones")
     def _start_all(self, path: NewFile) -> None:

@@ -5,8 +5,7 @@ A person is a face of the emulated world, or one of `NaoHil.show`. Source: vendo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
@@ -17,8 +16,9 @@ from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.declared import (
     KEPT,
     Answers,
+    OneOf,
+    Setting,
     offers,
-    text,
 )
 from bridge.adapters.naoqi.interaction.detection import Stage
 from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
@@ -26,7 +26,6 @@ from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
-from bridge.validation import unknown_name
 
 _STATE: Final = "AutonomousLife/State"
 STATES: Final = ("solitary", "interactive", "safeguard", "disabled")
@@ -50,26 +49,16 @@ class AutonomousLife:
         self._enabled = dict.fromkeys(ABILITIES, False)
 
     @offers("ALAutonomousLife.setState", partly=KEPT)
-    def _set_state(self, state: str) -> None:
-        wanted = state
-        if wanted not in STATES:
-            raise NaoqiRefused(f"ALAutonomousLife.setState: {unknown_name('state', wanted, STATES)}.")
-        if wanted == "solitary" and self._state == "interactive":
+    def _set_state(self, state: Annotated[str, OneOf("state", STATES)]) -> None:
+        if state == "solitary" and self._state == "interactive":
             raise NaoqiRefused("ALAutonomousLife.setState: interactive ends by itself, and not by setState.")
-        self._state = wanted
-        self._events.raise_event(_STATE, wanted)
-
-    def _ability(self, name: Any) -> str:
-        ability = text(name, "ALAutonomousLife: ability")
-        if ability not in ABILITIES:
-            raise NaoqiRefused(f"ALAutonomousLife: {unknown_name('ability', ability, ABILITIES)}.")
-        return ability
+        self._state = state
+        self._events.raise_event(_STATE, state)
 
     @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=KEPT)
-    def _set_ability(self, name: Any, enabled: bool) -> None:
-        names = ABILITIES if name == "All" else (self._ability(name),)
-        on = enabled
-        self._enabled.update(dict.fromkeys(names, on))
+    def _set_ability(self, name: Annotated[str, OneOf("ability", ("All", *ABILITIES))], enabled: bool) -> None:
+        names = ABILITIES if name == "All" else (name,)
+        self._enabled.update(dict.fromkeys(names, enabled))
 
     @offers("ALAutonomousLife.getAutonomousAbilitiesStatus")
     def _status(self) -> list[dict[str, Any]]:
@@ -86,17 +75,13 @@ class AutonomousLife:
             f"ALAutonomousLife: there is no activity {name!r:.60}; none is installed on an emulated robot."
         )
 
-    @offers("ALAutonomousLife.getFocusHistory")
-    def _get_focus_history(self, _depth: Any = None) -> Any:
-        return []
-
-    @offers("ALAutonomousLife.getStateHistory")
-    def _get_state_history(self, _depth: Any = None) -> Any:
+    @offers("ALAutonomousLife.getFocusHistory", "ALAutonomousLife.getStateHistory")
+    def _history(self, depth: Any = None) -> list[Any]:
         return []
 
     @offers("ALAutonomousLife.getAutonomousAbilityEnabled")
-    def _get_autonomous_ability_enabled(self, name: Any) -> Any:
-        return self._enabled[self._ability(name)]
+    def _is_enabled(self, name: Annotated[str, OneOf("ability", ABILITIES)]) -> bool:
+        return self._enabled[name]
 
     answers = Answers(
         {
@@ -121,6 +106,9 @@ _PERSON: Final = "PeoplePerception/Person/"
 _SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
 
 
+Stimulus = Annotated[str, OneOf("stimulus", STIMULI)]
+
+
 class Awareness:
     """Methods of `ALBasicAwareness`; not thread-safe, the caller locks.
 
@@ -132,6 +120,19 @@ class Awareness:
         memory: gets where people are.
     """
 
+    engagement = Setting(
+        "ALBasicAwareness.EngagementMode",
+        ENGAGEMENT_MODES[0],
+        Annotated[str, OneOf("engagement mode", ENGAGEMENT_MODES)],
+        KEPT,
+    )
+    tracking = Setting(
+        "ALBasicAwareness.TrackingMode",
+        TRACKING_MODES[0],
+        Annotated[str, OneOf("tracking mode", TRACKING_MODES)],
+        "remembered and read back; the head follows, the body does not",
+    )
+
     def __init__(
         self, stage: Stage, frames: RobotFrames, motion: JointMotion, events: Events, memory: Memory
     ) -> None:
@@ -142,7 +143,6 @@ class Awareness:
         """Name of a face -> the number that the robot gave it."""
         self._tracked, self._due, self._seen = NOBODY, 0, 0
         self._enabled = self._paused = False
-        self._engagement, self._tracking = ENGAGEMENT_MODES[0], TRACKING_MODES[0]
         self._stimuli = dict.fromkeys(STIMULI, True)
 
     @offers("ALBasicAwareness.setEnabled", partly="as startAwareness")
@@ -152,21 +152,9 @@ class Awareness:
     def _pause(self, paused: bool) -> None:
         self._paused = paused
 
-    @offers("ALBasicAwareness.setEngagementMode", partly=KEPT)
-    def _set_engagement(self, mode: Any) -> None:
-        self._engagement = _one_of(mode, ENGAGEMENT_MODES, "engagement mode")
-
-    @offers(
-        "ALBasicAwareness.setTrackingMode",
-        partly="remembered and read back; the head follows, the body does not",
-    )
-    def _set_tracking(self, mode: Any) -> None:
-        self._tracking = _one_of(mode, TRACKING_MODES, "tracking mode")
-
     @offers("ALBasicAwareness.setStimulusDetectionEnabled", partly="only the stimulus People has an effect")
-    def _set_stimulus(self, stimulus: Any, enabled: bool) -> None:
-        name = _one_of(stimulus, STIMULI, "stimulus")
-        self._stimuli[name] = enabled
+    def _set_stimulus(self, stimulus: Stimulus, enabled: bool) -> None:
+        self._stimuli[stimulus] = enabled
 
     def update(self, now: int) -> None:
         """One cycle, at `now` of the robot's clock, ms."""
@@ -209,8 +197,8 @@ class Awareness:
         return places
 
     @offers("ALBasicAwareness.isStimulusDetectionEnabled")
-    def _is_stimulus_detection_enabled(self, stimulus: Any) -> Any:
-        return self._stimuli[_one_of(stimulus, STIMULI, "stimulus")]
+    def _detects(self, stimulus: Stimulus) -> bool:
+        return self._stimuli[stimulus]
 
     answers = Answers(
         {
@@ -221,21 +209,12 @@ class Awareness:
             "ALBasicAwareness.pauseAwareness": lambda self: self._pause(True),
             "ALBasicAwareness.resumeAwareness": lambda self: self._pause(False),
             "ALBasicAwareness.isAwarenessPaused": lambda self: self._paused,
-            "ALBasicAwareness.getEngagementMode": lambda self: self._engagement,
-            "ALBasicAwareness.getTrackingMode": lambda self: self._tracking,
         }
     )
 
-    answers2 = Answers(
+    starting = Answers(
         {
             "ALBasicAwareness.startAwareness": lambda self: self._enable(True),
         },
         partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
     )
-
-
-def _one_of(name: Any, known: Sequence[str], what: str) -> str:
-    chosen = text(name, f"ALBasicAwareness: {what}")
-    if chosen not in known:
-        raise NaoqiRefused(f"ALBasicAwareness: {unknown_name(what, chosen, known)}.")
-    return chosen

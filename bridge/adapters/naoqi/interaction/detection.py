@@ -255,17 +255,15 @@ class Faces(Detection):
     @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
     def _learn(self, name: str) -> bool:
         """Learn the one face that is seen; false when it is none or several."""
-        label = name
         faces = list(self._stage.seen("face", self._camera))
         if len(faces) != 1:
             return False
-        self._known[faces[0].name] = label
+        self._known[faces[0].name] = name
         return True
 
     @offers("ALFaceDetection.forgetPerson")
     def _forget(self, name: str) -> bool:
-        label = name
-        gone = [thing for thing, known in self._known.items() if known == label]
+        gone = [thing for thing, known in self._known.items() if known == name]
         for thing in gone:
             del self._known[thing]
         return bool(gone)

@@ -204,11 +204,10 @@ class Dialog:
 
     @offers("ALDialog.forceInput", partly="without a subscriber nothing is answered")
     def _force_input(self, said: str) -> Future[Any] | None:
-        sentence = said
         if not self._subscribers:
             logger.warning("ALDialog.forceInput: nobody has subscribed to ALDialog, and nothing is answered")
             return None
-        return self._input(sentence[:MAX_TOPIC])
+        return self._input(said[:MAX_TOPIC])
 
     @offers("ALDialog.forceOutput")
     def _force_output(self) -> Future[Any] | None:
@@ -253,9 +252,8 @@ class Dialog:
         partly="functions of answers but ^goto, ^rand and ^first are left out; a negation never matches",
     )
     def _load_file(self, path: RobotFile) -> str:
-        file = path
         try:
-            with file.open("rb") as source:
+            with path.open("rb") as source:
                 content = source.read(MAX_TOPIC + 1)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
@@ -264,10 +262,9 @@ class Dialog:
 
     @offers("ALDialog.loadTopicContent", partly="as loadTopic")
     def _load(self, content: str) -> str:
-        source = content
-        if len(source) > MAX_TOPIC:
+        if len(content) > MAX_TOPIC:
             raise NaoqiRefused(f"ALDialog: the topic is longer than {MAX_TOPIC} letters.")
-        topic = parse(source)
+        topic = parse(content)
         if len(self._topics) >= MAX_TOPICS and topic.name not in self._topics:
             raise NaoqiRefused(f"ALDialog: {MAX_TOPICS} topics are loaded already; unload some.")
         self._topics[topic.name] = topic

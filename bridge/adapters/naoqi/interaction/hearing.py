@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
 from bridge.adapters.naoqi.declared import (
     KEPT,
     Answers,
-    flag,
+    OneOf,
+    Setting,
     number,
     offers,
-    text,
 )
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES
 from bridge.errors import NaoqiRefused
-from bridge.validation import unknown_name
 
 NOTHING: Final[list[Any]] = ["", -3.0]
 """`WordRecognized` before anything was recognized (assumed)."""
@@ -27,12 +26,18 @@ _PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0
 """Parameter -> smallest value, largest, and that at the start."""
 
 
+Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
+
+
 class SpeechRecognition:
     """Listens while it has subscribers and is not paused; not thread-safe, the caller locks.
 
     Args:
         events: to be raised.
     """
+
+    language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
+    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, KEPT)
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -49,8 +54,6 @@ class SpeechRecognition:
         self._spots, self._paused = False, False
         self._pushed: list[tuple[list[str], bool]] = []
         """Vocabularies that were put aside."""
-        self._language = "English"
-        self._shows = {"Audio": True, "Visual": True}
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
 
     def hear(self, said: str) -> list[str]:
@@ -81,11 +84,9 @@ class SpeechRecognition:
 
     @offers("ALSpeechRecognition.setVocabulary", partly="compared as text")
     @offers("ALSpeechRecognition.setWordListAsVocabulary")
-    def _set_words(self, words: Any, spots: bool = False) -> None:
-        if not isinstance(words, list) or not all(isinstance(word, str) for word in words) or not words:
-            raise NaoqiRefused(
-                f"ALSpeechRecognition.setVocabulary: {words!r:.60} was given; a list of words is expected."
-            )
+    def _set_words(self, words: list[str], spots: bool = False) -> None:
+        if not words:
+            raise NaoqiRefused("ALSpeechRecognition.setVocabulary: the list of words is empty.")
         if self.extractor.running and not self._paused and not self._pushed:
             raise NaoqiRefused(
                 "ALSpeechRecognition.setVocabulary: it is running; pause(True) first, and pause(False) after."
@@ -93,32 +94,15 @@ class SpeechRecognition:
         self._spots = spots
         self._words = words[:MAX_WORDS]
 
-    @offers("ALSpeechRecognition.setLanguage")
-    def _set_language(self, language: str) -> None:
-        name = language
-        if name not in LANGUAGES:
-            raise NaoqiRefused(f"ALSpeechRecognition: {unknown_name('language', name, LANGUAGES)}.")
-        self._language = name
-
     @offers("ALSpeechRecognition.pause")
     def _pause(self, paused: bool) -> None:
         self._paused = paused
         self._events.raise_event(_STATUS, "ListenOff" if self._paused else "ListenOn")
 
-    def _parameter(self, name: Any) -> str:
-        parameter = text(name, "ALSpeechRecognition: parameter")
-        if parameter not in _PARAMETERS:
-            raise NaoqiRefused(f"ALSpeechRecognition: {unknown_name('parameter', parameter, _PARAMETERS)}.")
-        return parameter
-
     @offers("ALSpeechRecognition.setParameter", partly="the sensitivity is without effect")
-    def _set_parameter(self, name: Any, value: Any) -> None:
-        parameter = self._parameter(name)
+    def _set_parameter(self, parameter: Parameter, value: float) -> None:
         lower, upper, _ = _PARAMETERS[parameter]
         self._parameters[parameter] = number(value, f"ALSpeechRecognition: {parameter}", lower, upper)
-
-    def _express(self, kind: str, enabled: Any) -> None:
-        self._shows[kind] = flag(enabled, f"ALSpeechRecognition.set{kind}Expression: enabled")
 
     @offers("ALSpeechRecognition.pushContexts")
     def _push(self) -> None:
@@ -131,23 +115,17 @@ class SpeechRecognition:
             self._words, self._spots = self._pushed.pop()
 
     @offers("ALSpeechRecognition.getParameter")
-    def _get_parameter(self, name: Any) -> Any:
-        return self._parameters[self._parameter(name)]
-
-    @offers("ALSpeechRecognition.setAudioExpression", partly=KEPT)
-    def _set_audio_expression(self, enabled: Any) -> Any:
-        return self._express("Audio", enabled)
+    def _get_parameter(self, parameter: Parameter) -> float:
+        return self._parameters[parameter]
 
     @offers("ALSpeechRecognition.setVisualExpression", partly=KEPT)
-    def _set_visual_expression(self, enabled: Any) -> Any:
-        return self._express("Visual", enabled)
+    def _show(self, enabled: bool) -> None:
+        """Without effect."""
 
     answers = Answers(
         {
-            "ALSpeechRecognition.getLanguage": lambda self: self._language,
             "ALSpeechRecognition.getAvailableLanguages": lambda self: list(LANGUAGES),
             "ALSpeechRecognition._enableFreeSpeechToText": lambda self: None,
-            "ALSpeechRecognition.getAudioExpression": lambda self: self._shows["Audio"],
         }
     )
 

@@ -11,6 +11,7 @@ from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.declared import (
     MAX_DURATION,
     Answers,
+    Duration,
     Range,
     number,
     offers,
@@ -114,28 +115,23 @@ class Leds:
         )
 
     @offers("ALLeds.createGroup")
-    def _create(self, name: str, leds: Any) -> None:
-        group = name
-        if not isinstance(leds, list):
-            raise NaoqiRefused(f"ALLeds.createGroup: {leds!r:.60} was given; a list of LEDs is expected.")
+    def _create(self, name: str, leds: list[str]) -> None:
         members = [led for one in leds for led in self._group(one)]
-        if len(self._groups) < MAX_GROUPS or group in self._groups:
-            self._groups[group] = members
+        if len(self._groups) < MAX_GROUPS or name in self._groups:
+            self._groups[name] = members
 
     @offers("ALLeds.fade")
     def fade(
         self,
         name: str,
         intensity: Annotated[float, Range(0.0, 1.0)],
-        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+        duration: Duration,
     ) -> Future[Any]:
         """All LEDs of a group to one brightness (0 to 1) in a time (s); waits for the end."""
-        value = intensity
-        seconds = duration
-        return self._tasks.begin(self._go([(led, [(seconds, value)]) for led in self._group(name)]))
+        return self._tasks.begin(self._go([(led, [(duration, intensity)]) for led in self._group(name)]))
 
     @offers("ALLeds.fadeRGB")
-    def fade_rgb(self, name: Any, *arguments: Any) -> Future[Any]:
+    def fade_rgb(self, name: str, *arguments: Any) -> Future[Any]:
         """To a colour in a time: `(red, green, blue, s)`, `(0x00RRGGBB, s)` or `(colour's name, s)`."""
         if len(arguments) == 2:
             colour: tuple[float, ...] = _colour(arguments[0])
@@ -148,14 +144,14 @@ class Leds:
         return self._colours(name, [colour], [number(duration, "ALLeds.fadeRGB: duration", 0.0, MAX_DURATION)])
 
     @offers("ALLeds.fadeListRGB")
-    def fade_list(self, name: Any, colours: Any, times: Any) -> Future[Any]:
+    def fade_list(self, name: str, colours: Any, times: Any) -> Future[Any]:
         """Through colours (0x00RRGGBB) at times (s); waits for the end."""
         if not isinstance(colours, list) or not isinstance(times, list) or len(colours) != len(times):
             raise NaoqiRefused("ALLeds.fadeListRGB takes a list of colours and a list of as many times.")
         moments = [number(time, "ALLeds.fadeListRGB: time", 0.0, MAX_DURATION) for time in times]
         return self._colours(name, [_colour(colour) for colour in colours], moments)
 
-    def _colours(self, name: Any, colours: list[tuple[float, ...]], times: list[float]) -> Future[Any]:
+    def _colours(self, name: str, colours: list[tuple[float, ...]], times: list[float]) -> Future[Any]:
         paths = []
         for led in self._group(name):
             part = [i for i, colour in enumerate(_COLOURS) if f"/{colour}" in led]
@@ -214,20 +210,18 @@ class Leds:
     def _ears(
         self,
         degrees: Annotated[float, Range(-360.0, 360.0)],
-        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+        duration: Duration,
         leave: bool,
     ) -> Future[Any]:
         """Light the ears up to an angle."""
-        angle = degrees
-        seconds = duration
         stays = 1.0 if leave else 0.0
         paths: list[tuple[str, list[tuple[float, float]]]] = []
         for side in _SIDES:
             for i, led in enumerate(self._group(f"{side}EarLeds")):
-                on = 36.0 * i <= abs(angle)
-                at = seconds * min(1.0, 36.0 * i / max(1.0, abs(angle)))
-                paths.append((led, [(at, 1.0), (seconds + 0.01, stays)] if on else [(0.0, 0.0)]))
-        return self._tasks.begin(self._go(paths, seconds))
+                on = 36.0 * i <= abs(degrees)
+                at = duration * min(1.0, 36.0 * i / max(1.0, abs(degrees)))
+                paths.append((led, [(at, 1.0), (duration + 0.01, stays)] if on else [(0.0, 0.0)]))
+        return self._tasks.begin(self._go(paths, duration))
 
     @offers("ALLeds.getIntensity")
     def intensity(self, name: str) -> float:

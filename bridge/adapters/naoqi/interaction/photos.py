@@ -16,10 +16,8 @@ from bridge.adapters.naoqi.declared import (
     KEPT,
     Answers,
     Range,
-    flag,
     new_file,
     offers,
-    text,
 )
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
@@ -57,15 +55,15 @@ class _Setup:
         width = RESOLUTIONS[self.resolution]
         return width, 3 * width // 4
 
-    def file(self, folder: Any, name: Any, overwrite: Any, method: str) -> Path:
+    def file(self, folder: str, name: str, overwrite: bool, method: str) -> Path:
         """A file to be written; its folder is made if it is below the robot's home.
 
         Raises:
             NaoqiRefused: it cannot be, or it is there and must not be replaced.
         """
         where = f"{self.service}.{method}"
-        path = new_file(f"{text(folder, f'{where}: folder')}/{text(name, f'{where}: name')}", f"{where}: file")
-        if os.path.exists(path) and not flag(overwrite, f"{where}: overwrite"):
+        path = new_file(f"{folder}/{name}", f"{where}: file")
+        if os.path.exists(path) and not overwrite:
             raise NaoqiRefused(f"{where}: {path} is there already; another name or overwrite is expected.")
         return path
 
@@ -79,7 +77,7 @@ class _Setup:
     def _set_camera_id(self, camera: Any) -> Any:
         return self._put("camera", camera, (0, 1))
 
-    @offers(".setResolution", partly=KEPT)
+    @offers(".setResolution")
     def _set_resolution(self, resolution: Any) -> Any:
         return self._put("resolution", resolution, SIZES)
 
@@ -111,13 +109,13 @@ class PhotoCapture:
         self._format, self._interval, self._half = "jpg", 200, False
 
     @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
-    def _take(self, folder: Any, name: Any, overwrite: Any = True) -> Future[Any]:
+    def _take(self, folder: str, name: str, overwrite: bool = True) -> Future[Any]:
         path = self.setup.file(folder, f"{_bare(name, self._format)}.{self._format}", overwrite, "takePicture")
         return self._written(path, [str(path)])
 
     @offers("ALPhotoCapture.takePictures", partly="as takePicture")
     def _take_some(
-        self, count: Annotated[float, Range(1, MAX_PICTURES)], folder: Any, name: Any, overwrite: Any = True
+        self, count: Annotated[float, Range(1, MAX_PICTURES)], folder: str, name: str, overwrite: bool = True
     ) -> Future[Any]:
         series = round(count)
         bare, names = _bare(name, self._format), list[str]()
@@ -207,7 +205,7 @@ class VideoRecorder:
         self._writer = ThreadPoolExecutor(1, "film")
 
     @offers("ALVideoRecorder.startRecording", partly="the pictures of ALVideoDevice, 9000 at most")
-    def _start(self, folder: Any, name: Any, overwrite: Any = True) -> None:
+    def _start(self, folder: str, name: str, overwrite: bool = True) -> None:
         if self._path is not None:
             raise NaoqiRefused(f"ALVideoRecorder: {self._path} is being recorded; stop that first.")
         path = self.setup.file(folder, f"{_bare(name, 'avi')}.avi", overwrite, "startRecording")
@@ -256,9 +254,9 @@ class VideoRecorder:
     )
 
 
-def _bare(name: Any, extension: str) -> str:
+def _bare(name: str, extension: str) -> str:
     """A file's name without its extension, if it has that."""
-    return text(name, "file name").removesuffix(f".{extension}")
+    return name.removesuffix(f".{extension}")
 
 
 def _unwritten(method: str, path: Path, error: OSError) -> NaoqiRefused:

@@ -21,13 +21,14 @@ from bridge.adapters.naoqi.declared import (
     KEPT,
     Answers,
     NewFile,
+    OneOf,
     Range,
+    Setting,
     offers,
     text,
 )
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES, Voice
 from bridge.errors import NaoqiRefused
-from bridge.validation import unknown_name
 
 LETTERS_PER_SECOND: Final = 14.0
 """Of speech at speed 100 (assumed: a hundred and fifty words a minute)."""
@@ -128,6 +129,21 @@ SPOKEN: Final = "the robot speaks:"
 _PREFIX: Final = "ALTextToSpeech"
 
 
+Language = Annotated[str, OneOf("language", LANGUAGES)]
+Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
+
+
+def _mode(mode: Any, _: str = "") -> int:
+    """A mode of body language by its number or its name."""
+    for code, name in _MODES.items():
+        if mode == name or (mode == code and not isinstance(mode, bool)):
+            return code
+    raise NaoqiRefused(f"ALAnimatedSpeech: {mode!r:.40} is no mode; {', '.join(_MODES.values())} are.")
+
+
+Mode = Annotated[int, _mode]
+
+
 class Speech:
     """Speaks one text after the other; not thread-safe, the caller locks.
 
@@ -137,6 +153,15 @@ class Speech:
         now: the robot's clock, ms.
     """
 
+    language = Setting("ALTextToSpeech.Language", "English", Language)
+    volume = Setting("ALTextToSpeech.Volume", 1.0, Annotated[float, Range(0.0, 1.0)])
+    voice = Setting(
+        "ALTextToSpeech.Voice",
+        VOICES[0],
+        Annotated[str, OneOf("voice", VOICES)],
+        "one voice speaks, under any of the vendor's names",
+    )
+
     def __init__(self, tasks: MotionTasks, events: Events, now: Callable[[], int]) -> None:
         self._tasks, self._events, self._now = tasks, events, now
         self._voice = Voice()
@@ -145,8 +170,6 @@ class Speech:
         self._numbers = itertools.count(1)
         self._waiting: list[int] = []
         """Numbers of the texts that are spoken (the first) or wait for it."""
-        self._language, self._volume = "English", 1.0
-        self._voice_name = VOICES[0]
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
         self._mode = 2
         self._notifies = True
@@ -167,11 +190,10 @@ class Speech:
         "ALTextToSpeech.say",
         partly="heard where espeak-ng is installed; elsewhere it takes the time of 14 letters a second",
     )
-    def say(self, sentence: Any, language: Any = None) -> Future[Any]:
+    def say(self, sentence: Any, language: Language | None = None) -> Future[Any]:
         """Speak a text; waits for its end."""
         spoken = self._text(sentence, "ALTextToSpeech.say")
-        tongue = self._language if language is None else _language(language)
-        return self._begin(spoken, tongue)
+        return self._begin(spoken, language or self.language)
 
     @offers("ALAnimatedSpeech.say", partly="the text is spoken, its animations are left out")
     def say_animated(self, sentence: Any, settings: Any = None) -> Future[Any]:
@@ -184,7 +206,7 @@ class Speech:
             )
         if settings and "bodyLanguageMode" in settings:
             _mode(settings["bodyLanguageMode"])
-        return self._begin(spoken, self._language, "ALAnimatedSpeech/EndOfAnimatedSpeech")
+        return self._begin(spoken, self.language, "ALAnimatedSpeech/EndOfAnimatedSpeech")
 
     def _text(self, sentence: Any, method: str) -> Utterance:
         spoken = text(str(sentence) if isinstance(sentence, int | float) else sentence, f"{method}: text")
@@ -209,7 +231,7 @@ class Speech:
         self._raise("CurrentSentence", spoken.plain)
         self._raise("TextStarted", 1)
         self._raise("Status", [number_, "started"])
-        process = self._voice.speak(spoken.plain, language, self._parameters["speed"], self._volume)
+        process = self._voice.speak(spoken.plain, language, self._parameters["speed"], self.volume)
         try:
             ended = yield from self._words(number_, spoken, process)
         finally:
@@ -254,43 +276,20 @@ class Speech:
         if self._notifies:
             self._events.raise_event(f"{_PREFIX}/{event}", value)
 
-    @offers("ALTextToSpeech.setLanguage")
-    def _set_language(self, language: Any) -> None:
-        self._language = _language(language)
-
-    @offers("ALTextToSpeech.setVolume")
-    def _set_volume(self, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
-        self._volume = volume
-
     @offers("ALTextToSpeech.setParameter", partly="only the speed has an effect")
-    def _set_parameter(self, name: Any, value: float) -> None:
-        parameter = self._parameter(name)
+    def _set_parameter(self, parameter: Parameter, value: float) -> None:
         lower, upper, _ = _PARAMETERS[parameter]
-        wanted = value
-        if not (lower <= wanted <= upper or (wanted == 0.0 and parameter != "speed")):
+        if not (lower <= value <= upper or (value == 0.0 and parameter != "speed")):
             raise NaoqiRefused(
-                f"ALTextToSpeech.setParameter: {parameter} is {wanted:g}; {lower:g} to {upper:g} is expected."
+                f"ALTextToSpeech.setParameter: {parameter} is {value:g}; {lower:g} to {upper:g} is expected."
             )
-        self._parameters[parameter] = wanted
-
-    def _parameter(self, name: Any) -> str:
-        parameter = text(name, "ALTextToSpeech: parameter")
-        if parameter not in _PARAMETERS:
-            raise NaoqiRefused(f"ALTextToSpeech: {unknown_name('parameter', parameter, _PARAMETERS)}.")
-        return parameter
-
-    @offers("ALTextToSpeech.setVoice", partly="one voice speaks, under any of the vendor's names")
-    def _set_voice(self, voice: str) -> None:
-        if voice not in VOICES:
-            raise NaoqiRefused(f"ALTextToSpeech.setVoice: {unknown_name('voice', voice, VOICES)}.")
-        self._voice_name = voice
+        self._parameters[parameter] = value
 
     @offers("ALTextToSpeech.sayToFile", partly="where espeak-ng is installed")
     def _to_file(self, sentence: Any, path: NewFile) -> Future[Any]:
         spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
-        file = path
-        settings = (self._language, self._parameters["speed"], self._volume)
-        return self._writer.submit(self._voice.write, spoken.plain, *settings, file)
+        settings = (self.language, self._parameters["speed"], self.volume)
+        return self._writer.submit(self._voice.write, spoken.plain, *settings, path)
 
     @offers("ALTextToSpeech.stopAll")
     def stop_all(self) -> None:
@@ -301,16 +300,16 @@ class Speech:
         self._notifies = enabled
 
     @offers("ALTextToSpeech.getParameter")
-    def _get_parameter(self, name: Any) -> Any:
-        return self._parameters[self._parameter(name)]
+    def _get_parameter(self, parameter: Parameter) -> float:
+        return self._parameters[parameter]
 
     @offers("ALTextToSpeech.loadVoicePreference", partly=KEPT)
-    def _load_voice_preference(self, name: str) -> Any:
-        return name and None
+    def _load_voice(self, name: str) -> None:
+        """Without effect."""
 
     @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=KEPT)
-    def _set_body_language_mode(self, mode: Any) -> Any:
-        self._mode = _mode(mode)
+    def _set_body_language_mode(self, mode: Mode) -> None:
+        self._mode = mode
 
     @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=KEPT)
     def _set_body_language_enabled(self, enabled: bool) -> Any:
@@ -329,13 +328,10 @@ class Speech:
 
     answers = Answers(
         {
-            "ALTextToSpeech.getLanguage": lambda self: self._language,
             "ALTextToSpeech.getSupportedLanguages": lambda self: list(LANGUAGES),
-            "ALTextToSpeech.getVoice": lambda self: self._voice_name,
             "ALTextToSpeech.getAvailableVoices": lambda self: list(VOICES),
-            "ALTextToSpeech.getVolume": lambda self: self._volume,
             "ALTextToSpeech.resetSpeed": lambda self: self._set_parameter("speed", 100.0),
-            "ALTextToSpeech.locale": lambda self: LANGUAGES[self._language],
+            "ALTextToSpeech.locale": lambda self: LANGUAGES[self.language],
             "ALTextToSpeech.enableNotifications": lambda self: self._notify(True),
             "ALTextToSpeech.disableNotifications": lambda self: self._notify(False),
             "ALAnimatedSpeech.getBodyLanguageMode": lambda self: self._mode,
@@ -345,24 +341,9 @@ class Speech:
         }
     )
 
-    answers2 = Answers(
+    languages = Answers(
         {
             "ALTextToSpeech.getAvailableLanguages": lambda self: list(LANGUAGES),
         },
         partly="the languages that espeak-ng may have",
     )
-
-
-def _language(language: Any) -> str:
-    name = text(language, "ALTextToSpeech: language")
-    if name not in LANGUAGES:
-        raise NaoqiRefused(f"ALTextToSpeech: {unknown_name('language', name, LANGUAGES)}.")
-    return name
-
-
-def _mode(mode: Any) -> int:
-    """A mode of body language by its number or its name."""
-    for code, name in _MODES.items():
-        if mode == name or (mode == code and not isinstance(mode, bool)):
-            return code
-    raise NaoqiRefused(f"ALAnimatedSpeech: {mode!r:.40} is no mode; {', '.join(_MODES.values())} are.")

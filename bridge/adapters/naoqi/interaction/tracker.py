@@ -19,7 +19,9 @@ from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import (
     KEPT,
     Answers,
+    OneOf,
     Range,
+    Vector,
     flag,
     fraction,
     number,
@@ -31,7 +33,6 @@ from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import ThingKind
 from bridge.types import Array, Vec3
-from bridge.validation import unknown_name
 
 PERIOD: Final = 100
 """ms between two looks (assumed)."""
@@ -235,6 +236,10 @@ MODES: Final = ("Head", "WholeBody", "Move")
 EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
 
 
+Target = Annotated[str, OneOf("target", TARGETS)]
+Position = Annotated[list[float], Vector("x, y, z", -1e3, 1e3, "m")]
+
+
 class Tracker:
     """Methods of `ALTracker`; not thread-safe, the caller locks.
 
@@ -258,17 +263,14 @@ class Tracker:
         self._following.walks, self._following.time_out = False, 2000
         self._following.relative, self._following.arms = (0.0,) * 6, ()
 
-    def _point(self, position: Any, space: Any, method: str) -> Sequence[float]:
+    def _point(self, position: Sequence[float], space: Any) -> Sequence[float]:
         """A point in the Torso frame, m."""
-        if not isinstance(position, list) or len(position) != 3:
-            raise NaoqiRefused(f"ALTracker.{method}: {position!r:.60} was given; [x, y, z] in m is expected.")
-        place = [number(x, f"ALTracker.{method}: position", -1e3, 1e3) for x in position]
         links = self._frames.measured_links()
-        x, y, z, _ = self._frames.space(space, links, True) @ (*place, 1.0)
+        x, y, z, _ = self._frames.space(space, links, True) @ (*position, 1.0)
         return float(x), float(y), float(z)
 
     @offers("ALTracker.lookAt", kind="joints", partly="by the head only")
-    def look_at(self, position: Any, *arguments: Any) -> Future[Any]:
+    def look_at(self, position: Position, *arguments: Any) -> Future[Any]:
         """Turn the head so that a camera's axis goes through a point; waits for the end.
 
         Args:
@@ -283,7 +285,7 @@ class Tracker:
             raise NaoqiRefused("ALTracker.lookAt takes ([x, y, z], space, fractionMaxSpeed, useWholeBody).")
         flag(rest[2], "ALTracker.lookAt: useWholeBody")
         share = fraction(rest[1], "ALTracker.lookAt: fractionMaxSpeed")
-        point = self._point(position, rest[0], "lookAt")
+        point = self._point(position, rest[0])
         place = self._frames.effectors[CAMERAS[camera]].fixed
         angles = look_angles(point, self._joints.body.lengths.NeckOffsetZ, place)
         return self._motion.interpolation_with_speed(["HeadYaw", "HeadPitch"], list(angles), share)
@@ -293,7 +295,9 @@ class Tracker:
         kind="joints",
         partly="with a straight arm, and the elbow's offset of 15 mm left out",
     )
-    def point_at(self, effector: str, position: Any, *arguments: Any) -> Future[Any]:
+    def point_at(
+        self, effector: Annotated[str, OneOf("arm", ("LArm", "RArm"))], position: Position, *arguments: Any
+    ) -> Future[Any]:
         """Stretch an arm towards a point; waits for the end.
 
         Args:
@@ -304,30 +308,25 @@ class Tracker:
         if len(arguments) not in (1, 2):
             raise NaoqiRefused("ALTracker.pointAt takes (effector, [x, y, z], space, fractionMaxSpeed).")
         space, speed = (0, *arguments)[-2:]
-        arm = effector
-        if arm not in ("LArm", "RArm"):
-            raise NaoqiRefused(f"ALTracker.pointAt: {arm!r:.40} is no arm; LArm and RArm are.")
         share = fraction(speed, "ALTracker.pointAt: fractionMaxSpeed")
-        point = self._point(position, space, "pointAt")
-        angles = pointing_angles(point, arm, self._joints.body.lengths)
+        point = self._point(position, space)
+        angles = pointing_angles(point, effector, self._joints.body.lengths)
         return self._motion.interpolation_with_speed(list(angles), list(angles.values()), share)
 
     @offers("ALTracker.registerTarget", partly="RedBall, Face and LandMark can be followed")
-    def _register(self, name: Any, parameters: Any = None) -> None:
-        target = _one_of(name, TARGETS, "target")
-        self._targets[target] = _target(target, parameters)
+    def _register(self, name: Target, parameters: Any = None) -> None:
+        self._targets[name] = _target(name, parameters)
 
     @offers("ALTracker.track", kind="joints")
-    def track(self, name: Any) -> None:
+    def track(self, name: Target) -> None:
         """Follow a registered target.
 
         Raises:
             NaoqiRefused: it is not registered.
         """
-        target = _one_of(name, TARGETS, "target")
-        if target not in self._targets:
-            raise NaoqiRefused(f"ALTracker.track: {target} is not registered; call registerTarget first.")
-        self._following.begin(self._targets[target])
+        if name not in self._targets:
+            raise NaoqiRefused(f"ALTracker.track: {name} is not registered; call registerTarget first.")
+        self._following.begin(self._targets[name])
 
     @offers(
         "ALTracker.trackEvent",
@@ -336,8 +335,7 @@ class Tracker:
     )
     def track_event(self, event: str) -> None:
         """Follow the places that an event of ALMemory gives: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
-        name = event
-        self._following.begin(FollowedTarget(name, None, 0.0))
+        self._following.begin(FollowedTarget(event, None, 0.0))
 
     @offers("ALTracker.unregisterAllTargets")
     def _clear(self) -> None:
@@ -354,27 +352,22 @@ class Tracker:
             self._targets.pop(text(name, "ALTracker: target"), None)
 
     @offers("ALTracker.setMode", partly="Head and Move; in Move the head rests while the robot walks")
-    def _set_mode(self, mode: Any) -> None:
-        wanted = _one_of(mode, MODES, "mode")
-        if wanted == "WholeBody":
+    def _set_mode(self, mode: Annotated[str, OneOf("mode", MODES)]) -> None:
+        if mode == "WholeBody":
             raise NaoqiRefused("ALTracker.setMode: WholeBody is not offered; Head and Move are.")
-        self._mode, self._following.walks = wanted, wanted == "Move"
+        self._mode, self._following.walks = mode, mode == "Move"
 
     @offers(
         "ALTracker.setEffector",
         partly="the arm points with a straight elbow, and the elbow's offset of 15 mm left out",
     )
-    def _set_effector(self, effector: Any) -> None:
-        self._effector = _one_of(effector, tuple(EFFECTORS), "effector")
+    def _set_effector(self, effector: Annotated[str, OneOf("effector", EFFECTORS)]) -> None:
+        self._effector = effector
         self._following.arms = EFFECTORS[self._effector]
 
     @offers("ALTracker.setRelativePosition", partly="x, the angle and their thresholds, in mode Move")
-    def _set_relative(self, position: Any) -> None:
-        if not isinstance(position, list) or len(position) != 6:
-            raise NaoqiRefused(
-                f"ALTracker.setRelativePosition: {position!r:.60} was given; 6 numbers are expected."
-            )
-        self._following.relative = [number(x, "ALTracker.setRelativePosition: position") for x in position]
+    def _set_relative(self, position: Annotated[list[float], Vector("x, y, theta, dx, dy, dtheta")]) -> None:
+        self._following.relative = position
 
     @offers("ALTracker.setTimeOut")
     def _set_time_out(self, milliseconds: Annotated[float, Range(0.0, 1e9)]) -> None:
@@ -454,10 +447,3 @@ def _target(name: str, parameters: Any) -> FollowedTarget:
         marks = parameters[1] if len(parameters) > 1 and isinstance(parameters[1], list) else []
     diameter = number(size, f"ALTracker.registerTarget: size of {name}", 0.001, 10.0)
     return FollowedTarget(name, kind, diameter, tuple(str(mark) for mark in marks))
-
-
-def _one_of(name: Any, known: Sequence[str], what: str) -> str:
-    chosen = text(name, f"ALTracker: {what}")
-    if chosen not in known:
-        raise NaoqiRefused(f"ALTracker: {unknown_name(what, chosen, known)}.")
-    return chosen

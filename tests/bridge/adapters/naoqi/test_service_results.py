@@ -220,7 +220,7 @@ def test_a_method_returns_what_its_page_says(
         ("ALMemory.getData", ["nothing"], "there is no data under 'nothing'"),
         ("ALMotion.getAngles", ["Head"], "missing a required argument: 'useSensors'"),
         ("ALMemory.subscribeToEvent", ["event", "module"], r"takes \(event, module, method\)"),
-        ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of words"),
+        ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of names"),
         ("ALNavigation.explore", [1.0], "moveTo and moveToward walk"),
         ("ALPhotoCapture.setResolution", [3], "resolution is 3; 0, 1, 2 are there"),
         ("ALPhotoCapture.setPictureFormat", ["gif"], "unknown format 'gif'"),
