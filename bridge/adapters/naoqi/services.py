@@ -17,7 +17,7 @@ from bridge.adapters.naoqi.core.inert_settings import InertSettings
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import DcmService, Joints, moved_joints
 from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
-from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, MotionTasks, Posts
+from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, AsyncCalls, MotionTasks
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
@@ -106,7 +106,7 @@ class Services:
         """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
         self.upper_body = UpperBodyShare(self.joints)
-        self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
+        self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
         self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
         self._postures = Postures(self.joints, self.motion, self._tasks)
         self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
@@ -252,7 +252,7 @@ class Services:
         if isinstance(result, Future):
             result.add_done_callback(_log_error)
         walks = self._table[service][name].kind == "walk"
-        key = self._posts.add(result, self._walks.get("stopMove") if walks else None)
+        key = self._async_calls.add(result, self._walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
             self._audio.begun(result, key)
         return key
@@ -392,15 +392,15 @@ class _Module:
 
     @offers(".isRunning")
     def _is_running(self, key: Any) -> bool:
-        return self._services._posts.running(key)
+        return self._services._async_calls.running(key)
 
     @offers(".wait")
     def _wait(self, key: Any, timeout: Annotated[float, Range(0, LONGEST_WAIT, "ms")] = 0) -> Future[Any]:
-        return self._services._posts.wait(key, timeout)
+        return self._services._async_calls.wait(key, timeout)
 
     @offers(".stop")
     def _stop(self, key: Any) -> bool:
-        return self._services._posts.stop(key)
+        return self._services._async_calls.stop(key)
 
 
 def _log_error(done: Future[Any]) -> None:

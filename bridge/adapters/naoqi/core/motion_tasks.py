@@ -161,7 +161,7 @@ LONGEST_WAIT: Final = 3_600_000
 """ms that a call may wait for another."""
 
 
-class Posts:
+class AsyncCalls:
     """Numbers of calls that run; thread-safe but for `stop`, whose caller locks.
 
     Args:
