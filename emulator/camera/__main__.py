@@ -1,6 +1,6 @@
 """The cameras of one robot: `python -m emulator.camera ROBOT ENDPOINT BODY DESCRIPTOR`.
 
-Started by `bridge.adapters.naoqi.eyes`, which has the messages.
+Started by `bridge.adapters.naoqi.core.cameras`, which has the messages.
 """
 
 import os

@@ -17,7 +17,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from bridge.adapters.naoqi.pipe import Pipe
+from bridge.adapters.naoqi.core.cameras import Pipe
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.errors import FrameError, NaoHilError
@@ -126,7 +126,7 @@ class CameraProcess:
             told = seen
 
     def _sights(self, truth: TruthFrame, world: WorldReply) -> list[Any]:
-        """Sights (see `bridge.adapters.naoqi.eyes`) of the things that nothing hides."""
+        """Sights (see `bridge.adapters.naoqi.core.cameras`) of the things that nothing hides."""
         if not world.things:
             return []
         links = self._scene.links(truth)

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
-from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
-from bridge.adapters.naoqi.bridge import LOOK_AHEAD, NaoqiBridge
-from bridge.adapters.naoqi.qi_library import require_qi
+from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
+from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.body import Body
 from bridge.errors import ConfigurationError
@@ -30,7 +29,7 @@ from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child
 
 if TYPE_CHECKING:
-    from bridge.adapters.naoqi.frames import LinkFrames
+    from bridge.adapters.naoqi.core.frames import LinkFrames
 
 GRACE = 5.0
 """s a walker has to end by itself."""

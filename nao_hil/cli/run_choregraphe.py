@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from bridge.adapters.naoqi.address import DEFAULT_URL
+from bridge.adapters.naoqi.qi_library import DEFAULT_URL
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT
 from nao_hil.cli import options

@@ -19,9 +19,8 @@ from typing import Annotated
 
 import typer
 
-from bridge.adapters.naoqi.address import DEFAULT_URL, check_url
-from bridge.adapters.naoqi.qi_library import require_qi
-from bridge.adapters.naoqi.speech import SPOKEN
+from bridge.adapters.naoqi.interaction.speech import SPOKEN
+from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
 from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint

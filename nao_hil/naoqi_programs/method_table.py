@@ -9,11 +9,11 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, Final
 
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.extractor import QUIET, QUIET_VISION
-from bridge.adapters.naoqi.methods import VENDOR
-from bridge.adapters.naoqi.services import Services
-from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.core.sensing import QUIET, QUIET_VISION
+from bridge.adapters.naoqi.core.walking import WalkingMethods
+from bridge.adapters.naoqi.declared import Method
+from bridge.adapters.naoqi.services import STAGE, Services
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
@@ -78,16 +78,18 @@ def services() -> Services:
 
 
 def answers() -> dict[str, dict[str, str]]:
-    """Service -> method of the vendor's -> `yes`, `partly` or `no`; those of every module under `ALModule`."""
-    served = services()
-    found = {}
-    for service, vendor in VENDOR.items():
-        offered = set(served.offered("ALSystem" if service == "ALModule" else service)) | {"subscriber"}
-        found[service] = {
-            method: "no" if method not in offered else "partly" if method in vendor.partly else "yes"
-            for method in vendor.methods
-        }
-    return found
+    """Service -> method -> `yes`, `partly` or `no`; methods of every service are under `ALModule`."""
+    found = {name: {m: _answer(of) for m, of in table.items()} for name, table in services().table().items()}
+    del found[STAGE]
+    common = set.intersection(*({m for m, answer in of.items() if answer != "no"} for of in found.values()))
+    module = {m: found["ALSystem"][m] for m in common}
+    found = {name: {m: a for m, a in of.items() if m not in common} for name, of in found.items()}
+    found["ALMemory"]["subscriber"] = "yes"
+    return {"ALModule": module, **found}
+
+
+def _answer(method: Method) -> str:
+    return "no" if method.refuses else "partly" if method.partly else "yes"
 
 
 def _names(methods: list[str]) -> str:
@@ -104,7 +106,7 @@ def method_table() -> str:
     offering = sum(any(answer != "no" for answer in of.values()) for of in modules)
     common = set.intersection(*({m for m, a in found[name].items() if a == "yes"} for name in EXTRACTORS))
     lines = [
-        f"{offering} services offer methods. Of the vendor's {sum(count.values())} methods {count['yes']} are "
+        f"{offering} services offer methods. Of {sum(count.values())} methods {count['yes']} are "
         f"offered, {count['partly']} partly (second table), and {count['no']} refuse with one sentence. "
         f"`ALModule` are those of every service; *extractor* stands for {_names(sorted(common))}.",
         "",
@@ -121,16 +123,16 @@ def method_table() -> str:
         lines.append(f"| `{service}` | {yes} | {no} |")
     lines += [
         "",
-        f"All methods are refused by {_names(refused)}.",
-        "",
+        *([f"All methods are refused by {_names(refused)}.", ""] if refused else []),
         "| left out or assumed | methods that are offered partly |",
         "|---|---|",
     ]
     by_reason: dict[str, list[str]] = {}
-    for service in found:
+    for service, table in services().table().items():
         reasons: dict[str, list[str]] = {}
-        for method, reason in VENDOR[service].partly.items():
-            reasons.setdefault(reason, []).append(method)
+        for name, method in table.items():
+            if method.partly and name in found.get(service, {}):
+                reasons.setdefault(method.partly, []).append(name)
         for reason, methods in reasons.items():
             by_reason.setdefault(reason, []).append(f"`{service}`: {_names(sorted(methods))}")
     lines += [f"| {reason} | {'; '.join(methods)} |" for reason, methods in by_reason.items()]

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, Final
 
-from bridge.adapters.naoqi.device import connected
+from bridge.adapters.naoqi.real_robot import connected
 from bridge.errors import LinkError
 from nao_hil.naoqi_programs.errors import print_error
 from nao_hil.naoqi_programs.python2 import put_back

@@ -29,6 +29,7 @@ class Service:
 
 def _method(found: Callable[..., Any], *, pictures: bool) -> Callable[..., Any]:
     def call(*arguments: Any, **options: Any) -> Any:
+        """Call with arguments that qi can send; a picture comes with its bytes."""
         result = found(*map(sendable, arguments), **options)
         return _with_bytes(result) if pictures else result
 

@@ -84,7 +84,6 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "arm True near",
                 "arm False collision",
                 "breathes True [['Bpm', 12.0], ['Amplitude', 0.5]]",
-                "cup [1.0, 0.2, 0.7]",
             ],
         ),
         (
@@ -119,13 +118,9 @@ def run(url: str, program: Path, *arguments: str) -> subprocess.CompletedProcess
                 "memory True 1",
                 "body Nao True",
                 "network ready ['Wired'] ['ethernet']",
-                "users 0 -1",
-                "diagnosis [0, []] [0, []]",
-                "launched []",
                 "help ['setStiffnesses', [['names', ''], ['stiffnesses', '']]]",
-                "free True",
-                "free False [['newResource', 'mine']]",
                 "voice True",
+                "refused True True",
             ],
         ),
         (

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bridge.adapters.naoqi.pipe import Pipe
+from bridge.adapters.naoqi.core.cameras import Pipe
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES

@@ -24,7 +24,7 @@ from bridge.adapters.lola.identity import identity_of
 from bridge.adapters.lola.packets import sensor_frame
 from bridge.adapters.lola.setpoints import Setpoints
 from bridge.adapters.naoqi import qi_values
-from bridge.adapters.naoqi.config import RobotConfig
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.services import Services
 from bridge.adapters.ros.orders import Way
 from bridge.body import Body, load_body
@@ -85,10 +85,6 @@ class Unwalking:
     """Of a NAOqi robot's walking side: no walker."""
 
     handover = SimpleNamespace(has_robot=False)
-
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        """None."""
-        return {}
 
     def steps_ahead(self) -> list[list[Any]]:
         """None, of either kind."""

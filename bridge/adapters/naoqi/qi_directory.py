@@ -140,7 +140,7 @@ class Directory:
     def _service(self, connection: Connection, name: str) -> list[Any]:
         service = self.names.get(name)
         if service is None or not service.ready:
-            raise QiError(f"Cannot find service '{name}' in index")
+            raise QiError(f"Cannot find service '{name}' in index: nao-hil does not offer it")
         return self._info(connection, service)
 
     def _all(self, connection: Connection) -> list[list[Any]]:

@@ -202,6 +202,7 @@ def _list(item: tuple[Decoder, Encoder]) -> tuple[Decoder, Encoder]:
     decode_item, encode_item = item
 
     def decode_list(view: memoryview, at: int, depth: int) -> tuple[list[Any], int]:
+        """The items, after their count."""
         values, count = [], _count(view, at)
         at += 4
         for _ in range(count):
@@ -219,6 +220,7 @@ def _list(item: tuple[Decoder, Encoder]) -> tuple[Decoder, Encoder]:
 
 def _map(key: tuple[Decoder, Encoder], item: tuple[Decoder, Encoder]) -> tuple[Decoder, Encoder]:
     def decode_map(view: memoryview, at: int, depth: int) -> tuple[dict[Any, Any], int]:
+        """Keys and values, after their count."""
         values, count = {}, _count(view, at)
         at += 4
         for _ in range(count):

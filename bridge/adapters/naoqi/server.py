@@ -7,14 +7,14 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from bridge.adapters.naoqi.address import require_free
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.eyes import DrawnEyes
-from bridge.adapters.naoqi.frames import LinkFrames
+from bridge.adapters.naoqi.core.cameras import DrawnEyes
+from bridge.adapters.naoqi.core.frames import LinkFrames
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
+from bridge.adapters.naoqi.core.walking import WalkingMethods
+from bridge.adapters.naoqi.qi_library import require_free
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
-from bridge.adapters.naoqi.walker_handover import StartedWalker, WalkerHandover
-from bridge.adapters.naoqi.walking import WalkingMethods
 from bridge.adapters.notice_log import NoticeHandler, log_notice
 from bridge.body import Body, load_body
 from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent

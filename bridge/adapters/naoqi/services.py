@@ -4,60 +4,59 @@ from __future__ import annotations
 
 import itertools
 import logging
-import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from functools import partial
 from threading import RLock
-from typing import Any
+from typing import Annotated, Any
 
-from bridge.adapters.naoqi import animations
-from bridge.adapters.naoqi.animations import Animations
-from bridge.adapters.naoqi.arguments import text
-from bridge.adapters.naoqi.audio import AudioPlayer
-from bridge.adapters.naoqi.awareness import Awareness
-from bridge.adapters.naoqi.breathing import Breathing
-from bridge.adapters.naoqi.cartesian import Cartesian
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.dcm_service import dcm_methods, moved_joints
-from bridge.adapters.naoqi.dialog import Dialog
-from bridge.adapters.naoqi.events import Events, Publish
-from bridge.adapters.naoqi.extractor import QUIET, QUIET_VISION, Extractor, VisionExtractor
-from bridge.adapters.naoqi.eyes import Eyes, NoEyes
-from bridge.adapters.naoqi.fall_manager import FallManager
-from bridge.adapters.naoqi.following import Following
-from bridge.adapters.naoqi.frames import LinkFrames, RobotFrames
-from bridge.adapters.naoqi.hearing import SpeechRecognition
-from bridge.adapters.naoqi.inert_settings import MOTION, SETTINGS, InertSettings
-from bridge.adapters.naoqi.joint_motion import JointMotion
-from bridge.adapters.naoqi.joints import Joints
-from bridge.adapters.naoqi.leds import Leds
-from bridge.adapters.naoqi.life import AutonomousLife
-from bridge.adapters.naoqi.memory import Memory
-from bridge.adapters.naoqi.methods import VENDOR, Method, Table, of_kind, refusals
-from bridge.adapters.naoqi.microphones import Microphones
-from bridge.adapters.naoqi.motion_tasks import MotionTasks
-from bridge.adapters.naoqi.navigation import Localization, VisualCompass, navigation_methods
-from bridge.adapters.naoqi.notifications import Notifications
-from bridge.adapters.naoqi.photos import PhotoCapture, VideoRecorder
-from bridge.adapters.naoqi.posts import Posts
-from bridge.adapters.naoqi.postures import Postures
-from bridge.adapters.naoqi.protection import BEGINNING, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.recorder import Recorder
-from bridge.adapters.naoqi.resources import Resources
-from bridge.adapters.naoqi.robot_events import RobotEvents
-from bridge.adapters.naoqi.self_collision import ArmProtection
-from bridge.adapters.naoqi.sensing import Sonar, sensing_services
-from bridge.adapters.naoqi.speech import Speech
-from bridge.adapters.naoqi.stage import Stage
-from bridge.adapters.naoqi.system import system_services
-from bridge.adapters.naoqi.tracker import Tracker
-from bridge.adapters.naoqi.upper_body import UpperBodyShare
-from bridge.adapters.naoqi.video import VideoDevice
-from bridge.adapters.naoqi.vision import Detection, Faces, LandMarks
-from bridge.adapters.naoqi.walking import WalkingMethods
-from bridge.adapters.naoqi.whole_body import WholeBody
-from bridge.adapters.naoqi.world_representation import WorldRepresentation
+from bridge.adapters.naoqi.core.breathing import Breathing
+from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
+from bridge.adapters.naoqi.core.cartesian import Cartesian
+from bridge.adapters.naoqi.core.frames import LinkFrames, RobotFrames
+from bridge.adapters.naoqi.core.inert_settings import InertSettings
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import DcmService, Joints, moved_joints
+from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
+from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, AsyncCalls, MotionTasks
+from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
+from bridge.adapters.naoqi.core.postures import Postures
+from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig, RobotFacts
+from bridge.adapters.naoqi.core.sensing import (
+    BUTTON_KEYS,
+    QUIET,
+    QUIET_VISION,
+    BatteryAndHeat,
+    Extractor,
+    RobotEvents,
+    Sonar,
+    Touch,
+    VisionExtractor,
+)
+from bridge.adapters.naoqi.core.upper_body import UpperBodyShare
+from bridge.adapters.naoqi.core.video import VideoDevice
+from bridge.adapters.naoqi.core.walking import WalkingMethods
+from bridge.adapters.naoqi.core.whole_body import WholeBody
+from bridge.adapters.naoqi.declared import (
+    REFUSED,
+    Answers,
+    Method,
+    Range,
+    as_vendor,
+    declared,
+    offers,
+    refusals,
+)
+from bridge.adapters.naoqi.interaction.animations import GESTURE_CHAINS, Animations
+from bridge.adapters.naoqi.interaction.audio import AudioPlayer, Microphones, Recorder
+from bridge.adapters.naoqi.interaction.autonomy import AutonomousLife, Awareness
+from bridge.adapters.naoqi.interaction.detection import Detection, Faces, LandMarks, Stage
+from bridge.adapters.naoqi.interaction.dialog import Dialog
+from bridge.adapters.naoqi.interaction.hearing import SpeechRecognition
+from bridge.adapters.naoqi.interaction.leds import Leds
+from bridge.adapters.naoqi.interaction.photos import PhotoCapture, VideoRecorder
+from bridge.adapters.naoqi.interaction.speech import Speech
+from bridge.adapters.naoqi.interaction.tracker import Following, OldTracker, Tracker
 from bridge.body import Body
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
@@ -68,7 +67,7 @@ logger = logging.getLogger(__name__)
 STAGE = "NaoHil"
 """Service that the vendor does not have: what is around the robot."""
 _MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
-_MOVES |= {m: list(animations.JOINTS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
+_MOVES |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
 """What methods move whose first argument is no name of a joint."""
 
 
@@ -107,7 +106,7 @@ class Services:
         """Motions of joints; and all else that takes time, which a stop of all motions leaves alone."""
         self.motion = JointMotion(self.joints, self._tasks, config)
         self.upper_body = UpperBodyShare(self.joints)
-        self._posts = Posts([self._tasks, self._others], numbers, self.motion.end_task)
+        self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
         self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
         self._postures = Postures(self.joints, self.motion, self._tasks)
         self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
@@ -115,7 +114,8 @@ class Services:
         self._breathing = Breathing(self.joints, self._postures)
         self._falls = FallManager(self.joints, self.motion)
         self._protection = WalkProtection(self.joints)
-        self._walks = walking.methods()
+        self._walking = walking
+        self._walks = {name: method.call for name, method in declared(walking).get("ALMotion", {}).items()}
         self.memory = Memory(config.body, lambda: self.joints.dcm, config.keys())
         self.memory.provide(self.joints.keys())
         self.memory.update(frame)
@@ -135,7 +135,7 @@ class Services:
             LandMarks("ALLandMarkDetection", "landmark", "LandmarkDetected", *seeing),
             Detection("ALRedBallDetection", "ball", "redBallDetected", *seeing),
         )
-        self._compass = VisualCompass(self._frames, self.events, self._walks, self._robot_place)
+        self._compass = VisualCompass(self._frames, self.events, self._robot_place)
         neck = config.body.lengths.NeckOffsetZ
         walk = self._walks.get("move")
         self._awareness = Awareness(self._stage, self._frames, self.motion, self.events, self.memory)
@@ -199,9 +199,13 @@ class Services:
         """Service -> methods, those included that only refuse."""
         return {name: list(methods) for name, methods in self._table.items()}
 
+    def table(self) -> Mapping[str, Mapping[str, Method]]:
+        """Service -> method."""
+        return self._table
+
     def offered(self, service: str) -> list[str]:
         """Methods of a service that do more than refuse."""
-        return sorted(name for name, method in self._table[service].items() if method.offered)
+        return sorted(name for name, method in self._table[service].items() if not method.refuses)
 
     def call(self, service: str, method: str, arguments: list[Any]) -> Any:
         """Carry out a call: its result, or a future of it.
@@ -223,9 +227,9 @@ class Services:
             entry.signature.bind(*arguments)
         except TypeError as error:
             raise NaoqiRefused(
-                f"{service}.{method}: {len(arguments)} arguments do not fit ({_as_vendor(str(error))})."
+                f"{service}.{method}: {len(arguments)} arguments do not fit ({as_vendor(str(error))})."
             ) from None
-        if entry.kind == "walk" and method in BEGINNING:
+        if entry.begins_walk:
             with self._lock:
                 if not self.handover.has_robot:
                     self._protection.require(f"{service}.{method}")
@@ -238,7 +242,8 @@ class Services:
     def _post(self, service: str, method: Any = None, *arguments: Any) -> int:
         """Begin a call and do not wait for it; its number."""
         name, *rest = method if isinstance(method, list) and method else [method, *arguments]
-        text(name, f"{service}.pCall: method")
+        if not isinstance(name, str):
+            raise NaoqiRefused(f"{service}.pCall: method is {name!r:.60}; a name is expected.")
         try:
             result = self.call(service, name, rest)
         except NaoHilError as error:
@@ -247,22 +252,22 @@ class Services:
         if isinstance(result, Future):
             result.add_done_callback(_log_error)
         walks = self._table[service][name].kind == "walk"
-        key = self._posts.add(result, self._walks.get("stopMove") if walks else None)
+        key = self._async_calls.add(result, self._walks.get("stopMove") if walks else None)
         if service == "ALAudioPlayer":
             self._audio.begun(result, key)
         return key
 
     def _carry_out(self, entry: Method, arguments: list[Any], moves: Any, *, stiff: bool) -> Any:
         if entry.kind == "walk":
-            return entry.call(*arguments)
+            return entry(arguments)
         if entry.kind == "read":
             with self._lock:
-                return entry.call(*arguments)
+                return entry(arguments)
 
         def command() -> Any:
             with self._lock:
                 self._require_lease()
-                result = entry.call(*arguments)
+                result = entry(arguments)
                 self._commanded()
                 return result
 
@@ -271,135 +276,134 @@ class Services:
                 upper = self.upper_body.within(moves)
                 if upper is not None or (stiff and self.handover.active):  # the walk has its legs stiff already
                     self.upper_body.taken |= set(upper or ())
-                    result = entry.call(*arguments)
+                    result = entry(arguments)
                     self._commanded()
                     return result
             return self.handover.with_joints(command, stop=entry.kind == "posture")
         return command()
 
     def _build(self) -> dict[str, dict[str, Method]]:
-        settings = InertSettings()
-        tracker = Tracker(self.joints, self.motion, self._frames, self._following)
-        gestures = Animations(self.joints, self.motion)
-        recorder = Recorder(lambda: self.joints.now)
-        reading: dict[str, Table] = {
-            "ALMemory": self.memory.methods() | self.events.methods(),
-            "ALLeds": Leds(self.joints, self._others).methods(),
-            "ALTextToSpeech": self._speech.methods(),
-            "ALAnimatedSpeech": self._speech.animated_methods(),
-            "ALAudioPlayer": self._audio.methods(),
-            "ALAudioDevice": self._audio.device_methods()
-            | recorder.device_methods()
-            | self._microphones.methods(),
-            "ALAudioRecorder": recorder.methods(),
-            "ALAutonomousLife": AutonomousLife(self.events).methods(),
-            "ALSpeechRecognition": self._recognition.methods(),
-            "ALFaceDetection": self._detections[0].methods(),
-            "ALLandMarkDetection": self._detections[1].methods(),
-            "ALRedBallDetection": self._detections[2].methods(),
-            "ALVideoDevice": self._video.methods(),
-            STAGE: self._stage.methods(),
-            "ALNotificationManager": Notifications().methods(),
-            "ALPhotoCapture": PhotoCapture(self._eyes, self._others, lambda: self.joints.now).methods(),
-            "ALVideoRecorder": VideoRecorder(self._eyes, self._others, lambda: self.joints.now).methods(),
-            "ALDialog": self._dialog.methods(),
-            "ALResourceManager": Resources().methods(),
-            "ALWorldRepresentation": WorldRepresentation(self._frames).methods(),
-            "ALBasicAwareness": self._awareness.methods(),
-        }
-        quiet = {name: Extractor(name, self.events, [event]) for name, event in QUIET.items()}
-        quiet |= {name: VisionExtractor(name, self.events, [event]) for name, event in QUIET_VISION.items()}
-        for name, extractor in quiet.items():
-            reading[name] = extractor.methods()
-        for name, of in SETTINGS.items():
-            reading[name] = reading.get(name, {}) | settings.methods(name, of)
-        reading["ALPeoplePerception"]["resetPopulation"] = lambda: None
-        table: dict[str, dict[str, Method]] = {
-            "ALMotion": self._motion_methods(settings),
-            "DCM": dcm_methods(self.joints),
-            "ALRobotPosture": self._posture_methods(),
-            "ALAnimationPlayer": gestures.methods(),
-            "ALBehaviorManager": gestures.behavior_methods(),
-            "ALTracker": of_kind("read", tracker.methods()) | of_kind("joints", tracker.moving()),
-            "ALRedBallTracker": tracker.old_methods("RedBall", 0.06),
-            "ALFaceTracker": tracker.old_methods("Face", 0.15),
-            **sensing_services(self.joints, self.events, self._sonar),
-            **system_services(self._config, lambda: self._table),
-            "ALVisualCompass": of_kind("read", self._compass.methods())
-            | of_kind("walk", self._compass.walking()),
-            "ALLocalization": of_kind("walk", Localization(self._walks).methods()),
-            **{name: of_kind("read", methods) for name, methods in reading.items()},
-        }
-        table["ALNavigation"] |= of_kind("walk", navigation_methods(self._walks))
-        for name in [*table, *(name for name in VENDOR if name != "ALModule")]:
+        now = lambda: self.joints.now  # noqa: E731
+        cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
+        table = declared(
+            InertSettings(),
+            DcmService(self.joints),
+            self.memory,
+            self.events,
+            self.motion,
+            self._postures,
+            self._robot_events,
+            self.upper_body,
+            self._protection,
+            self._falls,
+            self._frames,
+            self._breathing,
+            self._arms,
+            cartesian,
+            WholeBody(self.joints, self.motion, self._tasks, cartesian, self._frames),
+            self._walking,
+            *([Navigation(self._walks)] if "moveTo" in self._walks else []),
+            self._compass.extractor,
+            self._compass,
+            self._sonar.extractor,
+            self._sonar,
+            Touch(self.joints, self.events),
+            Extractor("ALSensors", self.events, [], BUTTON_KEYS),
+            BatteryAndHeat(self.joints),
+            RobotFacts(self._config),
+            Leds(self.joints, self._others),
+            self._speech,
+            self._audio,
+            Recorder(now),
+            self._microphones,
+            AutonomousLife(self.events),
+            self._awareness,
+            self._recognition.extractor,
+            self._recognition,
+            *(part for detection in self._detections for part in (detection.extractor, detection)),
+            self._video,
+            self._stage,
+            *self._photos(now),
+            self._dialog,
+            Animations(self.joints, self.motion),
+            Tracker(self.joints, self.motion, self._frames, self._following),
+            OldTracker("RedBall", 0.06, self._following),
+            OldTracker("Face", 0.15, self._following),
+            *(Extractor(name, self.events, [event], quiet=True) for name, event in QUIET.items()),
+            *(VisionExtractor(name, self.events, [event], quiet=True) for name, event in QUIET_VISION.items()),
+        )
+        for name in sorted({*table, *REFUSED}):
             methods = table.get(name, {})
-            vendor = [m for m in VENDOR[name].methods if m != "subscriber"] if name in VENDOR else []
-            missing = refusals(name, [*vendor, *VENDOR["ALModule"].methods], methods)
-            posting = of_kind("walk", {"pCall": partial(self._post, name)})
-            table[name] = missing | posting | of_kind("read", self._common(name, methods)) | methods
+            module = declared(_Module(name, self, methods))[name]
+            table[name] = refusals(name, {*module, *methods}) | module | methods
         return table
 
-    def _posture_methods(self) -> dict[str, Method]:
-        moving: Table = {
-            "goToPosture": self._postures.go_to,
-            "applyPosture": self._postures.apply,
-            "stopMove": self.motion.end_all,
-        }
-        return of_kind("read", self._postures.methods()) | of_kind("posture", moving)
+    def _photos(self, now: Callable[[], int]) -> list[object]:
+        photos = PhotoCapture(self._eyes, self._others, now)
+        films = VideoRecorder(self._eyes, self._others, now)
+        return [photos.setup, photos, films.setup, films]
 
-    def _motion_methods(self, settings: InertSettings) -> dict[str, Method]:
-        ending_walks: Table = {
-            "wakeUp": self._robot_events.told("wakeUp", self._postures.wake_up),
-            "rest": self._robot_events.told("rest", self._postures.rest),
-            "killAll": self.motion.end_all,
-            "killTasksUsingResources": self.motion.end_using,
-        }
-        reading = self.motion.reading() | {
-            "killTask": self.motion.end_task,
-            "robotIsWakeUp": lambda: self._postures.awake,
-            "setMotionConfig": self._protection.configure,
-        }
-        cartesian = Cartesian(self.joints, self.motion, self._tasks, self._frames)
-        whole_body = WholeBody(self.joints, self.motion, self._tasks, cartesian, self._frames)
-        return (
-            of_kind("read", reading | settings.methods("ALMotion", MOTION) | self.upper_body.methods())
-            | of_kind("read", self._falls.methods() | self._frames.methods() | whole_body.methods())
-            | of_kind("read", self._breathing.methods() | self._arms.methods())
-            | of_kind("joints", self.motion.moving() | cartesian.methods() | whole_body.moving())
-            | of_kind("posture", ending_walks)
-            | of_kind("walk", self._walks)
-        )
+    def parameters(self, service: str, method: str) -> Method:
+        """A method that a service offers.
 
-    def _parameters(self, service: str, method: Any) -> list[str]:
-        """Names of a method's arguments."""
-        name = text(method, f"{service}.getMethodHelp: method")
-        if name not in self.offered(service):
-            raise NaoqiRefused(f"{service}: {unknown_name('method', name, self.offered(service))}.")
-        return list(map(_as_vendor, self._table[service][name].signature.parameters))
+        Raises:
+            NaoqiRefused: there is none of this name.
+        """
+        if method not in self.offered(service):
+            raise NaoqiRefused(f"{service}: {unknown_name('method', method, self.offered(service))}.")
+        return self._table[service][method]
 
-    def _common(self, service: str, methods: Mapping[str, Method]) -> Table:
-        """Methods of every service."""
-        return {
-            "ping": lambda: True,
-            "exit": lambda: None,
-            "version": lambda: self._config.naoqi_version,
-            "getBrokerName": lambda: "naoqi",
-            "getMethodList": lambda: sorted(methods),
-            "getModuleHelp": lambda: [f"{service}, served by nao-hil", []],
-            "getMethodHelp": lambda name: [name, [[p, ""] for p in self._parameters(service, name)], "", ""],
-            "getUsage": lambda name: f"{service}.{name}({', '.join(self._parameters(service, name))})",
-            "isRunning": self._posts.running,
-            "wait": self._posts.wait,
-            "stop": self._posts.stop,
+
+class _Module:
+    """Methods of every service.
+
+    Args:
+        service: its name.
+        services: all of them.
+        methods: of its own.
+    """
+
+    def __init__(self, service: str, services: Services, methods: Mapping[str, Method]) -> None:
+        self.service, self._services, self._methods = service, services, methods
+
+    answers = Answers(
+        {
+            ".ping": lambda self: True,
+            ".version": lambda self: self._services._config.naoqi_version,
+            ".getBrokerName": lambda self: "naoqi",
+            ".getMethodList": lambda self: sorted(self._methods),
+            ".getModuleHelp": lambda self: [f"{self.service}, served by nao-hil", []],
         }
+    )
+    exit = Answers({".exit": lambda self: None}, partly="the module stays")
+
+    @offers(".pCall", kind="walk")
+    def _post(self, method: Any = None, *arguments: Any) -> int:
+        return self._services._post(self.service, method, *arguments)
+
+    @offers(".getMethodHelp")
+    def _help(self, method: str) -> list[Any]:
+        return self._services.parameters(self.service, method).help
+
+    @offers(".getUsage")
+    def _usage(self, method: str) -> str:
+        names = map(as_vendor, self._services.parameters(self.service, method).signature.parameters)
+        return f"{self.service}.{method}({', '.join(names)})"
+
+    @offers(".isRunning")
+    def _is_running(self, key: Any) -> bool:
+        return self._services._async_calls.running(key)
+
+    @offers(".wait")
+    def _wait(self, key: Any, timeout: Annotated[float, Range(0, LONGEST_WAIT, "ms")] = 0) -> Future[Any]:
+        return self._services._async_calls.wait(key, timeout)
+
+    @offers(".stop")
+    def _stop(self, key: Any) -> bool:
+        return self._services._async_calls.stop(key)
 
 
 def _log_error(done: Future[Any]) -> None:
     """Log the error of a call that nobody waits for."""
     if (error := done.exception()) is not None:
         logger.warning("%s", error)
-
-
-def _as_vendor(words: str) -> str:
-    """Names of arguments as the vendor writes them: `useSensors` for `use_sensors`."""
-    return re.sub(r"(?<=[a-z])_([a-z])", lambda letter: letter[1].upper(), words)

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import zenoh
 
-from bridge.adapters.naoqi.eyes import DrawnEyes
+from bridge.adapters.naoqi.core.cameras import DrawnEyes
 from bridge.adapters.ros.messages import CAMERA_INFO, DESCRIPTION, IMAGE, TYPES, RosMessages
 from bridge.adapters.ros.orders import Orders, RosCounts
 from bridge.adapters.ros.wire import Listening, Publisher, RosNode

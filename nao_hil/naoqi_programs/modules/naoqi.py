@@ -217,6 +217,7 @@ def _forward(method: Callable[..., Any]) -> Callable[..., Any]:
     old = is_converted(method)
 
     def call(_: Any, *arguments: Any) -> Any:
+        """Call the method with as many of the arguments as it takes."""
         taken = list(arguments if len(arguments) == len(required) else arguments[:most])
         if sound:
             taken = [

@@ -1,4 +1,4 @@
-"""What the robot says of itself, its network, its users, and of who uses what."""
+"""Facts about the robot and its network; a service that is not offered is refused."""
 
 import xml.etree.ElementTree as ElementTree
 
@@ -13,22 +13,11 @@ print("body", values["RobotConfig/Body/Type"], values == model.getConfigMap())
 network = ALProxy("ALConnectionManager", IP, PORT)
 network.scan()
 print("network", network.state(), [dict(s)["Name"] for s in network.services()], network.technologies())
-print(
-    "users",
-    ALProxy("ALUserSession", IP, PORT).getNumUsers(),
-    ALProxy("ALUserSession", IP, PORT).getFocusedUser(),
-)
-diagnosis = ALProxy("ALDiagnosis", IP, PORT)
-print("diagnosis", diagnosis.getActiveDiagnosis(), diagnosis.getPassiveDiagnosis())
-print("launched", ALProxy("ALLauncher", IP, PORT).launchLocal("ALMotion"))
 print("help", ALProxy("ALMotion", IP, PORT).getMethodHelp("setStiffnesses")[:2])
-resources = ALProxy("ALResourceManager", IP, PORT)
-resources.createResource("newResource", "")
-print("free", resources.areResourcesFree(["newResource"]))
-resources.acquireResource("newResource", "mine", "", 1)
-print("free", resources.areResourcesFree(["newResource"]), resources.ownersGet())
-resources.releaseResource("newResource", "mine")
-resources.deleteResource("newResource")
 voice = ALProxy("ALTextToSpeech", IP, PORT)
 voice.setVoice(voice.getAvailableVoices()[-1])
 print("voice", voice.getVoice() == voice.getAvailableVoices()[-1])
+try:
+    ALProxy("ALUserSession", IP, PORT)
+except RuntimeError as error:
+    print("refused", "nao-hil does not offer it" in str(error), "ALMotion" in str(error))

@@ -1,4 +1,4 @@
-"""Motions that wait for each other, arms that stop at the head, breath, and objects in the world."""
+"""Motions that wait for each other, arms that stop at the head, and breath."""
 
 import math
 import time
@@ -6,7 +6,6 @@ import time
 from naoqi import ALProxy
 
 motion = ALProxy("ALMotion", "nao.local", 9559)
-world = ALProxy("ALWorldRepresentation", "nao.local", 9559)
 motion.setStiffnesses("Body", 1.0)
 
 motion.post.angleInterpolation("HeadYaw", 0.4, 3.0, True)
@@ -29,8 +28,3 @@ for protected in (True, False):
 motion.setBreathEnabled("RArm", True)
 time.sleep(2.0)
 print("breathes", motion.getBreathEnabled("RArm"), motion.getBreathConfig())
-
-world.createObjectCategory("Things", True)
-world.storeObject("table", "World", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0], "Things", [])
-world.storeObject("cup", "table", [0.0, 0.2, 0.7, 0.0, 0.0, 0.0], "Things", [])
-print("cup", [round(x, 2) for x in world.getPosition6D("World", "cup")[:3]])

@@ -9,12 +9,15 @@ from typing import Any
 
 import msgspec
 
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.eyes import Eyes
+from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.declared import offers
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
 from bridge.messages import SensorFrame
 from walker.model.tree import BodyTree
+
+BEGINNING = ("move", "moveTo", "moveToward", "navigateTo", "moveStraightTo")
 
 
 class Standing:
@@ -22,14 +25,20 @@ class Standing:
 
     handover = SimpleNamespace(has_robot=False)
 
-    def __init__(self, walks: dict[str, Callable[..., Any]]) -> None:
-        self._walks = walks
-
-    def methods(self) -> dict[str, Callable[..., Any]]:
-        return self._walks
-
     def steps_ahead(self) -> list[list[Any]]:
         return [[], []]
+
+
+def walking(walks: dict[str, Callable[..., Any]]) -> Any:
+    """A walking side with these methods of ALMotion."""
+
+    def offered(name: str, walk: Callable[..., Any]) -> Any:
+        def method(_: Any, *arguments: Any) -> Any:
+            return walk(*arguments)
+
+        return offers(f"ALMotion.{name}", kind="walk", begins_walk=name in BEGINNING)(method)
+
+    return type("Walking", (Standing,), {name: offered(name, walk) for name, walk in walks.items()})()
 
 
 class Robot:
@@ -49,7 +58,7 @@ class Robot:
             RobotConfig(load_body(body), "nao"),
             frame,
             RLock(),
-            Standing(walks or {}),  # type: ignore[arg-type]
+            walking(walks or {}),
             lambda body: BodyTree(body).link_frames,
             lambda: None,
             self.count,

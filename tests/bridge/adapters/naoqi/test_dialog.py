@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bridge.adapters.naoqi.qichat import Steps, kept_of, parse
+from bridge.adapters.naoqi.interaction.qichat import Steps, kept_of, parse
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot

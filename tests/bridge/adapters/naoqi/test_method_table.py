@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bridge.adapters.naoqi.methods import VENDOR
+from bridge.adapters.naoqi.declared import REFUSED
 from nao_hil.naoqi_programs import method_table
 
 ANEW = "write it anew: python -m nao_hil.naoqi_programs.method_table"
@@ -12,14 +12,13 @@ def test_the_page_has_the_table_of_the_code() -> None:
     assert method_table.PAGE.read_text() == method_table.page(), ANEW
 
 
-def test_what_is_said_of_methods_is_said_of_methods_that_are_there() -> None:
-    """`partly` of offered ones, `no` of refused ones; and the breadth that programs need."""
+def test_the_services_have_the_breadth_that_programs_need() -> None:
     found = method_table.answers()
-    for service, vendor in VENDOR.items():
-        assert {method for method in vendor.partly if found[service].get(method) != "partly"} == set(), service
-        assert {method for method in vendor.no.keys() - {"*"} if found[service].get(method) != "no"} == set(), (
-            service
-        )
     offered = {name: [m for m, answer in of.items() if answer != "no"] for name, of in found.items()}
     assert sum(bool(methods) for methods in offered.values()) >= 18
     assert sum(map(len, offered.values())) >= 120
+
+
+def test_a_reason_belongs_to_a_method_that_is_refused() -> None:
+    for service, refused in REFUSED.items():
+        assert refused.no.keys() - {"*"} <= set(refused.methods), service

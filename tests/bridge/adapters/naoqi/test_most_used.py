@@ -169,7 +169,7 @@ MOST_USED: list[tuple[str, list[Any], Callable[[Any], bool], list[Any], str]] = 
     (LEDS + "reset", ["AllLeds"], none, ["NoseLeds"], "NoseLeds"),
     ("ALSonar.subscribe", ["me"], none, ["me", -1], "period"),
     ("ALSonar.unsubscribe", ["me"], none, [1], "a name is expected"),
-    ("ALSpeechRecognition.setVocabulary", [["yes"], False], none, ["yes", False], "a list of words"),
+    ("ALSpeechRecognition.setVocabulary", [["yes"], False], none, ["yes", False], "a list of names"),
     ("ALBehaviorManager.getInstalledBehaviors", [], lambda v: v == [], [1], "do not fit"),
     ("ALBehaviorManager.stopBehavior", ["dance"], none, [1], "a name is expected"),
     ("ALBehaviorManager.isBehaviorRunning", ["dance"], lambda v: v is False, [1], "a name is expected"),

@@ -10,8 +10,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.adapters.naoqi.interpolation import smooth
-from bridge.adapters.naoqi.methods import VENDOR
+from bridge.adapters.naoqi.core.joint_motion import smooth
+from bridge.adapters.naoqi.declared import REFUSED
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import NaoqiRefused
@@ -226,9 +226,8 @@ def test_touching_the_robot_raises_events(robot: Robot) -> None:
 
 def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(robot: Robot) -> None:
     table = robot.services.names()
-    for service, vendor in VENDOR.items():
-        if service != "ALModule":
-            assert set(vendor.methods) - {"subscriber"} <= set(table[service])
+    for service, refused in REFUSED.items():
+        assert set(refused.methods) <= set(table[service])
     with pytest.raises(NaoqiRefused, match=r"ALMotion\.animation is not offered by nao-hil: .*animations.*\.$"):
         robot.motion("animation")
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""ALNavigation, ALVisualCompass and ALLocalization: the walks that they ask ALMotion for."""
+"""ALNavigation and ALVisualCompass: the walks that they ask ALMotion for."""
 
 from __future__ import annotations
 
@@ -56,44 +56,6 @@ def test_navigate_to_walks_to_places_nearer_than_3_m(robot: Robot, walks: Walks)
     assert robot.call("ALNavigation", "moveTo", 0.1, 0.0, 0.0).result(0.0) is True
 
 
-def test_move_along_follows_lines_one_after_the_other(robot: Robot, walks: Walks) -> None:
-    """The vendor's own example: a metre ahead in 5 s, and back in 10 s."""
-    there, back = (["Holonomic", ["Line", [x, 0.0]], 0.0, t] for x, t in ((1.0, 5.0), (-1.0, 10.0)))
-    assert robot.call("ALNavigation", "moveAlong", ["Composed", there, back]).result(0.0) is True
-    assert walks.asked == [[[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]]]
-
-
-def test_move_along_a_circle_ends_where_the_circle_does_with_the_heading_asked_for(
-    robot: Robot, walks: Walks
-) -> None:
-    """Half a circle about a centre 0.5 m to the left ends 1 m to the left; then 1 m ahead in its heading."""
-    half = ["Holonomic", ["Composed", ["Circle", [0.0, 0.5], math.pi]], math.pi, 10.0]
-    robot.call("ALNavigation", "moveAlong", ["Composed", half, ["Holonomic", ["Line", [1.0, 0.0]], 0.0, 5.0]])
-    ((ways,),) = walks.asked
-    place, heading, length = 0j, 0.0, 0.0
-    for x, y, turn in ways[:-1]:
-        step = complex(x, y) * complex(math.cos(heading), math.sin(heading))
-        place, heading, length = place + step, heading + turn, length + abs(step)
-        assert abs(place - 0.5j) == pytest.approx(0.5)
-    assert abs(place - 1j) < 1e-9 and heading == pytest.approx(math.pi)
-    assert length == pytest.approx(0.5 * math.pi, rel=0.01) and ways[-1] == [1.0, 0.0, 0.0]
-
-
-@pytest.mark.parametrize(
-    "trajectory",
-    [
-        1,
-        [],
-        ["Composed"],
-        ["Holonomic", ["Line", [1.0]], 0.0, 1.0],
-        ["Holonomic", ["Arc", [1, 2]], 0.0, 1.0],
-    ],
-)
-def test_move_along_refuses_what_is_no_trajectory(robot: Robot, trajectory: Any) -> None:
-    with pytest.raises(NaoqiRefused, match=r"ALNavigation\.moveAlong: .* expected"):
-        robot.call("ALNavigation", "moveAlong", trajectory)
-
-
 @pytest.mark.parametrize(
     ("call", "arguments"),
     [("ALNavigation.navigateTo", [1.0, 0.0]), ("ALVisualCompass.moveStraightTo", [1.0])],
@@ -130,23 +92,3 @@ def test_the_compass_tells_how_far_the_camera_turned_since_the_subscription(robo
     robot.call("ALVisualCompass", "setCurrentImageAsReference")
     robot.run(0.2)
     assert dict(robot.events)["VisualCompass/Deviation"][0] == pytest.approx([0.0, 0.0], abs=1e-3)
-
-
-def test_the_robot_goes_back_to_where_home_was_learnt(robot: Robot, walks: Walks) -> None:
-    """Home at (1, 2) with the heading pi/2; the robot is one metre ahead of it and turned round."""
-    assert robot.call("ALLocalization", "goToHome") == 3  # no panorama
-    walks.place = [1.0, 2.0, math.pi / 2]
-    assert robot.call("ALLocalization", "learnHome") == 0
-    walks.place = [1.0, 3.0, -math.pi / 2]
-    here = robot.call("ALLocalization", "getRobotPosition", False)
-    assert here[:2] == pytest.approx([1.0, 0.0]) and abs(here[2]) == pytest.approx(math.pi)
-    assert robot.call("ALLocalization", "goToHome").result(0.0) == 0
-    assert walks.asked[-1][:2] == pytest.approx([1.0, 0.0]) and abs(walks.asked[-1][2]) == pytest.approx(
-        math.pi
-    )
-    walks.ends_well = False
-    assert robot.call("ALLocalization", "goToPosition", 0.0).result(0.0) == 9  # interrupted by a stop
-    assert [robot.call("ALLocalization", method, "mine") for method in ("load", "save", "load", "clear")] == [
-        *(105, 0, 0, 0)
-    ]
-    assert robot.call("ALLocalization", "getMessageFromErrorCode", 105) == "Directory not found."

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from bridge.adapters.naoqi.photos import avi
+from bridge.adapters.naoqi.interaction.photos import avi
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot

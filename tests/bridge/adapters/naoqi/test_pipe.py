@@ -7,7 +7,7 @@ import struct
 
 import pytest
 
-from bridge.adapters.naoqi.pipe import MAX_MESSAGE, Pipe, Unsendable
+from bridge.adapters.naoqi.core.cameras import MAX_MESSAGE, Pipe, Unsendable
 
 
 def nested(depth: int) -> list[object]:

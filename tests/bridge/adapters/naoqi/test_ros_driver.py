@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bridge.adapters.naoqi.names import actuator
+from bridge.adapters.naoqi.core.joints import actuator
 from bridge.body import load_body
 from bridge.body.joints import INDEX, N_JOINTS
 from tests.bridge.adapters.naoqi.served import Robot

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bridge.adapters.naoqi.self_collision import MARGIN, ArmClearance
+from bridge.adapters.naoqi.core.protection import MARGIN, ArmClearance
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from bridge.adapters.naoqi.config import RobotConfig
-from bridge.adapters.naoqi.frame_reader import FrameReader
-from bridge.adapters.naoqi.joints import Joints
-from bridge.adapters.naoqi.memory import Memory
-from bridge.adapters.naoqi.sensors import OLD_GYROSCOPE_KEYS
+from bridge.adapters.naoqi.core.joints import Joints
+from bridge.adapters.naoqi.core.memory import Memory
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.adapters.naoqi.core.sensor_keys import OLD_GYROSCOPE_KEYS
+from bridge.adapters.naoqi.real_robot import FrameReader
 from bridge.body import load_body
 from bridge.body.joints import JOINTS as JOINT_NAMES
 from bridge.errors import LinkError

@@ -67,7 +67,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALSoundDetection.subscribe", ["me", 500, 0.5], is_a(type(None))),
         ("ALMemory.getData", ["SoundDetected", 0], lambda v: v == []),
         ("ALAudioDevice.getFrontMicEnergy", [], lambda v: v == 0.0),
-        ("ALNotificationManager.add", [{"message": "Hi", "severity": "info"}], lambda v: v == 1),
         ("ALAnimatedSpeech.addTagsToWords", [{"hello": ["hey"]}], is_a(type(None))),
         ("ALVideoDevice.getParam", [18], lambda v: v == 0),
         ("ALMemory.getData", ["Device/SubDeviceList/InertialSensor/AccZ/Sensor/Value"], is_a(float)),
@@ -150,7 +149,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALTracker.isTargetLost", [], lambda v: v is True),
         ("ALAudioDevice.getOutputVolume", [], lambda v: v == 100),
         ("ALAudioPlayer.getMasterVolume", [], lambda v: v == 1.0),
-        ("ALPreferenceManager.getValue", ["domain", "setting"], lambda v: v is None),
         ("ALPhotoCapture.getCaptureInterval", [], lambda v: v == 200),  # ms: five pictures a second
         ("ALPhotoCapture.halfPress", [], lambda v: v is True),
         ("ALPhotoCapture.isHalfPressEnabled", [], lambda v: v is False),
@@ -158,11 +156,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALVideoRecorder.getVideoFormat", [], lambda v: v == "MJPG"),
         ("ALNavigation.getSecurityDistance", [], lambda v: v == 0.4),  # m
         ("ALVisualCompass.setCurrentImageAsReference", [], lambda v: v is True),
-        ("ALUserSession.getFocusedUser", [], lambda v: v == -1),
-        ("ALUserSession.doUsersExist", [[1]], lambda v: v is False),
-        ("ALDiagnosis.getActiveDiagnosis", [], lambda v: v == [0, []]),
-        ("ALDiagnosis.isNotificationEnabled", [], lambda v: v is True),
-        ("ALLauncher.launchLocal", ["ALMotion"], lambda v: v == []),
         ("ALConnectionManager.state", [], lambda v: v in ("online", "ready", "offline")),
         ("ALConnectionManager.service", ["ethernet_wired"], lambda v: dict(v)["Type"] == "ethernet"),
         ("ALConnectionManager.getTetheringEnable", ["wifi"], lambda v: v is False),
@@ -171,7 +164,6 @@ NUMBERS, NAMES = is_list_of(float), is_list_of(str)
         ("ALRobotModel.getConfigMap", [], lambda v: v["RobotConfig/Body/BaseVersion"] == "V50"),
         ("ALMotion.getUsage", ["getAngles"], lambda v: v == "ALMotion.getAngles(names, useSensors)"),
         ("ALMotion.getUsage", ["openHand"], lambda v: v == "ALMotion.openHand(name)"),
-        ("ALResourceManager.getResources", [], lambda v: v == []),
         ("ALDialog.getAllLoadedTopics", [], lambda v: v == []),
         ("ALPeoplePerception.isFastModeEnabled", [], is_a(bool)),
         ("ALPeoplePerception.getMaximumDetectionRange", [], is_a(float)),
@@ -228,7 +220,7 @@ def test_a_method_returns_what_its_page_says(
         ("ALMemory.getData", ["nothing"], "there is no data under 'nothing'"),
         ("ALMotion.getAngles", ["Head"], "missing a required argument: 'useSensors'"),
         ("ALMemory.subscribeToEvent", ["event", "module"], r"takes \(event, module, method\)"),
-        ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of words"),
+        ("ALSpeechRecognition.setVocabulary", ["yes", False], "a list of names"),
         ("ALNavigation.explore", [1.0], "moveTo and moveToward walk"),
         ("ALPhotoCapture.setResolution", [3], "resolution is 3; 0, 1, 2 are there"),
         ("ALPhotoCapture.setPictureFormat", ["gif"], "unknown format 'gif'"),
@@ -236,17 +228,13 @@ def test_a_method_returns_what_its_page_says(
         ("ALVideoRecorder.setVideoFormat", ["IYUV"], "'IYUV' is not written; MJPG is"),
         ("ALVideoRecorder.setFrameRate", [2], "from 3 to 30"),  # MJPG needs more than 2 a second
         ("ALVideoRecorder.stopRecording", [], "nothing is being recorded"),
-        ("ALUserSession.getUserData", [1, "age"], "there is no user 1"),
-        ("ALLauncher.launchLocal", ["mymodule"], "'mymodule' is not there"),
         ("ALConnectionManager.service", ["wifi_1"], "'wifi_1' is not there; ethernet_wired is"),
         ("ALConnectionManager.connect", ["wifi_1"], "that of this machine"),
         ("ALDialog.loadTopic", ["/nothing.top"], "cannot be read"),
         ("ALDialog.loadTopicContent", ["u: (hello) hello"], "topic: ~name"),
         ("ALDialog.activateTopic", ["greeting"], "unknown topic 'greeting'"),
         ("ALDialog.tell", ["hi"], "forceInput, forceOutput, gotoTag and gotoTopic talk"),
-        ("ALResourceManager.isResourceFree", ["arm"], "unknown resource 'arm'"),
         ("ALMotion.getMethodHelp", ["setAngels"], "did you mean 'setAngles'"),
-        ("ALWorldRepresentation.clearOldPositions", [], "only the newest position of an object is kept"),
         ("ALTextToSpeech.setVoice", ["Nobody"], "unknown voice 'Nobody'"),
     ],
 )
@@ -417,32 +405,13 @@ def test_the_robot_s_home_is_there_for_recordings(
     standing: Callable[..., SensorFrame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Programs record to the folder that the vendor's samples name, and play from there."""
-    monkeypatch.setattr("bridge.adapters.naoqi.arguments.HOME", tmp_path)
+    monkeypatch.setattr("bridge.adapters.naoqi.declared.HOME", tmp_path)
     robot, path = Robot(standing()), "/home/nao/recordings/microphones/heard.wav"
     robot.call("ALAudioRecorder", "startMicrophonesRecording", path, "wav", 16000, [0, 0, 1, 0])
     robot.run(0.5)
     robot.call("ALAudioRecorder", "stopMicrophonesRecording").result(10.0)
     assert (tmp_path / "recordings/microphones/heard.wav").is_file()
     assert robot.call("ALAudioPlayer", "loadFile", path) >= 0
-
-
-def test_a_resource_is_had_by_one_program_and_with_it_its_parts(robot: Robot) -> None:
-    def manager(method: str, *arguments: Any) -> Any:
-        return robot.call("ALResourceManager", method, *arguments)
-
-    manager("createResource", "arm", "")
-    manager("createResourcesList", ["hand", "elbow"], "arm")
-    manager("acquireResource", "hand", "one", "", 0)
-    assert [manager("isResourceFree", name) for name in ("arm", "hand", "elbow")] == [False, False, True]
-    assert manager("areResourcesOwnedBy", ["hand"], "one") is True
-    assert manager("isInGroup", "arm", "hand") is True
-    with pytest.raises(NaoqiRefused, match="arm is not free; one has it"):
-        manager("acquireResourcesTree", ["arm"], "two", "", 0)
-    manager("releaseResources", ["hand"], "one")
-    manager("acquireResource", "arm", "two", "", 0)
-    assert manager("areResourcesFree", ["elbow"]) is False
-    manager("deleteResource", "arm")
-    assert manager("getResources") == []
 
 
 @pytest.mark.parametrize(

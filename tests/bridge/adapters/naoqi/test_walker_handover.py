@@ -6,13 +6,15 @@ import math
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from bridge.adapters.naoqi.walker_handover import WalkerHandover
-from bridge.adapters.naoqi.walking import WalkingMethods
+from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
+from bridge.adapters.naoqi.core.walking import WalkingMethods
+from bridge.adapters.naoqi.declared import declared
 from bridge.errors import LeaseRefused, NaoqiRefused, WalkRefused
 from bridge.messages.walk import WalkStatus
 from tests.loops import until
@@ -115,8 +117,12 @@ def planar(x: float, y: float, yaw: float) -> Any:
     return np.array([[c, -s, x], [s, c, y], [0.0, 0.0, 1.0]])
 
 
+def begin(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
+    return declared(walking)["ALMotion"][method](arguments)
+
+
 def call(walking: WalkingMethods, method: str, *arguments: Any) -> Any:
-    result = walking.methods()[method](*arguments)
+    result = begin(walking, method, *arguments)
     return result.result(PATIENT) if hasattr(result, "result") else result
 
 
@@ -124,7 +130,7 @@ def test_a_move_is_active_from_its_order_on(stage: Stage, walking: WalkingMethod
     """As the vendor's sample asks at once after `post.moveTo`; before, false until the walker had started."""
     begun = threading.Event()
     stage.give_away = lambda: begun.wait(PATIENT)  # type: ignore[assignment,method-assign,return-value]
-    done = walking.methods()["moveTo"](0.15, 0.0, 0.0)
+    done = begin(walking, "moveTo", 0.15, 0.0, 0.0)
     assert call(walking, "moveIsActive") is True
     begun.set()
     until(lambda: stage.state == "walk")
@@ -199,7 +205,7 @@ def test_joints_wait_for_the_end_of_a_walk_that_was_stopped(
     """Programs stop the walk and turn the head at once."""
     call(walking, "moveToward", 0.5, 0.0, 0.0)
     monkeypatch.setattr(stage, "stop", stage.status)  # it still closes its feet
-    stopped = walking.methods()["stopMove"]()
+    stopped = begin(walking, "stopMove")
     done = walking.handover.with_joints(lambda: "done", stop=False)
     time.sleep(0.3)
     assert not done.done() and not stopped.done()
@@ -209,7 +215,7 @@ def test_joints_wait_for_the_end_of_a_walk_that_was_stopped(
 
 
 def test_move_to_waits_for_the_end_of_the_walk(walking: WalkingMethods, stage: Stage) -> None:
-    ended = walking.methods()["moveTo"](0.3, 0.0, 0.0)
+    ended = begin(walking, "moveTo", 0.3, 0.0, 0.0)
     until(lambda: stage.state == "walk")
     time.sleep(0.3)
     assert not ended.done()
@@ -247,7 +253,7 @@ def test_what_the_walker_refuses_comes_back_in_its_own_words(walking: WalkingMet
 
 
 def test_a_fall_fails_the_call_that_waits(walking: WalkingMethods, stage: Stage) -> None:
-    ended = walking.methods()["moveTo"](0.3, 0.0, 0.0)
+    ended = begin(walking, "moveTo", 0.3, 0.0, 0.0)
     until(lambda: stage.state == "walk")
     stage.state = "fallen"
     with pytest.raises(NaoqiRefused, match="The robot fell"):
@@ -289,7 +295,7 @@ def test_a_move_faster_than_the_steps_allow_is_as_fast_as_they_do(
 
 
 def test_a_walk_to_a_place_that_something_else_ends_is_false(all_ways: WalkingMethods, stage: Stage) -> None:
-    ended = all_ways.methods()["moveTo"](0.1, 0.0, 0.0)
+    ended = begin(all_ways, "moveTo", 0.1, 0.0, 0.0)
     until(lambda: stage.state == "walk")
     call(all_ways, "stopMove")
     assert ended.result(PATIENT) is False
@@ -297,7 +303,7 @@ def test_a_walk_to_a_place_that_something_else_ends_is_false(all_ways: WalkingMe
 
 def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: WalkingMethods, stage: Stage) -> None:
     """Each is relative to the one before (vendor's sample of a Dubins curve)."""
-    ended = all_ways.methods()["moveTo"]([[0.1, 0.0, math.pi / 2], [0.2, 0.0, 0.0]], 5.0)
+    ended = begin(all_ways, "moveTo", [[0.1, 0.0, math.pi / 2], [0.2, 0.0, 0.0]], 5.0)
     until(lambda: stage.state == "walk")
     assert stage.target == pytest.approx((0.1, 0.0, math.pi / 2))
     stage.target, stage.state = None, "stand"
@@ -310,7 +316,7 @@ def test_a_walk_over_several_places_goes_to_one_after_the_other(all_ways: Walkin
 
 @pytest.mark.parametrize("arguments", [(0.1, 0.2, 0.3), ([0.1, 0.2, 0.3],)])
 def test_move_to_is_a_walk_to_a_place(all_ways: WalkingMethods, stage: Stage, arguments: tuple[Any]) -> None:
-    ended = all_ways.methods()["walkTo"](*arguments)
+    ended = begin(all_ways, "walkTo", *arguments)
     until(lambda: stage.state == "walk")
     assert stage.target == (0.1, 0.2, 0.3)
     stage.state = "stand"
@@ -319,13 +325,13 @@ def test_move_to_is_a_walk_to_a_place(all_ways: WalkingMethods, stage: Stage, ar
 
 def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage) -> None:
     """A step of 8 cm, closed by the other foot; then a turn of 1 rad on the left foot."""
-    steps = all_ways.methods()["setFootSteps"]
+    steps = partial(begin, all_ways, "setFootSteps")
     assert steps(["LLeg", "RLeg"], [[0.08, 0.1, 0.0], [0.0, -0.1, 0.0]], [1, 2], True).result(PATIENT) is None
     assert stage.state == "walk"
     assert stage.target == pytest.approx((0.08, 0.0, 0.0))
     stage.state = "stand"
     until(lambda: not call(all_ways, "moveIsActive"))
-    steps = all_ways.methods()["setFootStepsWithSpeed"]
+    steps = partial(begin, all_ways, "setFootStepsWithSpeed")
     steps(["LLeg", "RLeg"], [[0.0, 0.1, 1.0], [0.0, -0.1, 0.0]], [1, 2], True)
     until(lambda: stage.state == "walk")
     # the left foot stays at (0, 0.05) and turns; the right one comes beside it
@@ -336,7 +342,7 @@ def test_footsteps_lead_to_where_they_end(all_ways: WalkingMethods, stage: Stage
 def test_footsteps_of_a_walk_lead_to_its_end(all_ways: WalkingMethods, stage: Stage) -> None:
     """Each in the frame of the other foot; 0.2 m by steps of 40 mm at most take five; two are not changed."""
     assert all_ways.steps_ahead() == [[], []]
-    ended = all_ways.methods()["moveTo"](0.2, 0.0, 0.3)
+    ended = begin(all_ways, "moveTo", 0.2, 0.0, 0.3)
     until(lambda: stage.state == "walk")
     fixed, changeable = all_ways.steps_ahead()
     assert (len(fixed), len(changeable)) == (2, 3)
@@ -357,10 +363,10 @@ def test_a_walk_ordered_during_another_counts_from_where_the_fixed_steps_of_that
     all_ways: WalkingMethods, stage: Stage
 ) -> None:
     """What the vendor's samples compute: from the next position to the last one is the second order."""
-    first = all_ways.methods()["moveTo"](0.2, 0.0, 0.3)
+    first = begin(all_ways, "moveTo", 0.2, 0.0, 0.3)
     until(lambda: stage.state == "walk")
     beginning = planar(*call(all_ways, "getNextRobotPosition"))
-    second = all_ways.methods()["moveTo"](0.1, 0.05, -0.2)
+    second = begin(all_ways, "moveTo", 0.1, 0.05, -0.2)
     until(lambda: stage.target != (0.2, 0.0, 0.3))
     assert np.linalg.inv(beginning) @ planar(*stage.target) == pytest.approx(planar(0.1, 0.05, -0.2), abs=1e-9)
     stage.state = "stand"
@@ -372,7 +378,7 @@ def test_a_step_may_be_4_cm_high_and_numbers_may_be_text(
     all_ways: WalkingMethods, stage: Stage, height: Any
 ) -> None:
     """Both are in the vendor's samples (of `moveTo`, and of `ALNavigation.moveTo`)."""
-    all_ways.methods()["moveTo"](0.2, 0.0, 0.0, [["StepHeight", height]])
+    begin(all_ways, "moveTo", 0.2, 0.0, 0.0, [["StepHeight", height]])
     until(lambda: stage.state == "walk")
     assert stage.target == (0.2, 0.0, 0.0)
     with pytest.raises(NaoqiRefused, match="StepHeight is 'high'; a finite number"):
@@ -445,7 +451,7 @@ def test_a_program_that_steers_is_not_held_up_and_its_newest_velocity_counts(
     monkeypatch.setattr(stage, "walk", lambda **order: (free.wait(PATIENT), walk(**order))[1])
     for speed in (0.4, 0.6, 0.8, 1.0):
         call(walking, "moveToward", speed, 0.0, 0.0)
-    stopped = walking.methods()["stopMove"]()
+    stopped = begin(walking, "stopMove")
     assert stage.did[-1] == "walk 0.03 None"
     free.set()
     stopped.result(PATIENT)

@@ -1,0 +1,1 @@
+"""The robot itself: device, joints, motion, walking, memory, sensors, cameras."""

@@ -1,0 +1,141 @@
+"""ALMotion's breathing: the slow motion of a robot that stands and has nothing to do.
+
+Source: vendor's page on idle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+from bridge.adapters.naoqi.core.joint_motion import smooth
+from bridge.adapters.naoqi.core.joints import Joints, actuator
+from bridge.adapters.naoqi.core.postures import Postures
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Pairs,
+    number,
+    offers,
+)
+from bridge.errors import NaoqiRefused
+from bridge.validation import unknown_name
+
+PARTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "Body": ("Head", "LArm", "RArm", "Legs"),
+    "Arms": ("LArm", "RArm"),
+    **{part: (part,) for part in ("Head", "LArm", "RArm", "Legs")},
+}
+"""Chains that can breathe (confirmed: vendor's page), and what moves on its own in each."""
+SLOWEST: Final = 5.0
+FASTEST: Final = 30.0
+"""Breaths a minute (confirmed: vendor's page)."""
+_ARM: Final = {"ShoulderPitch": 0.035, "ShoulderRoll": 0.026, "ElbowRoll": -0.035}
+_LEG: Final = {"HipPitch": -0.0175, "KneePitch": 0.035, "AnklePitch": -0.0175}
+_INHALED: Final[Mapping[str, Mapping[str, float]]] = {
+    "Head": {"HeadPitch": -0.026},
+    "LArm": {f"L{joint}": angle for joint, angle in _ARM.items()},
+    "RArm": {f"R{joint}": angle if joint.endswith("Pitch") else -angle for joint, angle in _ARM.items()},
+    "Legs": {f"{side}{joint}": angle for side in "LR" for joint, angle in _LEG.items()},
+}
+"""Angles of joints away from where they rest, at amplitude 0, rad (confirmed: under 5 degrees; which: assumed).
+At amplitude 1 it is twice as far (assumed). Torso and soles stay level."""
+_MOVED: Final = 1e-3
+"""rad; a joint that is farther from where it was sent was moved by the program."""
+
+
+class Breathing:
+    """Not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        postures: tell whether it stands.
+    """
+
+    def __init__(self, joints: Joints, postures: Postures) -> None:
+        self._joints, self._postures = joints, postures
+        self._enabled: set[str] = set()
+        self._bpm, self._amplitude = 12.0, 0.5  # confirmed: vendor's page
+        self._ends: dict[str, int] = {}
+        """Of each part's present half breath, ms."""
+        self._base: dict[str, float] = {}
+        """Where joints rest that breathe, rad."""
+        self._sent: dict[str, float] = {}
+        """Where they were sent last, rad."""
+
+    def update(self) -> None:
+        """One cycle in which the joints are the program's."""
+        for part in sorted(self._enabled):
+            if self._joints.now >= self._ends.get(part, 0):
+                self._breathe(part)
+
+    def _breathe(self, part: str) -> None:
+        """Begin the next half breath, unless the program moves the part or the robot does not stand."""
+        joints = _INHALED[part]
+        if any(map(self._joints.waits, joints)) or self._postures.family() != "Standing":
+            self._ends[part] = self._joints.now + 200  # looked at again
+            return
+        if self._moved(part):
+            self._base |= {j: self._joints.commanded(j) for j in joints}
+            self._sent |= {j: self._base[j] for j in joints}
+        inhales = all(self._sent[j] == self._base[j] for j in joints)
+        self._send(part, (1.0 + self._amplitude) if inhales else 0.0)
+
+    def _moved(self, part: str) -> bool:
+        """Whether the program sent the part elsewhere since it breathed last."""
+        for joint in _INHALED[part]:
+            waiting = self._joints.dcm.waiting(actuator(joint))
+            if waiting:
+                if abs(waiting[-1].time - self._ends.get(part, 0)) > 1:
+                    return True
+            elif abs(self._joints.commanded(joint) - self._sent.get(joint, math.inf)) > _MOVED:
+                return True
+        return False
+
+    def _send(self, part: str, breadth: float) -> None:
+        seconds = 30.0 / self._bpm
+        for joint, angle in _INHALED[part].items():
+            lower, upper, *_ = self._joints.limits(joint)
+            target = min(max(self._base[joint] + breadth * angle, lower), upper)
+            way = smooth(self._joints.commanded(joint), [target], [seconds])
+            self._joints.put_position(joint, way)
+            self._sent[joint] = target
+        self._ends[part] = self._joints.now + round(1000.0 * seconds)
+
+    @offers("ALMotion.setBreathEnabled", partly="how far each joint moves is assumed")
+    def _enable(self, chain: Any, enabled: bool) -> None:
+        for part in _parts(chain, "setBreathEnabled"):
+            if enabled:
+                self._enabled.add(part)
+            elif part in self._enabled:
+                self._enabled.discard(part)
+                if not self._moved(part):
+                    self._send(part, 0.0)
+
+    @offers("ALMotion.setBreathConfig")
+    def _configure(self, config: Pairs) -> None:
+        """`[["Bpm", 5 to 30], ["Amplitude", 0 to 1]]`; fast breaths are clipped to small ones."""
+        method = "ALMotion.setBreathConfig"
+        for name, _ in config:
+            if name not in ("Bpm", "Amplitude"):
+                raise NaoqiRefused(f"{method}: {unknown_name('name', str(name), ('Bpm', 'Amplitude'))}.")
+        given = dict(config)
+        bpm = number(given.get("Bpm", self._bpm), f"{method}: Bpm", SLOWEST, FASTEST)
+        amplitude = number(given.get("Amplitude", self._amplitude), f"{method}: Amplitude", 0.0, 1.0)
+        self._bpm, self._amplitude = bpm, min(amplitude, (FASTEST - bpm) / (FASTEST - SLOWEST))
+
+    @offers("ALMotion.getBreathEnabled")
+    def _get_breath_enabled(self, chain: Any) -> Any:
+        return self._enabled >= set(_parts(chain, "getBreathEnabled"))
+
+    answers = Answers(
+        {
+            "ALMotion.getBreathConfig": lambda self: [["Bpm", self._bpm], ["Amplitude", self._amplitude]],
+        }
+    )
+
+
+def _parts(chain: Any, method: str) -> tuple[str, ...]:
+    if not isinstance(chain, str) or chain not in PARTS:
+        raise NaoqiRefused(f"ALMotion.{method}: {unknown_name('chain', str(chain), PARTS)}.")
+    return PARTS[chain]

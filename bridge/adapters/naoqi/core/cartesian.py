@@ -1,0 +1,418 @@
+"""ALMotion's Cartesian control: effectors to places, at once or along paths.
+
+Each goal is turned into joint angles by inverse kinematics; a target out of reach is approached as closely as
+the joints' ranges allow. Moving the torso leaves both feet where they are. Nothing balances the robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from typing import Annotated, Any, Final, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bridge.adapters.naoqi.core.frames import RobotFrames, from_position6, inverse, placed
+from bridge.adapters.naoqi.core.inverse import Goal, InverseKinematics, masked_axes
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import CHAINS, Joints
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    MAX_DURATION,
+    Fraction,
+    number,
+    offers,
+)
+from bridge.body import TORSO
+from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.model import Lengths
+from bridge.body.quantities import HANDS
+from bridge.errors import NaoqiRefused
+from bridge.types import Array
+
+EFFECTORS: Final = (*CHAINS, TORSO)
+STEP: Final = 0.04
+"""s between two points of a path: two cycles of ALMotion, so that the search costs the robot's cycle little."""
+_FEET: Final = ("LLeg", "RLeg")
+_STRAIGHT: Final = 0.035
+"""rad of a straight elbow: the end of its range."""
+_FLAT: Final = 59
+"""Mask of a foot that keeps its place below the torso and its angles, and may rise."""
+_STANCE_WEIGHT: Final = 3.0
+"""Of the place of a foot that is not to move, over that of one that is (assumed)."""
+ITERATIONS: Final = 30
+"""Of the search for one place."""
+ITERATIONS_ON_PATH: Final = 4
+"""For the next place of a path, which is near."""
+
+
+_REACH: Final = (
+    "a target out of reach is approached as closely as the joint ranges allow; nothing balances the robot"
+)
+STRAIGHT: Final = f"the joints go straight to the solution; {_REACH}"
+AT_REST: Final = f"at rest at each point of the path; {_REACH}"
+
+
+class _Path(NamedTuple):
+    """Where an effector goes."""
+
+    effector: str
+    space: int
+    mask: int
+    start: Array
+    """In the space, (4, 4)."""
+    targets: list[Array]
+    times: list[float]
+
+    def at(self, moment: float) -> Array:
+        """The place at a time, s: from point to point, at rest in each, on a line and about one axis."""
+        begins, froms = [0.0, *self.times], [self.start, *self.targets]
+        for begin, end, a, b in zip(begins, self.times, froms, self.targets, strict=False):
+            if moment < end:
+                part = max(0.0, (moment - begin) / (end - begin))
+                part = part * part * (3.0 - 2.0 * part)
+                turn = Rotation.from_matrix(b[:3, :3] @ a[:3, :3].T).as_rotvec()
+                R = Rotation.from_rotvec(part * turn).as_matrix() @ a[:3, :3]
+                return placed(R, a[:3, 3] + part * (b[:3, 3] - a[:3, 3]))
+        return self.targets[-1]
+
+
+class _Space(NamedTuple):
+    """A space at the beginning of a motion."""
+
+    code: int
+    frame: Array
+    """In the Torso frame, (4, 4)."""
+    feet: dict[str, Array]
+    """Frames of the soles in the space, (4, 4): they stay there while the torso moves."""
+
+
+def _effectors(names: Any, _: str = "") -> list[str]:
+    chosen = names if isinstance(names, list) else [names]
+    for name in chosen:
+        if not isinstance(name, str) or name not in EFFECTORS:
+            raise NaoqiRefused(f"{name!r:.60} is no effector; {', '.join(EFFECTORS)} are.")
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise NaoqiRefused("ALMotion: each effector may be named once, and at least one.")
+    return list(chosen)
+
+
+Effectors = Annotated[list[str], _effectors]
+"""One effector or several."""
+
+
+class Cartesian:
+    """Cartesian methods of `ALMotion`; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        motion: moves them.
+        tasks: for calls that end when the motion does.
+        frames: of the robot.
+    """
+
+    def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks, frames: RobotFrames) -> None:
+        self._joints, self._motion, self._tasks, self._frames = joints, motion, tasks, frames
+        self._inverse = InverseKinematics(joints.body, frames)
+
+    def go(self, names: Any, spaces: Any, values: Any, speed: float, masks: Any, *, transforms: bool) -> None:
+        """Send effectors towards places; does not wait.
+
+        Args:
+            names: one effector or several.
+            spaces: of the places, one or one for each.
+            values: positions (6 numbers) or transforms (12 or 16), one or one for each effector.
+            speed: fraction of the joints' largest.
+            masks: of the axes that count, one or one for each.
+            transforms: of what kind the values are.
+        """
+        effectors = _effectors(names)
+        count = len(effectors)
+        rows = [values] if count == 1 and _flat(values) else _of_each(values, count, "positions")
+        places = [_place(row, transforms) for row in rows]
+        self._send(effectors, _codes(spaces, count), places, _masks(masks, count), speed)
+
+    def change(self, name: Any, space: Any, value: Any, speed: float, mask: Any, *, transforms: bool) -> None:
+        """As `go` for one effector, relative to where it is sent now.
+
+        Args:
+            name: Of the effector.
+            space: Its code: 0 torso, 1 world, 2 robot.
+            value: Change of the place, six numbers, m and rad, or a transform of 12 or 16.
+            speed: Fraction of the joints' maximum speed.
+            mask: Axes that count, sum of 1 (x), 2 (y), 4 (z), 8, 16, 32 (turns about them).
+            transforms: The value is a transform.
+
+        Raises:
+            NaoqiRefused: more than one effector, or a wrong value.
+        """
+        effectors = _effectors(name)
+        if len(effectors) != 1:
+            raise NaoqiRefused("ALMotion: one effector is expected.")
+        share, code = speed, _codes(space, 1)
+        place = _changed(self._here(effectors[0], code[0]), _place(value, transforms))
+        self._send(effectors, code, [place], _masks(mask, 1), share)
+
+    def _send(
+        self,
+        names: Sequence[str],
+        codes: Sequence[int],
+        places: Sequence[Array],
+        masks: Sequence[int],
+        share: float,
+    ) -> None:
+        wanted = self._solved(names, self._spaces(codes), places, masks, ITERATIONS)
+        targets = {joint: wanted[INDEX_WITH_MIRROR[joint]] for joint in self._moved(names)}
+        seconds = self._motion.time_to(list(targets), list(targets.values()), share)
+        for joint, angle in targets.items():  # together, so that the feet stay flat on the way
+            self._joints.put_position(joint, [(seconds, angle)])
+
+    def solved(self, name: str, code: int, place: Array) -> list[float]:
+        """The 25 positions with an effector at a place of a space, rad.
+
+        Args:
+            name: Of the effector.
+            code: Of the space: 0 torso, 1 world, 2 robot.
+            place: Of the effector in it, (4, 4), m.
+        """
+        return self._solved([name], self._spaces([code]), [place], [63], ITERATIONS)
+
+    def feet(self) -> dict[str, Array]:
+        """Frames of the soles in the Torso frame as commanded, (4, 4)."""
+        return self._spaces([0])[0].feet
+
+    def on_flat_feet(self, angles: Mapping[str, float], feet: Mapping[str, Array]) -> list[float]:
+        """The 25 positions with leg joints at angles, rad, and soles that keep their place but for the height.
+
+        Args:
+            angles: joint -> angle, rad.
+            feet: as `feet`.
+        """
+        position = self._frames.position(False)
+        pinned = {INDEX_WITH_MIRROR[joint]: angle for joint, angle in angles.items()}
+        for slot, angle in pinned.items():
+            position[slot] = angle
+        goals = [Goal(leg, place, masked_axes(_FLAT, np.eye(3))) for leg, place in feet.items()]
+        return self._inverse.solve(position, goals, ITERATIONS_ON_PATH, pinned)
+
+    def _here(self, name: str, code: int) -> Array:
+        return self._frames.transform(name, code, False)
+
+    def _moved(self, names: Sequence[str]) -> list[str]:
+        """Joints that move for these effectors."""
+        legs = CHAINS["LLeg"] + CHAINS["RLeg"]
+        chains = dict.fromkeys(legs if name in (TORSO, *_FEET) else CHAINS[name] for name in names)
+        there = set(self._joints.names.all) - set(HANDS)
+        return [joint for chain in chains for joint in chain if joint in there]
+
+    def _spaces(self, codes: Sequence[int]) -> list[_Space]:
+        """The spaces as they are now; a foot that moves takes none of them along."""
+        links = self._frames.links(self._frames.position(False))
+        found = []
+        for code in codes:
+            H = self._frames.space(code, links, False)
+            feet = {leg: inverse(H) @ self._frames.in_torso(leg, links) for leg in _FEET}
+            found.append(_Space(code, H, feet))
+        return found
+
+    def _solved(
+        self,
+        names: Sequence[str],
+        spaces: Sequence[_Space],
+        places: Sequence[Array],
+        masks: Sequence[int],
+        most: int,
+    ) -> list[float]:
+        """The 25 positions for places of effectors in their spaces, from where the joints are sent now."""
+        torso = {
+            s.code: inverse(place) for n, s, place in zip(names, spaces, places, strict=True) if n == TORSO
+        }
+        goals = []
+        for name, space, place, mask in zip(names, spaces, places, masks, strict=True):
+            H = torso.get(space.code, space.frame)
+            if name == TORSO:
+                goals += [Goal(leg, H @ foot, masked_axes(63, np.eye(3))) for leg, foot in space.feet.items()]
+            else:
+                goals.append(Goal(name, H @ place, masked_axes(mask, H[:3, :3])))
+        if len(legs := [name for name in names if name in _FEET]) == 1 and not torso:
+            # the hips share a motor: the other foot holds against what it would do to it
+            other, space = _FEET[1 - _FEET.index(legs[0])], spaces[names.index(legs[0])]
+            goals.append(
+                Goal(other, space.frame @ space.feet[other], _STANCE_WEIGHT * masked_axes(63, np.eye(3)))
+            )
+        return self._inverse.solve(self._frames.position(False), goals, most)
+
+    def along(
+        self, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool, *, transforms: bool
+    ) -> Future[Any]:
+        """Send effectors along paths; waits for the end.
+
+        Args:
+            names: one effector or several.
+            spaces: one, or one for each.
+            paths: for each effector a list of places, which are positions or transforms; for one effector that
+                list, or one place.
+            masks: one, or one for each.
+            times: for each effector a list of times, s; for one effector that list, or one time.
+            absolute: whether the places are absolute; otherwise they are relative to where the effector is.
+            transforms: of what kind the places are.
+        """
+        effectors = _effectors(names)
+        count = len(effectors)
+        codes, axes = _codes(spaces, count), _masks(masks, count)
+        rows = [paths] if count == 1 and not _nested(paths, 3) else _of_each(paths, count, "paths")
+        moments = [times] if count == 1 and not _nested(times, 2) else _of_each(times, count, "times")
+        found = []
+        for name, code, mask, row, when in zip(effectors, codes, axes, rows, moments, strict=True):
+            start = self._here(name, code)
+            places = [_place(place, transforms) for place in ([row] if _flat(row) else row)]
+            if not absolute:
+                places = [_changed(start, place) for place in places]
+            found.append(_Path(name, code, mask, start, places, _times(when, len(places))))
+        joints = self._moved(effectors)
+        return self._tasks.begin(self._follow(found, joints), "positionInterpolations", joints, locks=True)
+
+    def _follow(self, paths: list[_Path], joints: list[str]) -> MotionTask:
+        paths = [path._replace(start=self._here(path.effector, path.space)) for path in paths]
+        names, spaces = [path.effector for path in paths], self._spaces([path.space for path in paths])
+        masks, began = [path.mask for path in paths], self._joints.now
+        end = max(path.times[-1] for path in paths)
+        moment = 0.0
+        while moment < end:
+            moment = min(end, moment + STEP)
+            last = moment >= end
+            places = [path.at(moment) for path in paths]
+            wanted = self._solved(names, spaces, places, masks, ITERATIONS if last else ITERATIONS_ON_PATH)
+            due = began + round(1000.0 * moment)
+            left = max(0.0, 0.001 * (due - self._joints.now))
+            for joint in joints:
+                self._joints.put_position(joint, [(left, wanted[INDEX_WITH_MIRROR[joint]])])
+            yield due
+        return None
+
+    @offers("ALMotion.setPosition", "ALMotion.setPositions", kind="joints", partly=STRAIGHT)
+    def _set_positions(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
+        self.go(names, spaces, values, speed, masks, transforms=False)
+
+    @offers("ALMotion.changePosition", kind="joints", partly=STRAIGHT)
+    def _change_position(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
+        self.change(name, space, value, speed, mask, transforms=False)
+
+    @offers("ALMotion.positionInterpolation", "ALMotion.positionInterpolations", kind="joints", partly=AT_REST)
+    def _position_interpolations(
+        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
+    ) -> Future[Any]:
+        return self.along(names, spaces, paths, masks, times, absolute, transforms=False)
+
+    @offers("ALMotion.setTransform", "ALMotion.setTransforms", kind="joints", partly=STRAIGHT)
+    def _set_transforms(self, names: Effectors, spaces: Any, values: Any, speed: Fraction, masks: Any) -> None:
+        self.go(names, spaces, values, speed, masks, transforms=True)
+
+    @offers("ALMotion.changeTransform", kind="joints", partly=STRAIGHT)
+    def _change_transform(self, name: Effectors, space: Any, value: Any, speed: Fraction, mask: Any) -> None:
+        self.change(name, space, value, speed, mask, transforms=True)
+
+    @offers(
+        "ALMotion.transformInterpolation", "ALMotion.transformInterpolations", kind="joints", partly=AT_REST
+    )
+    def _transform_interpolations(
+        self, names: Effectors, spaces: Any, paths: Any, masks: Any, times: Any, absolute: bool = True
+    ) -> Future[Any]:
+        return self.along(names, spaces, paths, masks, times, absolute, transforms=True)
+
+
+def _nested(value: Any, depth: int) -> bool:
+    """Whether a value is a list whose first item is one, and so on, this deep."""
+    for _ in range(depth):
+        if not isinstance(value, list) or not value:
+            return False
+        value = value[0]
+    return True
+
+
+def _flat(value: Any) -> bool:
+    return isinstance(value, list) and not any(isinstance(item, list) for item in value)
+
+
+def _of_each(values: Any, count: int, what: str) -> list[Any]:
+    if not isinstance(values, list) or len(values) != count:
+        raise NaoqiRefused(f"{what} is {values!r:.60}; a list with one entry for each of {count} is expected.")
+    return values
+
+
+def _codes(spaces: Any, count: int) -> list[int]:
+    codes = _of_each(spaces, count, "spaces") if isinstance(spaces, list) else [spaces] * count
+    return [round(number(code, "space", 0, 2)) for code in codes]
+
+
+def _masks(masks: Any, count: int) -> list[int]:
+    all_ = _of_each(masks, count, "axisMask") if isinstance(masks, list) else [masks] * count
+    return [round(number(mask, "axisMask", 1, 63)) for mask in all_]
+
+
+def _times(value: Any, count: int) -> list[float]:
+    times = value if isinstance(value, list) else [value]
+    moments = [number(time, "times", 0.0, MAX_DURATION) for time in times]
+    if len(moments) != count or any(a >= b for a, b in zip([0.0, *moments], moments, strict=False)):
+        raise NaoqiRefused(
+            f"times are {value!r:.60} for {count} places; as many, increasing ones above 0 are expected."
+        )
+    return moments
+
+
+def _place(value: Any, transform: bool) -> Array:
+    """A place, (4, 4), of 6 numbers (position and angles) or of 12 or 16 (a transform, row by row)."""
+    sizes = (12, 16) if transform else (6,)
+    if not _flat(value) or len(value) not in sizes:
+        kind = "a transform of 12 or 16" if transform else "a position of 6"
+        raise NaoqiRefused(f"{value!r:.60} was given; {kind} numbers is expected.")
+    numbers = [number(item, f"number {i} of a place", -100.0, 100.0) for i, item in enumerate(value)]
+    if not transform:
+        return from_position6(numbers)
+    H = np.array(numbers[:12]).reshape(3, 4)
+    left, sizes_, right = np.linalg.svd(H[:, :3])
+    if abs(sizes_ - 1.0).max() > 0.05 or np.linalg.det(H[:, :3]) < 0.0:
+        raise NaoqiRefused(f"{value!r:.60} is no transform: its first three columns are no rotation.")
+    return placed(left @ right, H[:, 3])
+
+
+def _changed(place: Array, change: Array) -> Array:
+    """A place shifted and turned in the axes of its space."""
+    return placed(change[:3, :3] @ place[:3, :3], place[:3, 3] + change[:3, 3])
+
+
+def look_angles(point: Sequence[float], neck: float, camera: Array) -> tuple[float, float]:
+    """HeadYaw and HeadPitch with which a camera's axis goes through a point, rad.
+
+    Args:
+        point: in the Torso frame, m.
+        neck: height of the head's joints in the Torso frame, m.
+        camera: its frame in HeadPitch's, (4, 4).
+    """
+    x, y, z = point
+    tilt = -math.asin(float(camera[2, 0]))
+    ahead, up = math.hypot(x, y), z - neck
+    pitch = 0.0
+    for _ in range(20):
+        c, s = math.cos(pitch), math.sin(pitch)
+        seen_ahead = ahead - (c * camera[0, 3] + s * camera[2, 3])
+        seen_up = up - (c * camera[2, 3] - s * camera[0, 3])
+        pitch = -math.atan2(seen_up, seen_ahead) - tilt
+    return math.atan2(y, x), pitch
+
+
+def pointing_angles(point: Sequence[float], arm: str, lengths: Lengths) -> dict[str, float]:
+    """Angles, rad, with which a straight arm points at a place; the elbow's offset of 15 mm is left out.
+
+    Args:
+        point: in the Torso frame, m.
+        arm: `LArm` or `RArm`.
+        lengths: of the body, m.
+    """
+    sign = 1.0 if arm == "LArm" else -1.0
+    x, y, z = point[0], point[1] - sign * lengths.ShoulderOffsetY, point[2] - lengths.ShoulderOffsetZ
+    angles = (-math.atan2(z, x), math.atan2(y, math.hypot(x, z)), 0.0, -sign * _STRAIGHT)
+    joints = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
+    return {f"{arm[0]}{joint}": angle for joint, angle in zip(joints, angles, strict=True)}

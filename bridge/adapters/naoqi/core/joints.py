@@ -1,0 +1,285 @@
+"""Joints of the served robot: their names, their commands through the DCM, and the service `DCM`.
+
+Order of `Body` and members of the chains: vendor's body-parts pages (H25: 26 names with both HipYawPitch; H21
+without wrists and hands).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any, Final
+
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    offers,
+)
+from bridge.body import Body
+from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.quantities import HANDS, absent_joints, joint_no_load_speed, joint_nominal_torque, limits
+from bridge.dcm import Dcm
+from bridge.dcm.buffer import TimedCommand, Update
+from bridge.dcm.requests import SetRequest, alias_request, set_alias_request, set_request
+from bridge.errors import NaoqiRefused
+from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.validation import unknown_name
+
+CHAINS: Final[dict[str, tuple[str, ...]]] = {
+    "Head": ("HeadYaw", "HeadPitch"),
+    "LArm": ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand"),
+    "LLeg": ("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll"),
+    "RLeg": ("RHipYawPitch", "RHipRoll", "RHipPitch", "RKneePitch", "RAnklePitch", "RAnkleRoll"),
+    "RArm": ("RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RWristYaw", "RHand"),
+}
+_BODY: Final = tuple(joint for chain in CHAINS.values() for joint in chain)
+_GROUPS: Final[dict[str, tuple[str, ...]]] = {
+    **CHAINS,
+    "Arms": CHAINS["LArm"] + CHAINS["RArm"],
+    "Legs": CHAINS["LLeg"] + CHAINS["RLeg"],
+    "Body": _BODY,
+    "Joints": _BODY,
+    "JointActuators": _BODY,
+    "Actuators": _BODY,
+}
+
+
+class JointNames:
+    """Resolves what ALMotion's methods take as `names` for one body."""
+
+    def __init__(self, body: Body) -> None:
+        self._body = body.name
+        self._absent = set(absent_joints(body))
+        self.all = self.group("Body")
+        """All joints of the body in ALMotion's order."""
+
+    def group(self, name: str) -> tuple[str, ...]:
+        """Joints of a chain, of a group of chains, or the one joint of that name.
+
+        Raises:
+            NaoqiRefused: nothing of this body has the name.
+        """
+        if name in _GROUPS:
+            return tuple(joint for joint in _GROUPS[name] if joint not in self._absent)
+        if name in INDEX_WITH_MIRROR and name not in self._absent:
+            return (name,)
+        raise NaoqiRefused(f"{self._body}: {unknown_name('joint or chain', name, [*_GROUPS, *self.all])}.")
+
+    def resolve(self, names: Any) -> tuple[str, ...]:
+        """Joints of one name or of a list of names.
+
+        Raises:
+            NaoqiRefused: neither, or an unknown name.
+        """
+        if isinstance(names, str):
+            return self.group(names)
+        if isinstance(names, list) and all(isinstance(name, str) for name in names):
+            return tuple(joint for name in names for joint in self.group(name))
+        raise NaoqiRefused(f"names is {names!r:.60}; a name or a list of names is expected.")
+
+
+def slot(joint: str) -> int:
+    """Frame slot of a joint; both hips have that of the one motor."""
+    return INDEX_WITH_MIRROR[joint]
+
+
+def actuator(joint: str, kind: str = "Position") -> str:
+    """Name of a joint's actuator; RHipYawPitch has that of the motor that drives both hips."""
+    motor = "LHipYawPitch" if joint == "RHipYawPitch" else joint
+    return f"{motor}/{kind}/Actuator/Value"
+
+
+Positions = tuple[float, ...]
+"""25 in frame order, rad."""
+HAND_SPEED: Final = 8.33
+"""1/s (confirmed: vendor's URDFs, V3.3 to V6)."""
+HAND_TORQUE: Final = 0.292
+"""N m (confirmed: the same)."""
+
+SUPPLY_VOLTAGE: Final = 21.6
+"""V (confirmed: vendor's battery page, 6 cells of 3.6 V)."""
+
+
+class Joints:
+    """Joints, stiffnesses and clock of one robot; not thread-safe, the caller locks.
+
+    Args:
+        body: Data sheet.
+        frame: First frame; the joints are held where they are, as stiff as they are.
+    """
+
+    def __init__(self, body: Body, frame: SensorFrame) -> None:
+        self.body = body
+        self.names = JointNames(body)
+        self.dcm = Dcm(body, frame.position, start=round(1000.0 * frame.time))
+        self.frame = self._last_frame = frame
+        self.guarded: set[str] = set()
+        """Joints whose present way is to keep clear of the body."""
+        self.shield: Callable[[Positions, Positions], Positions] = lambda wanted, _: wanted
+        """Makes positions that keep clear of wanted ones, and of those sent before."""
+        self._wanted = self._shielded = self._before = frame.position
+        self.hold()
+
+    def hold(self, without: Iterable[str] = ()) -> None:
+        """Take over: from the next cycle on hold the joints where they are measured, as stiff as they are.
+
+        Args:
+            without: joints that go on as they are commanded.
+        """
+        self.dcm.put_frame(self.frame.position, self.frame.stiffness, {slot(joint) for joint in without})
+        self._before = self.frame.position
+
+    def cycle(self, frame: SensorFrame) -> None:
+        """A new frame: the cycle that its predecessor began is over, and those of frames that were missed."""
+        self.dcm.run_cycle()
+        for joint in self.guarded:
+            if self._wanted[slot(joint)] != self._shielded[slot(joint)]:
+                self.dcm.move(actuator(joint), self._shielded[slot(joint)])
+        self._before = self._shielded
+        for _ in range(frame.seq - self.frame.seq - 1):
+            self.dcm.skip_cycle()
+        self._last_frame, self.frame = self.frame, frame
+
+    def answer(self) -> ActuatorFrame:
+        """What the robot is to do in the cycle that begins with the newest frame, by the calls so far.
+
+        The robot takes the newest answer at the end of that cycle, so one call changes it until then.
+        """
+        targets = self.dcm.ahead()
+        self._wanted = targets.position
+        self._shielded = self.shield(self._wanted, self._before)
+        return ActuatorFrame(reply_to=self.frame.seq, position=self._shielded, stiffness=targets.stiffness)
+
+    @property
+    def now(self) -> int:
+        """Time of the DCM's clock since the first frame, ms."""
+        return self.dcm.clock.now
+
+    def measured(self, joint: str) -> float:
+        """Angle by the sensor, rad; of a hand 0 to 1."""
+        return self.frame.position[slot(joint)]
+
+    def commanded(self, joint: str) -> float:
+        """Angle sent last, and the sensor's while the joint has no stiffness, rad."""
+        return self.dcm.read([actuator(joint)], self.frame.position)[0]
+
+    def stiffness(self, joint: str) -> float:
+        """Stiffness sent last, 0 to 1; negative: free."""
+        return self.dcm.read([actuator(joint, "Hardness")], self.frame.position)[0]
+
+    def keys(self) -> dict[str, Callable[[], float]]:
+        """ALMotion's view of the joints, as keys of ALMemory; hands have neither velocity nor torque."""
+        table: dict[str, Callable[[], float]] = {}
+        for joint in self.names.all:
+            table[f"Motion/Position/Sensor/{joint}"] = partial(self.measured, joint)
+            table[f"Motion/Position/Actuator/{joint}"] = partial(self.commanded, joint)
+            table[f"Motion/Command/Position/{joint}"] = partial(self.commanded, joint)
+            if joint not in HANDS:
+                table[f"Motion/Velocity/Sensor/{joint}"] = partial(self.velocity, joint)
+                table[f"Motion/Torque/Sensor/{joint}"] = partial(self.torque, joint)
+        return table
+
+    def velocity(self, joint: str) -> float:
+        """Speed between the last two frames, rad/s."""
+        passed = self.frame.time - self._last_frame.time
+        moved = self.measured(joint) - self._last_frame.position[slot(joint)]
+        return moved / passed if passed > 0.0 else 0.0
+
+    def torque(self, joint: str) -> float:
+        """Torque by the motor's current, towards the command, without gear losses, N m.
+
+        A motor's torque constant is its full voltage over its speed without load.
+        """
+        amount = self.frame.current[slot(joint)] * SUPPLY_VOLTAGE / self.speed(joint)
+        return math.copysign(amount, self.commanded(joint) - self.measured(joint))
+
+    def put(self, name: str, points: Sequence[tuple[float, float]]) -> None:
+        """Replace an actuator's timed commands: pairs of time from now (s) and value."""
+        commands = tuple(TimedCommand(self.dcm.clock.shown(round(1000.0 * t)), value) for t, value in points)
+        self.dcm.set(SetRequest(name, Update.CLEAR_ALL, commands))
+
+    def put_position(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
+        """Replace a joint's way: pairs of time from now (s) and angle (rad)."""
+        self.guarded.discard(joint)
+        self.put(actuator(joint), points)
+
+    def put_stiffness(self, joint: str, points: Sequence[tuple[float, float]]) -> None:
+        """Replace a joint's stiffnesses; a limp joint that gets some holds where it is."""
+        if self.stiffness(joint) <= 0.0 < max((value for _, value in points), default=0.0):
+            self.put_position(joint, [(0.0, self.measured(joint))])
+        self.put(actuator(joint, "Hardness"), points)
+
+    def stop(self, joints: Sequence[str]) -> None:
+        """Forget what waits for these joints; they stay where they were sent last."""
+        for joint in joints:
+            self.put_position(joint, [])
+
+    def waits(self, joint: str) -> bool:
+        """Whether commands wait that move the joint."""
+        return bool(self.dcm.waiting(actuator(joint)))
+
+    def speed(self, joint: str) -> float:
+        """Largest speed of a joint, rad/s (its motor's without load), of a hand 1/s."""
+        return HAND_SPEED if joint in HANDS else joint_no_load_speed(self.body, joint)
+
+    def limits(self, joint: str) -> list[float]:
+        """Smallest and largest angle (rad), largest speed (rad/s) and torque (N m)."""
+        lower, upper = limits(self.body, "LHipYawPitch" if joint == "RHipYawPitch" else joint)
+        torque = HAND_TORQUE if joint in HANDS else joint_nominal_torque(self.body, joint)
+        return [lower, upper, self.speed(joint), torque]
+
+
+class DcmService:
+    """The service `DCM`: timed commands of actuators; not thread-safe, the caller locks.
+
+    Args:
+        joints: whose DCM it is.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints, self._dcm = joints, joints.dcm
+
+    @offers("DCM.setAlias", kind="joints")
+    def _set_alias(self, *arguments: Any) -> None:
+        command = arguments[0] if len(arguments) == 1 else list(arguments)
+        self._dcm.set_alias(set_alias_request(_list("setAlias", command)))
+        self._joints.guarded.difference_update(moved_joints(self._dcm, command))
+
+    @offers("DCM.createAlias")
+    def _create_alias(self, command: list[Any]) -> list[str | list[str]]:
+        return self._dcm.create_alias(alias_request(command))
+
+    @offers("DCM.set", kind="joints")
+    def _set(self, command: list[Any]) -> None:
+        self._dcm.set(set_request(command))
+        self._joints.guarded.difference_update(moved_joints(self._dcm, command))
+
+    @offers("DCM.getTime")
+    def _get_time(self, offset: Any) -> int:
+        """The DCM's clock, ms, with an offset of as many."""
+        if isinstance(offset, bool) or not isinstance(offset, int):
+            raise NaoqiRefused(
+                f"DCM.getTime: {offset!r:.40} was given; an offset in ms, an integer, is expected."
+            )
+        return self._dcm.clock.shown(offset)
+
+    answers = Answers({"DCM.getPrefix": lambda self: self._dcm.prefixes()})
+
+
+def moved_joints(dcm: Dcm, command: Any) -> list[str]:
+    """Joints whose actuators `set` or `setAlias` writes to.
+
+    Args:
+        dcm: that knows the aliases.
+        command: its first argument: the name of an actuator or an alias, or a list that begins with it.
+    """
+    name = command[0] if isinstance(command, list) and command else command
+    written = dcm.names_of(name) if isinstance(name, str) else ()
+    parts = (actuator.split("/")[0] for actuator in written)
+    return [part for part in parts if part in INDEX_WITH_MIRROR]
+
+
+def _list(method: str, command: Any) -> list[Any]:
+    if not isinstance(command, list):
+        raise NaoqiRefused(f"DCM.{method}: {command!r:.40} was given; a list is expected.")
+    return command

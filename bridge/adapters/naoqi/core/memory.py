@@ -1,0 +1,336 @@
+"""ALMemory: sensors and actuators by name, data of programs, and events with their subscribers."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Any, Final
+
+from bridge.adapters.naoqi.core.sensor_keys import getters
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    offers,
+    text,
+)
+from bridge.body import Body
+from bridge.dcm import Dcm
+from bridge.dcm.actuators import short
+from bridge.errors import DcmRefused, NaoqiRefused
+from bridge.messages import SensorFrame
+from bridge.messages.dcm import PREFIX
+
+MAX_DATA: Final = 10_000
+"""Keys that programs may put in."""
+
+
+class Memory:
+    """Data of one robot; not thread-safe, the caller locks.
+
+    Args:
+        body: Data sheet.
+        dcm: Gives the actuators' values and the clock's; may be another one later.
+        fixed: Keys that never change.
+    """
+
+    def __init__(self, body: Body, dcm: Callable[[], Dcm], fixed: Mapping[str, Any]) -> None:
+        self._dcm = dcm
+        self._sensors = getters(body)
+        self._data: dict[str, Any] = dict(fixed)
+        self._live: dict[str, Callable[[], Any]] = {}
+        self._stamps: dict[str, float] = {}
+        self._descriptions: dict[str, str] = {}
+        self._waiting: dict[str, list[Future[Any]]] = {}
+        """Calls that wait for the next value of a key."""
+        self._names = [
+            *(PREFIX + name for name in self._sensors),
+            *(PREFIX + actuator.name for actuator in dcm().table),
+            "DCM/Time",
+            "DCM/CycleTime",
+            "DCM/TargetCycleTime",
+        ]
+        self._known = set(self._names)
+        self._frame: SensorFrame | None = None
+
+    def update(self, frame: SensorFrame) -> None:
+        """A new sensor frame."""
+        self._frame = frame
+
+    def provide(self, values: Mapping[str, Callable[[], Any]]) -> None:
+        """Keys whose values are asked for when they are read."""
+        self._live.update(values)
+
+    def put(self, key: str, value: Any) -> None:
+        """Store a value under a key of the robot's own, and answer the calls that wait for it."""
+        self._data[key] = value
+        self._stamps[key] = time.time()
+        for waiting in self._waiting.pop(key, []):
+            waiting.set_result(value)
+
+    def get(self, key: Any) -> Any:
+        """The value of a key, with or without the prefix.
+
+        Raises:
+            NaoqiRefused: no such key.
+        """
+        name = text(key, "ALMemory: key")
+        if name in self._live:
+            return self._live[name]()
+        if name in self._data:
+            return self._data[name]
+        getter = self._sensors.get(short(name))
+        if getter is not None and self._frame is not None:
+            return getter(self._frame)
+        actuator = name.replace("RHipYawPitch", "LHipYawPitch")  # one motor drives both hips
+        try:
+            value = self._dcm().read([actuator], self._frame.position if self._frame else ())[0]
+        except DcmRefused:
+            raise NaoqiRefused(f"ALMemory: there is no data under {name!r:.80}.") from None
+        return int(value) if name == "DCM/Time" else value
+
+    @offers("ALMemory.getListData")
+    def get_list(self, keys: Any) -> list[Any]:
+        """Values of several keys; None for each unknown one.
+
+        Raises:
+            NaoqiRefused: not a list of names.
+        """
+        return [self._get_or_none(key) for key in _names(keys, "getListData")]
+
+    def _get_or_none(self, key: str) -> Any:
+        try:
+            return self.get(key)
+        except NaoqiRefused:
+            return None
+
+    @offers("ALMemory.insertData")
+    def insert(self, key: str, value: Any) -> None:
+        """Put data in. On the robot, too, anyone may overwrite a sensor's key, until its next cycle.
+
+        Raises:
+            NaoqiRefused: a key of a sensor or an actuator, or too many keys.
+        """
+        if key in self._known or PREFIX + key in self._known or key in self._live:
+            raise NaoqiRefused(f"ALMemory.insertData: {key!r:.80} belongs to the robot; take another key.")
+        if key not in self._data and len(self._data) >= MAX_DATA:
+            raise NaoqiRefused(f"ALMemory: there are {MAX_DATA} keys already; remove some with removeData.")
+        self.put(key, value)
+
+    @offers("ALMemory.insertListData")
+    def insert_list(self, pairs: Any) -> None:
+        """Put several in: `[[key, value], ...]`.
+
+        Raises:
+            NaoqiRefused: not such a list; nothing is put in then.
+        """
+        if not isinstance(pairs, list) or not all(isinstance(p, list) and len(p) == 2 for p in pairs):
+            raise NaoqiRefused(
+                f"ALMemory.insertListData: {pairs!r:.60} was given; [[key, value], ...] is expected."
+            )
+        for key, value in pairs:
+            self.insert(key, value)
+
+    @offers("ALMemory.removeData")
+    def remove(self, key: Any) -> None:
+        """Take data out.
+
+        Raises:
+            NaoqiRefused: there is none under this key.
+        """
+        if not isinstance(key, str) or key not in self._data:
+            raise NaoqiRefused(f"ALMemory.removeData: there is no inserted data under {key!r:.80}.")
+        del self._data[key]
+
+    @offers("ALMemory.getDataList", "ALMemory.getDataListName")
+    def names(self, part: str = "") -> list[str]:
+        """All keys with `part` in their name.
+
+        Raises:
+            NaoqiRefused: not a text.
+        """
+        return [name for name in (*self._names, *self._live, *self._data) if part in name]
+
+    @offers("ALMemory.getTimestamp", partly="for a sensor it is the time of the call")
+    def stamped(self, key: Any) -> list[Any]:
+        """`[value, s, us]`: a value and the wall-clock time at which it was written; of a sensor now."""
+        value = self.get(key)
+        whole, part = divmod(self._stamps.get(key, time.time()), 1.0)
+        return [value, int(whole), int(1e6 * part)]
+
+    @offers("ALMemory.getDataOnChange")
+    def next_value(self, key: str, _deprecated: Any = 0) -> Future[Any]:
+        """The next value that is written under a key; waits for it."""
+        done: Future[Any] = Future()
+        if sum(map(len, self._waiting.values())) >= MAX_DATA:
+            raise NaoqiRefused(f"ALMemory.getDataOnChange: {MAX_DATA} calls wait already.")
+        self._waiting.setdefault(key, []).append(done)
+        return done
+
+    @offers("ALMemory.setDescription")
+    def describe(self, key: str, description: str) -> None:
+        """Keep a description of a key."""
+        if len(self._descriptions) < MAX_DATA:
+            name = key
+            self._descriptions[name] = description
+
+    @offers("ALMemory.getDescriptionList")
+    def descriptions(self, keys: Any) -> list[list[str]]:
+        """`[[key, description], ...]` of those that have one."""
+        wanted = _names(keys, "getDescriptionList")
+        return [[key, self._descriptions[key]] for key in wanted if key in self._descriptions]
+
+    @offers("ALMemory.getType")
+    def _type(self, key: Any) -> str:
+        kinds = {bool: "Bool", int: "Int", float: "Float", str: "String"}
+        return kinds.get(type(self.get(key)), "ALValue")
+
+    @offers("ALMemory.getData")
+    def _get_data(self, key: Any, *_: Any) -> Any:
+        return self.get(key)
+
+
+def _names(keys: Any, method: str) -> list[str]:
+    if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
+        raise NaoqiRefused(f"ALMemory.{method}: {keys!r:.60} was given; a list of names is expected.")
+    return keys
+
+
+HISTORY: Final = 10
+"""Values of an event that are kept (assumed)."""
+Publish = Callable[[str, Any, list[list[Any]]], None]
+"""Tells of an event: its name, its value, and `[module, method, message]` of each module to be called.
+
+A list in place of the message is all that the method is called with.
+"""
+
+
+@dataclass(frozen=True)
+class _EventSubscription:
+    module: str
+    method: str
+    message: str
+
+
+class Events:
+    """Events of one robot; not thread-safe, the caller locks.
+
+    Args:
+        memory: keeps their values.
+        publish: called for each event that is raised.
+    """
+
+    def __init__(self, memory: Memory, publish: Publish) -> None:
+        self._memory, self._publish = memory, publish
+        self._declared: dict[str, str] = {}
+        """Event -> the extractor that raises it, or nothing."""
+        self._micro: set[str] = set()
+        self._subscriptions: dict[str, dict[str, _EventSubscription]] = {}
+        """Event -> module -> what it asked for."""
+        self._history: dict[str, deque[list[Any]]] = {}
+
+    def declare(self, name: Any, extractor: Any = "", value: Any = None) -> None:
+        """Make an event known before it is raised, with the value that it has until then, if any.
+
+        Raises:
+            NaoqiRefused: not a name, or too many.
+        """
+        self._know("declareEvent", name)
+        self._declared[name] = text(extractor, "ALMemory.declareEvent: extractor")
+        if value is not None:
+            self._memory.put(name, value)
+
+    @offers("ALMemory.raiseEvent")
+    def raise_event(self, name: Any, value: Any) -> None:
+        """Store the value under the event's name and tell its subscribers.
+
+        Raises:
+            NaoqiRefused: not a name, or too many.
+        """
+        self._know("raiseEvent", name)
+        self._memory.put(name, value)
+        seconds, part = divmod(time.time(), 1.0)
+        past = self._history.setdefault(name, deque(maxlen=HISTORY))
+        past.append([value, [int(seconds), int(1e6 * part)]])
+        told = self._subscriptions.get(name, {}).values()
+        self._publish(name, value, [[one.module, one.method, one.message] for one in told])
+
+    @offers("ALMemory.raiseMicroEvent")
+    def raise_micro(self, name: Any, value: Any) -> None:
+        """As `raise_event`; the event counts as a micro-event."""
+        self.raise_event(name, value)
+        self._micro.add(name)
+
+    def _know(self, method: str, name: Any) -> None:
+        if not isinstance(name, str) or (len(self._declared) >= MAX_DATA and name not in self._declared):
+            raise NaoqiRefused(f"ALMemory.{method}: {name!r:.60} cannot be an event.")
+        self._declared.setdefault(name, "")
+
+    @offers("ALMemory.subscribeToEvent", partly="the module must be a service of this session")
+    @offers("ALMemory.subscribeToMicroEvent", partly="as subscribeToEvent")
+    def subscribe(self, name: str, module: str, *rest: Any) -> None:
+        """Have a module's method called as `method(event, value, message)`.
+
+        Args:
+            name: of the event.
+            module: a service of this session; a program's own one, as a rule. That it is there and has the
+                method is seen to in `qi_process`.
+            rest: the method, or a message and the method.
+
+        Raises:
+            NaoqiRefused: not names.
+        """
+        if len(rest) not in (1, 2):
+            raise NaoqiRefused(
+                "ALMemory.subscribeToEvent takes (event, module, method) or (event, module, message, method)."
+            )
+        *message, method = (text(part, "ALMemory.subscribeToEvent: method") for part in rest)
+        self._know("subscribeToEvent", name)
+        subscription = _EventSubscription(module, method, message[0] if message else "")
+        self._subscriptions.setdefault(name, {})[module] = subscription
+
+    @offers("ALMemory.unsubscribeToEvent", "ALMemory.unsubscribeToMicroEvent")
+    def unsubscribe(self, name: str, module: str) -> None:
+        """End a module's subscription, if there is one."""
+        self._subscriptions.get(name, {}).pop(module, None)
+
+    @offers("ALMemory.unregisterModuleReference")
+    def forget_module(self, module: str) -> None:
+        """End all of a module's subscriptions."""
+        for subscriptions in self._subscriptions.values():
+            subscriptions.pop(module, None)
+
+    @offers("ALMemory.getSubscribers")
+    def subscribers(self, name: str) -> list[str]:
+        """Modules that subscribed to an event."""
+        return sorted(self._subscriptions.get(name, {}))
+
+    @offers("ALMemory.removeEvent", "ALMemory.removeMicroEvent")
+    def forget(self, name: str) -> None:
+        """Make an event unknown; its subscriptions end."""
+        self._declared.pop(name, None)
+        self._subscriptions.pop(name, None)
+        self._history.pop(name, None)
+        self._micro.discard(name)
+
+    @offers("ALMemory.getExtractorEvent")
+    def of_extractor(self, extractor: str) -> list[str]:
+        """Events that were declared for an extractor."""
+        return sorted(event for event, owner in self._declared.items() if owner == extractor)
+
+    @offers("ALMemory.getEventHistory", partly="the last ten values")
+    def history(self, name: str) -> list[list[Any]]:
+        """`[[value, [s, us]], ...]` of the last values of an event, oldest first."""
+        return list(self._history.get(name, ()))
+
+    @offers("ALMemory.declareEvent")
+    def _declare_event(self, name: Any, extractor: Any = "") -> Any:
+        return self.declare(name, extractor)
+
+    answers = Answers(
+        {
+            "ALMemory.getEventList": lambda self: sorted(self._declared),
+            "ALMemory.getMicroEventList": lambda self: sorted(self._micro),
+        }
+    )

@@ -1,0 +1,156 @@
+"""ALNavigation and ALVisualCompass, by the odometry: no obstacle is seen, no view compared."""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.cameras import CAMERAS
+from bridge.adapters.naoqi.core.frames import RobotFrames
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.sensing import VisionExtractor
+from bridge.adapters.naoqi.declared import (
+    Pairs,
+    Range,
+    number,
+    offers,
+)
+from bridge.types import Vec2
+
+logger = logging.getLogger(__name__)
+
+FARTHEST: Final = 3.0
+"""m to which `navigateTo` goes (vendor's page)."""
+
+
+Walks = Mapping[str, Callable[..., Any]]
+"""Walking methods of ALMotion by name."""
+
+
+class Navigation:
+    """`ALNavigation`, and what of `ALVisualCompass` walks.
+
+    Args:
+        walks: methods of ALMotion.
+    """
+
+    def __init__(self, walks: Walks) -> None:
+        self._walks = walks
+
+    @offers("ALNavigation.move", kind="walk", partly="as ALMotion.move; no obstacle is seen", begins_walk=True)
+    def _move(self, *arguments: Any) -> Any:
+        return self._walks["move"](*arguments)
+
+    @offers(
+        "ALNavigation.moveTo", kind="walk", partly="as ALMotion.moveTo; no obstacle is seen", begins_walk=True
+    )
+    def _move_to(self, *arguments: Any) -> Any:
+        return self._walks["moveTo"](*arguments)
+
+    @offers(
+        "ALNavigation.moveToward",
+        kind="walk",
+        partly="as ALMotion.moveToward; no obstacle is seen",
+        begins_walk=True,
+    )
+    def _move_toward(self, *arguments: Any) -> Any:
+        return self._walks["moveToward"](*arguments)
+
+    @offers(
+        "ALNavigation.navigateTo",
+        kind="walk",
+        partly="straight there: no obstacle is seen; SpeedFactor counts as MaxStepFrequency",
+        begins_walk=True,
+    )
+    def navigate_to(self, x: float, y: float, config: Pairs | None = None) -> Any:
+        """Walk to a place, m from here; false and nothing happens if it is too far."""
+        method = "ALNavigation.navigateTo"
+        if math.hypot(x, y) >= FARTHEST:
+            logger.warning("%s: (%g, %g) is not nearer than %g m; nothing is done", method, x, y, FARTHEST)
+            return False
+        factors = [number(value, f"{method}: {name}") for name, value in config or () if name == "SpeedFactor"]
+        speed = [["MaxStepFrequency", min(1.0, max(0.0, factors[-1]))]] if factors else []
+        return self._walks["moveTo"](x, y, 0.0, speed)
+
+    @offers(
+        "ALVisualCompass.moveTo",
+        kind="walk",
+        partly="by ALMotion.moveTo: a turn, straight ahead, a turn; nothing corrects it",
+    )
+    def turn_and_go(self, x: Length, y: Length, theta: Length) -> Any:
+        """Turn to a place, go there straight ahead, turn; m and rad from here."""
+        distance = math.hypot(x, y)
+        first = math.atan2(y, x) if distance else 0.0
+        ways = [[0.0, 0.0, first], [distance, 0.0, 0.0], [0.0, 0.0, math.remainder(theta - first, math.tau)]]
+        return self._walks["moveTo"]([way for way in ways if any(way)] or [[0.0, 0.0, 0.0]])
+
+    @offers(
+        "ALVisualCompass.moveStraightTo",
+        kind="walk",
+        partly="by ALMotion.moveTo; nothing corrects it",
+        begins_walk=True,
+    )
+    def _straight(self, distance: Length) -> Any:
+        return self._walks["moveTo"](distance, 0.0, 0.0)
+
+    @offers("ALVisualCompass.waitUntilTargetReached", kind="walk")
+    def _wait(self) -> Any:
+        return self._walks["waitUntilMoveIsFinished"]()
+
+
+Length = Annotated[float, Range(-1e4, 1e4)]
+"""m or rad"""
+
+
+class VisualCompass:
+    """`ALVisualCompass`: how far the camera has turned since its reference; not thread-safe, the caller locks.
+
+    Args:
+        frames: of the robot.
+        events: to be raised.
+        place: of the robot by the odometry, m and rad.
+    """
+
+    def __init__(self, frames: RobotFrames, events: Events, place: Callable[[], Sequence[float]]) -> None:
+        self._frames, self._events, self._place = frames, events, place
+        self.extractor = VisionExtractor(
+            "ALVisualCompass",
+            events,
+            ["VisualCompass/Deviation"],
+            left_out="by joints and odometry, not by pictures",
+        )
+        self._refreshes, self._running, self._due = True, False, 0
+        self._reference: Vec2 | None = None
+        """Direction of the camera's axis then."""
+
+    def update(self, now: int) -> None:
+        """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
+        began = self.extractor.running and not self._running
+        self._running = self.extractor.running
+        if began and (self._refreshes or self._reference is None):
+            self._refer()
+        if not self.extractor.processing or now < self._due or self._reference is None:
+            return
+        self._due = now + max(10, self.extractor.period)
+        wy, wz = (now_ - then for now_, then in zip(self._direction(), self._reference, strict=True))
+        seconds, part = divmod(time.time(), 1.0)
+        stamp = [int(seconds), int(1e6 * part)]
+        deviation = [wy, math.remainder(wz, math.tau)]
+        self._events.raise_event("VisualCompass/Deviation", [deviation, list(self._place()), stamp])
+
+    def _direction(self) -> Vec2:
+        """Of the camera's axis in FRAME_WORLD: down from the horizontal, and about the vertical, rad."""
+        x, y, z, _ = self._frames.transform(CAMERAS[self.extractor.camera], 1, True)[:, 0]
+        return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
+
+    @offers("ALVisualCompass.setCurrentImageAsReference", partly="as subscribe")
+    def _refer(self) -> bool:
+        self._reference = self._direction()
+        return True
+
+    @offers("ALVisualCompass.enableReferenceRefresh", partly="as subscribe")
+    def _refresh(self, enabled: bool) -> None:
+        self._refreshes = enabled

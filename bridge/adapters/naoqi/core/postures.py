@@ -1,0 +1,303 @@
+"""ALRobotPosture, and ALMotion's waking and resting: the published postures, and the motions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Future
+from typing import Annotated, Any, Final, Literal
+
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import Joints, slot
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Fraction,
+    offers,
+    text,
+)
+from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
+from bridge.body.postures import POSTURES
+from bridge.body.quantities import HANDS
+from bridge.errors import NaoqiRefused
+from bridge.motion import GetUp, Motion, MotionPlayer, get_up_motions, lying, motion_for
+from bridge.stance import stands
+
+Family = Literal["Standing", "Sitting", "LyingBelly", "LyingBack", "Unknown"]
+_LYING: Final[dict[str, Family]] = {"front": "LyingBelly", "back": "LyingBack"}
+_STEPS: Final[dict[str, tuple[Family, str]]] = {
+    "Sitting": ("Standing", "sit-down"),
+    "LyingBelly": ("Standing", "lie-down-front"),
+    "LyingBack": ("Sitting", "lie-down-back"),
+}
+"""Family -> the one that the transition begins in, and the motion from there; all lead by a stand."""
+
+
+class PostureTransitions:
+    """Transitions of one robot; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints = joints
+        self.under_way = False
+        """The torso leans because a motion wants it to."""
+
+    def family(self) -> Family:
+        """What the robot does, by the fused angle and the legs; on a side it is `Unknown`."""
+        frame = self._joints.frame
+        below = lying(frame.angle)
+        if below == "upright":
+            return "Standing" if stands(self._joints.body, frame) else "Sitting"
+        return _LYING.get(below, "Unknown")
+
+    def to(self, family: Family) -> MotionTask:
+        """The task of going to a family; whether the robot is in it then.
+
+        Raises:
+            NaoqiRefused: a motion is missing for this body.
+        """
+        return self._play_all(self._players(family), family)
+
+    def _players(self, family: Family) -> list[GetUp | MotionPlayer]:
+        """What has to be played from here on."""
+        body, here = self._joints.body, self.family()
+        if here == family:
+            return []
+        if family == "Standing":
+            motions = get_up_motions(body)
+            if lying(self._joints.frame.angle) not in motions:
+                raise NaoqiRefused(f"ALRobotPosture.goToPosture: no motion gets a {body.name} up from here.")
+            return [GetUp(motions, body)]
+        before, kind = _STEPS[family]
+        motion: Motion | None = motion_for(kind, body)
+        if motion is None:
+            raise NaoqiRefused(
+                f"ALRobotPosture.goToPosture: no motion brings a {body.name} from {before} to {family}; "
+                "applyPosture moves the joints there as they are."
+            )
+        return [*self._players(before), MotionPlayer(motion, body)]
+
+    def _play_all(self, players: list[GetUp | MotionPlayer], family: Family) -> MotionTask:
+        try:
+            for player in players:
+                self.under_way = True
+                yield from self._play(player)
+                if player.failed:
+                    break
+        finally:
+            self.under_way = False
+        return self.family() == family
+
+    def _play(self, player: GetUp | MotionPlayer) -> Iterator[int]:
+        joints, before = self._joints, self._joints.frame.time
+        while True:
+            frame = joints.frame
+            position = list(player.advance(frame, frame.time - before))
+            before = frame.time
+            if player.done:
+                return
+            for hand in HANDS:
+                position[slot(hand)] = frame.position[slot(hand)]
+            joints.dcm.put_frame(position, (player.stiffness,) * N_JOINTS)
+            yield joints.now
+
+
+FAMILIES: Final[dict[str, Family]] = {
+    "Stand": "Standing",
+    "StandInit": "Standing",
+    "StandZero": "Standing",
+    "Crouch": "Standing",
+    "Sit": "Sitting",
+    "SitRelax": "Sitting",
+    "LyingBelly": "LyingBelly",
+    "LyingBack": "LyingBack",
+}
+"""Posture -> what the robot does in it: stands on its feet, sits or lies."""
+_FAMILY_NAMES: Final = (
+    *(
+        "Standing",
+        "Crouching",
+        "Sitting",
+        "SittingOnChair",
+        "LyingBelly",
+        "LyingBack",
+        "LyingLeft",
+        "LyingRight",
+    ),
+    *("Belly", "Back", "Left", "Right"),
+)
+"""Confirmed: vendor's page on postures."""
+LEG_SPEED: Final = 1.0
+"""rad/s that a leg joint turns at most on the way between postures at speed 1: faster ways tip the robot (the \
+robot's own planner is not published; assumed)."""
+_SIT_SPEED: Final = 0.3
+"""rad/s, the same into `Sit` at any speed: with its knees up an emulated robot leans back by 20 degrees, and
+rolls over from 25 on."""
+_MAX_DEVIATION: Final = 0.25
+"""rad that the legs may be off a posture to be said to be in it (assumed)."""
+_STIFFENING: Final = 0.5
+"""s in which waking and resting change the stiffness."""
+_SETTLING: Final = 300
+"""ms after which the joints are where they were sent, by the sensors (assumed)."""
+_STILL: Final = 0.1
+"""rad/s; a torso that turns faster, also during the last `_SETTLING`, may be falling (assumed)."""
+_LONGEST_SETTLING: Final = 3000
+"""ms after which it is judged however it moves: a fall takes less."""
+REST_SPEED: Final = 0.6
+LEGS_AT_REST: Final = 0.1
+"""Stiffness that resting leaves to the legs; all else gets 0, as all does on the robot. Without any, knees and
+ankles rest at the ends of their ranges, and the torso turns backwards about the limp hips within 4 s (V5 and V6
+on PyBullet, V3 on MuJoCo; V5 and V6 stay there). From 0.05 on it stays, as it does with twice the assumed dry
+friction (V5 on PyBullet)."""
+_LEGS: Final = tuple(j for j in INDEX_WITH_MIRROR if j[1:].startswith(("Hip", "Knee", "Ankle")))
+
+
+def _known(name: Any, what: str) -> str:
+    posture = text(name, what)
+    if posture not in POSTURES:
+        raise NaoqiRefused(f"{posture!r:.40} is no posture; known: {', '.join(sorted(POSTURES))}.")
+    return posture
+
+
+Posture = Annotated[str, _known]
+
+
+class Postures:
+    """Postures of one robot; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        motion: moves them.
+        tasks: for calls that end when the motion does.
+    """
+
+    def __init__(self, joints: Joints, motion: JointMotion, tasks: MotionTasks) -> None:
+        self._joints, self._motion, self._tasks = joints, motion, tasks
+        self._transitions = PostureTransitions(joints)
+        self._all = joints.names.all
+        self.awake = all(joints.stiffness(joint) > 0.0 for joint in self._all)
+        """Whether the robot was woken up and not laid to rest since."""
+
+    @offers("ALRobotPosture.getPosture")
+    def now(self) -> str:
+        """The posture that the robot is in, by legs and fused angle, or `Unknown`."""
+        best, off = "Unknown", _MAX_DEVIATION
+        for name in POSTURES:
+            furthest = self._deviation(name)
+            if furthest <= off and FAMILIES[name] == self._transitions.family():
+                best, off = name, furthest
+        return best
+
+    @offers("ALRobotPosture.getPostureFamily")
+    def family(self) -> str:
+        """The family of `now`, or `Unknown`."""
+        posture = self.now()
+        return "Crouching" if posture == "Crouch" else FAMILIES.get(posture, "Unknown")
+
+    @property
+    def leaning(self) -> bool:
+        """The torso leans because a way to a posture wants it to: no fall."""
+        return self._transitions.under_way
+
+    @offers("ALRobotPosture.goToPosture", kind="posture")
+    def go_to(self, name: Posture, speed: Fraction) -> Future[Any]:
+        """Go to a posture: get up, sit down or lie down, then joint by joint; true when the robot rests in it.
+
+        Raises:
+            NaoqiRefused: unknown posture, or a body without a motion that the way needs.
+        """
+        way = self._transitions.to(FAMILIES[name])
+
+        def task() -> MotionTask:
+            if not (yield from way):
+                return False
+            self.awake = True
+            return (yield from self._stiffen_and_reach(name, speed))
+
+        return self._tasks.begin(task(), "goToPosture", self._all, locks=True, stopped=False)
+
+    @offers("ALRobotPosture.applyPosture", kind="posture")
+    def apply(self, name: Posture, speed: Fraction) -> Future[Any]:
+        """Move the joints to a posture's angles, wherever the robot is; true when they were reached."""
+        task = self._stiffen_and_reach(name, speed)
+        return self._tasks.begin(task, "applyPosture", self._all, locks=True, stopped=False)
+
+    def wake_up(self) -> Future[Any]:
+        """Switch the stiffness on, and stand up from a crouch."""
+
+        def task() -> MotionTask:
+            yield from self._stiffen(1.0, legs=1.0)
+            self.awake = True
+            if self.now() == "Crouch":
+                yield from self._reach("StandInit", REST_SPEED)
+
+        return self._tasks.begin(task(), "wakeUp", self._all)
+
+    def rest(self, part: Any = "Body") -> Future[Any]:
+        """Crouch, if the robot is upright, and switch the stiffness off; a part without legs only goes limp."""
+        joints = self._joints.names.resolve(part)
+        if not set(joints) & set(_LEGS):
+            return self._tasks.begin(
+                self._motion.stiffen(joints, [[0.0]] * len(joints), [[_STIFFENING]] * len(joints)),
+                "rest",
+                joints,
+            )
+
+        def task() -> MotionTask:
+            if self._transitions.family() == "Standing" and self.now() != "Crouch":
+                yield from self._reach("Crouch", REST_SPEED)
+            yield from self._stiffen(0.0, legs=LEGS_AT_REST)
+            self.awake = False
+
+        return self._tasks.begin(task(), "rest", self._all)
+
+    def _stiffen(self, value: float, legs: float) -> MotionTask:
+        values = [[legs if joint in _LEGS else value] for joint in self._all]
+        yield from self._motion.stiffen(self._all, values, [[_STIFFENING]] * len(self._all))
+
+    def _stiffen_and_reach(self, posture: str, speed_fraction: float) -> MotionTask:
+        """Switch limp joints on and go; whether the robot is in the posture then, and the right way up."""
+        if min(self._joints.stiffness(joint) for joint in self._all) <= LEGS_AT_REST:
+            yield from self._stiffen(1.0, legs=1.0)
+            self.awake = True
+        yield from self._reach(posture, speed_fraction)
+        yield from self._settle()
+        return self._deviation(posture) <= _MAX_DEVIATION and self._transitions.family() == FAMILIES[posture]
+
+    def _settle(self) -> MotionTask:
+        """Wait until the torso has been still for a while."""
+        begin = moved = self._joints.now
+        while self._joints.now < min(moved + _SETTLING, begin + _LONGEST_SETTLING):
+            if max(map(abs, self._joints.frame.gyroscope)) > _STILL:
+                moved = self._joints.now
+            yield self._joints.now + 1
+
+    def _deviation(self, posture: str) -> float:
+        """Farthest leg joint from a posture by the sensors, rad."""
+        position = POSTURES[posture]
+        return max(abs(position[INDEX_WITH_MIRROR[j]] - self._joints.measured(j)) for j in _LEGS)
+
+    def _reach(self, posture: str, speed_fraction: float) -> MotionTask:
+        position = POSTURES[posture]
+        targets = {j: position[INDEX_WITH_MIRROR[j]] for j in self._all}
+        angles = (abs(targets[j] - self._joints.commanded(j)) for j in _LEGS if j in targets)
+        speed = LEG_SPEED * speed_fraction
+        slowest = max(angles) / (min(speed, _SIT_SPEED) if posture == "Sit" else speed)
+        seconds = max(slowest, self._motion.time_to(self._all, list(targets.values()), speed_fraction))
+        values = [[value] for value in targets.values()]
+        yield from self._motion.through(self._all, values, [[seconds]] * len(self._all))
+        return True
+
+    @offers("ALRobotPosture.setMaxTryNumber", partly="one try is made")
+    def _set_max_try_number(self, _number: Any) -> Any:
+        return None
+
+    answers = Answers(
+        {
+            "ALMotion.robotIsWakeUp": lambda self: self.awake,
+            "ALRobotPosture.getPostureList": lambda self: sorted(POSTURES),
+            "ALRobotPosture.getPostureFamilyList": lambda self: list(_FAMILY_NAMES),
+        }
+    )

@@ -1,0 +1,283 @@
+"""ALMotion's protections: conditions of a walk, falls, and arms that stay clear of the body.
+
+Sources: vendor's pages on motion configuration, the fall manager and self-collision avoidance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from bridge.adapters.naoqi.core.frames import LinkFrames
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
+from bridge.adapters.naoqi.core.sensing import CONTACT
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    Pairs,
+    flag,
+    offers,
+    text,
+)
+from bridge.body import Body
+from bridge.errors import NaoqiRefused
+from bridge.guard.config import FallSettings
+from bridge.guard.fall import FallMonitor
+from bridge.messages import SensorFrame
+from bridge.stance import STANCE
+from bridge.types import Array
+from bridge.validation import unknown_name
+
+STIFF: Final = 0.6
+"""Stiffness of the legs that a walk needs more of (confirmed: vendor's page)."""
+FEET: Final = "ENABLE_FOOT_CONTACT_PROTECTION"
+STIFFNESS: Final = "ENABLE_STIFFNESS_PROTECTION"
+
+
+def stays_stiff(stiffnesses: Any) -> bool:
+    """Whether legs of these stiffnesses can walk."""
+    values = stiffnesses if isinstance(stiffnesses, list) else [stiffnesses]
+    return all(isinstance(value, int | float) and value > STIFF for value in values)
+
+
+class WalkProtection:
+    """Not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints = joints
+        self._enabled = {FEET: True, STIFFNESS: True}
+
+    @offers(
+        "ALMotion.setMotionConfig",
+        partly="the two conditions hold when a walk begins; they do not end a walk",
+    )
+    def configure(self, config: Pairs) -> None:
+        """Switch conditions on or off: `[[name, True or False], ...]`.
+
+        Raises:
+            NaoqiRefused: not such a list, or an unknown name; nothing is changed then.
+        """
+        wanted = {}
+        for name, value in config:
+            if text(name, "ALMotion.setMotionConfig: name") not in self._enabled:
+                raise NaoqiRefused(f"ALMotion.setMotionConfig: {unknown_name('name', name, self._enabled)}.")
+            wanted[name] = flag(value, f"ALMotion.setMotionConfig: {name}")
+        self._enabled |= wanted
+
+    def require(self, method: str) -> None:
+        """See that a walk may begin.
+
+        Args:
+            method: that begins it, with its service.
+
+        Raises:
+            NaoqiRefused: a condition that is on does not hold; names it.
+        """
+        frame = self._joints.frame
+        if self._enabled[FEET] and sum(frame.fsr) <= CONTACT:
+            raise NaoqiRefused(
+                f"{method}: no foot touches the ground; put the robot on its feet, or switch {FEET} "
+                "off with setMotionConfig."
+            )
+        soft = [j for leg in ("LLeg", "RLeg") for j in CHAINS[leg] if self._joints.stiffness(j) <= STIFF]
+        if self._enabled[STIFFNESS] and soft:
+            raise NaoqiRefused(
+                f"{method}: the stiffness of {soft[0]} is not above {STIFF:g}; call wakeUp or "
+                f"setStiffnesses first, or switch {STIFFNESS} off with setMotionConfig."
+            )
+
+
+LIMP: Final = FallSettings().stiffness
+"""Of all joints in a fall (assumed: the vendor's page says only that the stiffness is reduced)."""
+
+
+class FallManager:
+    """Watches each frame; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        motion: whose motions end in a fall.
+    """
+
+    def __init__(self, joints: Joints, motion: JointMotion) -> None:
+        self._joints, self._motion = joints, motion
+        self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
+        self.enabled = True
+
+    def update(self, frame: SensorFrame, *, leaning: bool) -> bool:
+        """One cycle; whether the robot goes limp in it.
+
+        Args:
+            frame: newest.
+            leaning: a motion to a posture wants the torso to lean; that is no fall.
+        """
+        if not self._monitor.update(frame) or leaning or not self.enabled:
+            return False
+        self._motion.end_all()
+        for joint in self._joints.names.all:
+            if self._joints.stiffness(joint) > LIMP:
+                self._joints.put_stiffness(joint, [(0.0, LIMP)])
+        return True
+
+    @offers("ALMotion.setFallManagerEnabled")
+    def _set_fall_manager_enabled(self, enabled: bool) -> Any:
+        self.enabled = enabled
+
+    answers = Answers(
+        {
+            "ALMotion.getFallManagerEnabled": lambda self: self.enabled,
+        }
+    )
+
+
+ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}
+MARGIN: Final = 0.001
+"""m that an arm keeps from the body (assumed; the vendor's posture LyingBack comes that near)."""
+NEAR: Final = 0.02
+"""m below which `isCollision` says `near` (assumed)."""
+_BALLS: Final = 6
+"""Along forearm and hand."""
+_STEP: Final = 1e-3
+"""rad, of the gradient."""
+
+
+class ArmClearance:
+    """Distances of forearm and hand from torso, head, legs and the other arm.
+
+    Args:
+        body: Data sheet.
+        links: its forward kinematics.
+    """
+
+    def __init__(self, body: Body, links: LinkFrames) -> None:
+        self._links, self._body = links, body
+        hand = np.array([body.lengths.LowerArmLength + body.lengths.HandOffsetX, 0.0, 0.0, 1.0])
+        elbow = np.array([0.0, 0.0, 0.0, 1.0])
+        self._balls = np.linspace(elbow, hand, _BALLS).T
+        """In the ElbowRoll frame, (4, balls)."""
+
+    def of(self, arm: str, position: Sequence[float]) -> float:
+        """Distance of an arm, m; negative: so deep inside.
+
+        Args:
+            arm: `LArm` or `RArm`.
+            position: the 25 of a frame, rad.
+        """
+        size, length = self._body.shapes, self._body.lengths
+        links = self._links(position)
+        balls, others = (
+            (links[f"{side}ElbowRoll"] @ self._balls)[:3].T for side in (arm[0], "R" if arm[0] == "L" else "L")
+        )
+        share = (balls[:, 2] - size.torso_bottom) / (size.torso_top - size.torso_bottom)
+        width = size.waist_width + np.clip(share, 0.0, 1.0) * (size.torso_width - size.waist_width)
+        outside = np.array(
+            [
+                abs(balls[:, 0]) - 0.5 * size.torso_depth,
+                abs(balls[:, 1]) - 0.5 * width,
+                size.torso_bottom - balls[:, 2],
+                balls[:, 2] - size.torso_top,
+            ]
+        )
+        torso = np.linalg.norm(np.maximum(outside, 0.0), axis=0) + np.minimum(outside.max(axis=0), 0.0)
+        head = links["HeadPitch"] @ (0.0, 0.0, size.head_height, 1.0)
+        distances = [
+            torso,
+            np.linalg.norm(balls - head[:3], axis=1) - size.head_radius,
+            np.linalg.norm(balls[:, None] - others, axis=2).ravel() - size.forearm_radius,
+        ]
+        for side in "LR":
+            thigh = (links[f"{side}HipPitch"], -size.thigh_radius, -length.ThighLength, size.thigh_radius)
+            shank = (links[f"{side}KneePitch"], 0.0, size.shank_radius - length.TibiaLength, size.shank_radius)
+            distances += [_from_limb(balls, *limb) for limb in (thigh, shank)]
+        return float(np.concatenate(distances).min()) - size.forearm_radius
+
+
+def _from_limb(points: Array, frame: Array, top: float, bottom: float, radius: float) -> Array:
+    """Distances of points, (n, 3), from a capsule along a frame's z axis, m."""
+    begin, end = (frame[:3, 3] + z * frame[:3, 2] for z in (top, bottom))
+    along = end - begin
+    share = np.clip((points - begin) @ along / (along @ along), 0.0, 1.0)
+    distances: Array = np.linalg.norm(points - begin - share[:, None] * along, axis=1) - radius
+    return distances
+
+
+class ArmProtection:
+    """Not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot; their answers are made to keep clear.
+        links: forward kinematics of the body.
+    """
+
+    def __init__(self, joints: Joints, links: LinkFrames) -> None:
+        self._joints, self._clearance = joints, ArmClearance(joints.body, links)
+        self._enabled = {"LArm", "RArm"}
+        """Both when a robot is switched on (confirmed: as in `inert_settings.MOTION`)."""
+        joints.shield = self._clear
+
+    def _clear(self, wanted: tuple[float, ...], sent: tuple[float, ...]) -> tuple[float, ...]:
+        """What is to be sent in place of 25 wanted positions, behind those sent before, rad."""
+        position = np.array(wanted)
+        for arm in sorted(self._enabled):
+            slots = [slot(j) for j in CHAINS[arm] if j in self._joints.guarded and not j.endswith("Hand")]
+            if slots and any(wanted[i] != sent[i] for i in slots):
+                position[slots] = self._step(arm, slots, position, np.array(sent)[slots])
+        return tuple(position.tolist())
+
+    def _step(self, arm: str, slots: list[int], wanted: Array, before: Array) -> Array:
+        """The next angles of an arm, rad, (n,)."""
+
+        def clearance(angles: Array) -> float:
+            position = wanted.copy()
+            position[slots] = angles
+            return self._clearance.of(arm, position.tolist())
+
+        if clearance(wanted[slots]) >= MARGIN:
+            return wanted[slots]
+        now = clearance(before)
+        least = MARGIN if now >= 0.5 * MARGIN else now
+        step = wanted[slots] - before
+        gradient = np.array([clearance(before + row) - now for row in _STEP * np.eye(len(slots))]) / _STEP
+        short = least - now - gradient @ step
+        if short > 0.0 and gradient @ gradient > 0.0:
+            step = step + short / (gradient @ gradient) * gradient
+        reach = (
+            np.array([self._joints.speed(j) for j in CHAINS[arm] if slot(j) in slots]) * self._joints.body.cycle
+        )
+        after: Array = before + np.clip(step, -reach, reach)
+        return after if clearance(after) >= min(least, now) else before
+
+    @offers(
+        "ALMotion.setCollisionProtectionEnabled",
+        partly="forearm and hand, of joint methods; a limp arm stays limp",
+    )
+    def _enable(self, chain: Any, enabled: bool) -> bool:
+        change = self._enabled.update if enabled else self._enabled.difference_update
+        change(_arms(chain, "setCollisionProtectionEnabled"))
+        return True
+
+    @offers("ALMotion.isCollision", partly="forearm and hand")
+    def _state(self, chain: Any) -> str:
+        """By the commands: an arm that is sent into the body touches it."""
+        arms = _arms(chain, "isCollision")
+        position = list(self._joints.frame.position)
+        for joint in self._joints.names.resolve(list(arms)):
+            position[slot(joint)] = self._joints.commanded(joint)
+        least = min(self._clearance.of(arm, position) for arm in arms)
+        return "collision" if least <= 0.0 else "near" if least < NEAR else "none"
+
+    @offers("ALMotion.getCollisionProtectionEnabled")
+    def _get_collision_protection_enabled(self, chain: Any) -> Any:
+        return self._enabled >= set(_arms(chain, "getCollisionProtectionEnabled"))
+
+
+def _arms(chain: Any, method: str) -> tuple[str, ...]:
+    if not isinstance(chain, str) or chain not in ARMS:
+        raise NaoqiRefused(f"ALMotion.{method}: {unknown_name('chain', str(chain), ARMS)}.")
+    return ARMS[chain]

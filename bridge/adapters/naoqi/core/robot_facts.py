@@ -1,0 +1,202 @@
+"""Facts about the robot and its computer: `RobotConfig` keys, ALSystem, ALRobotModel, ALConnectionManager."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+from xml.sax.saxutils import quoteattr
+
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    offers,
+)
+from bridge.body import Body
+from bridge.errors import NaoqiRefused
+
+_VERSIONS: Final = {
+    "nao-v3": ("V33", "1.14.5"),
+    "nao-v3.2": ("V32", "1.14.5"),
+    "nao-v3.3": ("V33", "1.14.5"),
+    "nao-v4": ("V40", "2.1.4.13"),
+    "nao-v5": ("V50", "2.1.4.13"),
+    "nao-v6": ("V60", "2.8.5.10"),
+}
+"""Data sheet -> version of head and body, and of a NAOqi that ran on it (assumed: one of several)."""
+
+
+_BODY: Final = ("Device/LeftArm", "Device/RightArm", "Device/Hand/Left", "Device/Hand/Right", "Device/Legs")
+_VERSIONED: Final = ("Head", "Body", *(f"Body/{part}" for part in _BODY))
+"""Parts whose version is known by a key (confirmed: a log of NAOqi 2.1, and the keys of ROS drivers); here the
+body's."""
+MICROPHONES: Final = "2"
+"""Version of the microphones (confirmed: a log of NAOqi 2.1)."""
+
+
+@dataclass(frozen=True)
+class RobotConfig:
+    """Facts about the served robot that never change.
+
+    Args:
+        body: Data sheet.
+        name: Robot id, which also is its nickname.
+    """
+
+    body: Body
+    name: str
+
+    @property
+    def base_version(self) -> str:
+        """As in `RobotConfig/Body/BaseVersion`; a data sheet of one's own counts as a V5."""
+        return _VERSIONS.get(self.body.name, ("V50", ""))[0]
+
+    @property
+    def naoqi_version(self) -> str:
+        """What `ALSystem.systemVersion` and every module's `version` say."""
+        return _VERSIONS.get(self.body.name, ("", "2.1.4.13"))[1]
+
+    @property
+    def hands(self) -> bool:
+        """Whether it has wrists and hands (H25)."""
+        return self.body.model == "H25"
+
+    def keys(self) -> dict[str, Any]:
+        """ALMemory keys, with their full names."""
+        version = self.base_version
+        serial = f"NAOHIL{self.body.name.upper()}"
+        return {
+            "RobotConfig/Body/Type": "Nao",
+            "RobotConfig/Body/BaseVersion": version,
+            "RobotConfig/Head/BaseVersion": version,
+            "RobotConfig/Head/FullHeadId": serial,
+            **{f"RobotConfig/{part}/Version": version[1:] for part in _VERSIONED},
+            "RobotConfig/Head/Device/Micro/Version": MICROPHONES,
+            "RobotConfig/Body/SoftwareRequirement": self.naoqi_version,
+            "Device/DeviceList/ChestBoard/BodyId": serial,
+            "Device/DeviceList/ChestBoard/BodyNickName": self.name,
+            "Device/DeviceList/ChestBoard/Ack": 0,
+            "Device/DeviceList/ChestBoard/Nack": 0,
+            "Device/DeviceList/ChestBoard/Error": 0,
+            "Device/DeviceList/LeftHandBoard/Available": int(self.hands),
+            "Device/DeviceList/RightHandBoard/Available": int(self.hands),
+            "Device/DeviceList/TouchBoard/Available": 1,
+            "DCM/RealtimeThread": 1,
+            "DCM/Simulation": 0,
+        }
+
+    def table(self) -> list[list[Any]]:
+        """`ALMotion.getRobotConfig`: names and values, as two lists (confirmed: vendor's ALMotion tutorial)."""
+        version = f"VERSION_{self.base_version[1:]}"
+        rows: list[tuple[str, Any]] = [
+            ("Model Type", f"nao{self.body.model}"),
+            ("Head Version", version),
+            ("Body Version", version),
+            ("Laser", False),
+            ("Legs", True),
+            ("Arms", True),
+            ("Extended Arms", False),
+            ("Hands", self.hands),
+            ("Arm Version", version),
+            ("Number of Legs", 2),
+            ("Number of Arms", 2),
+            ("Number of Hands", 2 if self.hands else 0),
+        ]
+        return [[name for name, _ in rows], [value for _, value in rows]]
+
+
+MEMORY_KILOBYTES: Final = 1_000_000
+"""Of the robot's computer (confirmed for V4 and V5: 1 GB)."""
+
+
+class RobotFacts:
+    """`ALSystem`, `ALRobotModel` and `ALConnectionManager`.
+
+    Args:
+        config: facts about the robot.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
+
+    answers = Answers(
+        {
+            "ALSystem.systemVersion": lambda self: self._config.naoqi_version,
+            "ALSystem.robotName": lambda self: self._config.name,
+            "ALSystem.totalMemory": lambda self: MEMORY_KILOBYTES,
+            "ALSystem.freeMemory": lambda self: min(MEMORY_KILOBYTES, _free_kilobytes()),
+            "ALSystem.timezone": lambda self: time.tzname[0],
+            "ALRobotModel.getRobotType": lambda self: "Nao",
+            "ALRobotModel.hasLegs": lambda self: True,
+            "ALRobotModel.hasArms": lambda self: True,
+            "ALRobotModel.hasHands": lambda self: self._config.hands,
+            "ALRobotModel.getConfigMap": lambda self: _preferences(self._config),
+            "ALRobotModel._getConfigMap": lambda self: _preferences(self._config),
+            "ALRobotModel._getMicrophoneConfig": lambda self: int(MICROPHONES),
+            "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
+            "ALConnectionManager.state": lambda self: "ready",
+            "ALConnectionManager.technologies": lambda self: ["ethernet"],
+        }
+    )
+    network = Answers(
+        {"ALConnectionManager.services": lambda self: [_WIRED]},
+        partly="one wired service, which stands for the network of this machine",
+    )
+
+    @offers("ALSystem.diskFree")
+    def _disk_free(self, every: Any) -> list[list[Any]]:
+        return [["rootfs", "/", *_disk()]]
+
+    @offers("ALConnectionManager.scan", partly="nothing is looked for")
+    def _scan(self, technology: str = "") -> None:
+        """Without effect."""
+
+    @offers("ALConnectionManager.service", partly="as services")
+    def _service(self, name: Any) -> list[Any]:
+        if name != _WIRED[0][1]:
+            raise NaoqiRefused(f"ALConnectionManager.service: {name!r:.60} is not there; {_WIRED[0][1]} is.")
+        return _WIRED
+
+    @offers("ALConnectionManager.getTetheringEnable")
+    def _tethers(self, technology: str) -> bool:
+        return False
+
+
+_WIRED: Final[list[list[Any]]] = [
+    ["ServiceId", "ethernet_wired"],
+    ["Name", "Wired"],
+    ["Type", "ethernet"],
+    ["State", "ready"],
+    ["Favorite", True],
+    ["Autoconnect", True],
+    ["Security", []],
+    ["Error", ""],
+]
+"""The one network service: how programs reach the robot (vendor's page on NetworkInfo)."""
+
+
+def _free_kilobytes() -> int:
+    """Memory of this machine that is free."""
+    return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 1024
+
+
+def _disk() -> tuple[int, int]:
+    """Size of this machine's root file system, and what is free of it, bytes."""
+    usage = shutil.disk_usage("/")
+    return usage.total, usage.free
+
+
+def _preferences(config: RobotConfig) -> dict[str, str]:
+    return {key: str(value) for key, value in config.keys().items() if key.startswith("RobotConfig/")}
+
+
+def _xml(preferences: Mapping[str, str]) -> str:
+    """Preferences as NAOqi's configuration files have them."""
+    lines = (
+        f'  <Preference memoryName={quoteattr(key)} description="" value={quoteattr(value)} type="string" />'
+        for key, value in preferences.items()
+    )
+    head = '<?xml version="1.0" encoding="UTF-8" ?>\n<ModulePreference name="RobotConfig">'
+    return "\n".join([head, *lines, "</ModulePreference>"])

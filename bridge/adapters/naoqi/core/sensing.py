@@ -1,0 +1,472 @@
+"""Services of sensors, and the events that the state of the robot raises.
+
+Touches, falls, ground contact, postures, battery and heat raise events; ALSonar, ALTouch, ALSensors, ALBattery
+and ALBodyTemperature answer calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.joints import Joints
+from bridge.adapters.naoqi.core.memory import Events, Memory
+from bridge.adapters.naoqi.core.postures import Postures
+from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    number,
+    offers,
+)
+from bridge.adapters.signs import KILOGRAM, motor_status
+from bridge.body.joints import JOINTS
+from bridge.body.quantities import absent_joints
+from bridge.errors import NaoqiRefused
+from bridge.messages import SensorFrame
+from bridge.messages.dcm import PREFIX
+
+CONTACT: Final = 5.0
+"""N on a sole (or on both together) from which it touches the ground (assumed)."""
+FALLEN: Final = 0.8
+"""rad of torso tilt from which `robotHasFallen` is raised (about 45 deg, as the walker's own limit)."""
+_SECOND: Final = 100
+"""Cycles between two looks at what changes slowly."""
+_BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
+_EVENTS: Final = {
+    "ChestBoard/Button": "ChestButtonPressed",
+    "Head/Touch/Front": "FrontTactilTouched",
+    "Head/Touch/Middle": "MiddleTactilTouched",
+    "Head/Touch/Rear": "RearTactilTouched",
+    "LFoot/Bumper/Left": "LeftBumperPressed",
+    "LFoot/Bumper/Right": "LeftBumperPressed",
+    "RFoot/Bumper/Left": "RightBumperPressed",
+    "RFoot/Bumper/Right": "RightBumperPressed",
+    "LHand/Touch/Back": "HandLeftBackTouched",
+    "LHand/Touch/Left": "HandLeftLeftTouched",
+    "LHand/Touch/Right": "HandLeftRightTouched",
+    "RHand/Touch/Back": "HandRightBackTouched",
+    "RHand/Touch/Left": "HandRightLeftTouched",
+    "RHand/Touch/Right": "HandRightRightTouched",
+}
+"""Button -> its event; both bumpers of a foot have the same."""
+_FIRST: Final[dict[str, Any]] = {
+    "ALMotion/RobotIsFalling": False,
+    **{f"ALMotion/Stiffness/{what}": False for what in ("wakeUpStarted", "wakeUpFinished")},
+    **{f"ALMotion/Stiffness/{what}": False for what in ("restStarted", "restFinished")},
+    **{f"Sonar{side}{what}Detected": 0.0 for side in ("Left", "Right") for what in ("", "Nothing")},
+    **{f"ALTracker/{what}": "" for what in ("TargetLost", "TargetReached", "TargetDetected")},
+    "ALTracker/ActiveTargetChanged": "",
+    "ALAnimatedSpeech/EndOfAnimatedSpeech": 0,
+    "ALBasicAwareness/HumanTracked": -1,
+    "ALBasicAwareness/HumanLost": -1,
+    "ALBasicAwareness/PeopleLeft": -1,
+    "ALBasicAwareness/StimulusDetected": "",
+    "PeoplePerception/PeopleList": [],
+}
+"""Event -> its value before it is raised for the first time (assumed)."""
+BATTERY_FLAGS: Final = {
+    "BatteryPowerPluggedChanged": 0x8000,
+    "BatteryChargingFlagChanged": 0x0080,
+    "BatteryFullChargedFlagChanged": 0x0040,
+    "BatteryDisChargingFlagChanged": 0x0020,
+}
+"""Event -> bit of the battery's status word."""
+
+
+@dataclass(frozen=True)
+class _Watched:
+    """A value of the robot's state whose change is an event."""
+
+    event: str
+    value: Callable[[SensorFrame], Any]
+    every: int = 1
+    """Cycles between two looks."""
+    quiet: Any = None
+    """A value that is stored without an event."""
+
+
+class RobotEvents:
+    """Looks at each frame; not thread-safe, the caller locks.
+
+    Args:
+        events: to be raised.
+        memory: gets the keys that have no event.
+        postures: of the robot.
+        frame: the first one.
+    """
+
+    def __init__(self, events: Events, memory: Memory, postures: Postures, frame: SensorFrame) -> None:
+        self._events, self._memory, self._frame, self._count = events, memory, frame, 0
+        self._postures = postures
+        for event in _EVENTS.values():
+            events.declare(event, "ALTouch", 0.0)
+        events.declare("TouchChanged", "ALTouch", [])
+        self._watched = [
+            _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN), quiet=0.0),
+            _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT),
+            _Watched("robotIsWakeUp", lambda _: postures.awake),
+            _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SECOND),
+            _Watched("PostureChanged", lambda _: postures.now(), _SECOND),
+            _Watched("PostureFamilyChanged", lambda _: postures.family(), _SECOND),
+            _Watched("BatteryChargeChanged", lambda f: round(100.0 * f.battery[0]), _SECOND),
+            _Watched("HotJointDetected", hot_joints, _SECOND),
+            *(_Watched(event, _flag(bit), _SECOND) for event, bit in BATTERY_FLAGS.items()),
+        ]
+        self._values = {watched.event: watched.value(frame) for watched in self._watched}
+        for event, value in (_FIRST | self._values).items():
+            events.declare(event, "", value)
+        memory.provide(
+            {
+                "footContact": lambda: float(sum(self._frame.fsr) > CONTACT),
+                "leftFootContact": lambda: float(sum(self._frame.fsr[:4]) > CONTACT),
+                "rightFootContact": lambda: float(sum(self._frame.fsr[4:]) > CONTACT),
+                "leftFootTotalWeight": lambda: sum(self._frame.fsr[:4]) / KILOGRAM,
+                "rightFootTotalWeight": lambda: sum(self._frame.fsr[4:]) / KILOGRAM,
+            }
+        )
+
+    @offers("ALMotion.wakeUp", kind="posture")
+    def wake_up(self) -> Future[Any]:
+        """Switch the stiffness on, and stand up from a crouch."""
+        return self._announced("wakeUp", self._postures.wake_up())
+
+    @offers("ALMotion.rest", kind="posture", partly="the legs keep a stiffness of 0.1")
+    def rest(self, part: Any = "Body") -> Future[Any]:
+        """Crouch, if the robot is upright, and switch the stiffness off."""
+        return self._announced("rest", self._postures.rest(part))
+
+    def _announced(self, name: str, done: Future[Any]) -> Future[Any]:
+        """Raise events of the beginning and the end: `<name>Started` and `<name>Finished`."""
+        self._events.raise_event(f"ALMotion/Stiffness/{name}Started", True)
+        finished = f"ALMotion/Stiffness/{name}Finished"
+        done.add_done_callback(lambda _: self._events.raise_event(finished, True))
+        return done
+
+    def update(self, frame: SensorFrame) -> None:
+        """A new sensor frame; raises the events that it brings."""
+        before, self._frame = self._frame, frame
+        self._count += 1
+        if frame.touch != before.touch:
+            self._touched(before.touch, frame.touch)
+        for watched in self._watched:
+            if self._count % watched.every == 0:
+                self._look(watched)
+
+    def _look(self, watched: _Watched) -> None:
+        value = watched.value(self._frame)
+        if value == self._values[watched.event]:
+            return
+        self._values[watched.event] = value
+        if value == watched.quiet:
+            self._memory.put(watched.event, value)
+        else:
+            self._events.raise_event(watched.event, value)
+
+    def _touched(self, before: tuple[float, ...], now: tuple[float, ...]) -> None:
+        changed = []
+        for name, was, value in zip(_BUTTONS, before, now, strict=True):
+            if was != value:
+                changed.append([name, value > 0.5])
+                self._events.raise_event(_EVENTS[name], value)
+        self._events.raise_event("TouchChanged", changed)
+
+
+def touch_status(frame: SensorFrame) -> list[list[Any]]:
+    """`[[button, whether it is pressed], ...]` of all buttons."""
+    return [[name, value > 0.5] for name, value in zip(_BUTTONS, frame.touch, strict=True)]
+
+
+def hot_joints(frame: SensorFrame) -> list[str]:
+    """Joints whose motors are so warm that their current is limited."""
+    return [joint for joint, value in zip(JOINTS, frame.temperature, strict=True) if motor_status(value)]
+
+
+def _flag(bit: int) -> Callable[[SensorFrame], bool]:
+    return lambda frame: bool(int(frame.battery[2]) & bit)
+
+
+QUIET: Final = {
+    "ALPeoplePerception": "PeoplePerception/PeopleDetected",
+    "ALSoundDetection": "SoundDetected",
+    "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
+}
+"""Service that perceives nothing, since there is nobody and no sound -> its event."""
+QUIET_VISION: Final = {
+    "ALBarcodeReader": "BarcodeReader/BarcodeDetected",
+    "ALDarknessDetection": "DarknessDetection/DarknessDetected",
+    "ALMovementDetection": "MovementDetection/MovementDetected",
+    "ALVisionRecognition": "PictureDetected",
+}
+"""As `QUIET`, of services that look through a camera."""
+MAX_SUBSCRIBERS = 1000
+_LONGEST = 3_600_000
+"""ms"""
+
+
+Period = Annotated[int, Range(0, _LONGEST, "ms")]
+
+
+class Extractor:
+    """Subscriptions of one service; not thread-safe, the caller locks.
+
+    Args:
+        service: its name.
+        events: that it raises are declared there.
+        raised: names of its events.
+        keys: further keys of ALMemory that it writes.
+        period: between two results, ms, of a subscriber that gives none.
+        quiet: it perceives nothing, and its events hold empty lists.
+        left_out: what `subscribe` leaves out.
+    """
+
+    def __init__(
+        self,
+        service: str,
+        events: Events,
+        raised: Sequence[str],
+        keys: Sequence[str] = (),
+        period: int = 100,
+        *,
+        quiet: bool = False,
+        left_out: str = "",
+    ) -> None:
+        self.service, self._events = service, events
+        self._raised, self._keys, self._period = tuple(raised), tuple(keys), period
+        self.left_out = {"subscribe": left_out or ("nothing is perceived" if quiet else "")}
+        self._subscribers: dict[str, tuple[int, float]] = {}
+        """Name -> period (ms) and precision."""
+        for event in raised:
+            events.declare(event, service, [] if quiet else None)
+
+    @property
+    def running(self) -> bool:
+        """Whether anybody subscribed to the service, or to one of its events."""
+        return bool(self._subscribers) or any(self._events.subscribers(event) for event in self._raised)
+
+    @property
+    def period(self) -> int:
+        """Between two results, ms: the shortest that was asked for."""
+        return min((period for period, _ in self._subscribers.values()), default=self._period)
+
+    @offers(".subscribe")
+    def subscribe(
+        self, name: str, period: Period | None = None, precision: Annotated[float, Range(0.0, 1.0)] = 1.0
+    ) -> None:
+        """Start the service for a subscriber.
+
+        Args:
+            name: of the subscriber.
+            period: between two results, ms.
+            precision: 0 to 1; without effect.
+        """
+        milliseconds = self._period if period is None else period
+        if name in self._subscribers or len(self._subscribers) < MAX_SUBSCRIBERS:
+            self._subscribers[name] = (milliseconds, precision)
+
+    @offers(".unsubscribe")
+    def unsubscribe(self, name: str) -> None:
+        """End a subscription, if there is one; the last one stops the service."""
+        self._subscribers.pop(name, None)
+
+    @offers(".updatePeriod")
+    def _set_period(self, name: str, period: Period) -> None:
+        milliseconds = period
+        if name in self._subscribers:
+            self._subscribers[name] = (milliseconds, self._subscribers[name][1])
+
+    @offers(".updatePrecision")
+    def _set_precision(self, name: str, precision: Annotated[float, Range(0.0, 1.0)]) -> None:
+        if name in self._subscribers:
+            self._subscribers[name] = (self._subscribers[name][0], precision)
+
+    @offers(".getMyPeriod")
+    def _get_my_period(self, name: str) -> Any:
+        return self._subscribers.get(name, (0, 0.0))[0]
+
+    @offers(".getMyPrecision")
+    def _get_my_precision(self, name: str) -> Any:
+        return self._subscribers.get(name, (0, 0.0))[1]
+
+    answers = Answers(
+        {
+            ".getCurrentPeriod": lambda self: self.period,
+            ".getCurrentPrecision": lambda self: max(
+                (fine for _, fine in self._subscribers.values()), default=1.0
+            ),
+            ".getSubscribersInfo": lambda self: [[name, *values] for name, values in self._subscribers.items()],
+            ".getOutputNames": lambda self: [*self._raised, *self._keys],
+            ".getEventList": lambda self: list(self._raised),
+            ".getMemoryKeyList": lambda self: list(self._keys),
+        }
+    )
+
+
+class VisionExtractor(Extractor):
+    """An extractor that looks through a camera; not thread-safe, the caller locks."""
+
+    def __init__(
+        self,
+        service: str,
+        events: Events,
+        raised: Sequence[str],
+        period: int = 100,
+        *,
+        quiet: bool = False,
+        left_out: str = "",
+    ) -> None:
+        super().__init__(service, events, raised, period=period, quiet=quiet, left_out=left_out)
+        self.camera = 0
+        """0 top, 1 bottom."""
+        self._paused = False
+        self._kept: dict[str, Any] = {"FrameRate": 5, "Resolution": 1}
+        """Settings without effect here, with the values before they are set (assumed)."""
+
+    @property
+    def processing(self) -> bool:
+        """Whether it runs, and is not paused."""
+        return self.running and not self._paused
+
+    @offers(".setActiveCamera")
+    def _set_camera(self, camera: Annotated[float, Range(0, 1)]) -> bool:
+        self.camera = round(camera)
+        return True
+
+    @offers(".pause")
+    def _pause(self, paused: bool) -> None:
+        self._paused = paused
+
+    def _keep(self, name: str, values: Sequence[Any], most: float) -> bool:
+        """Remember a value, which comes alone or behind a subscriber's name."""
+        method = f"{self.service}.set{name}"
+        if len(values) not in (1, 2):
+            raise NaoqiRefused(f"{method} takes a value, or a name and a value.")
+        self._kept[name] = round(number(values[-1], method, 0, most))
+        return True
+
+    @offers(".setFrameRate", partly=KEPT)
+    def _set_frame_rate(self, *values: Any) -> Any:
+        return self._keep("FrameRate", values, 30)
+
+    @offers(".setResolution", partly=KEPT)
+    def _set_resolution(self, *values: Any) -> Any:
+        return self._keep("Resolution", values, 8)
+
+    @offers(".setParameter", partly="without effect")
+    def _set_parameter(self, name: str, value: Any) -> Any:
+        return name and None
+
+    answers = Answers(
+        {
+            ".getActiveCamera": lambda self: self.camera,
+            ".isPaused": lambda self: self._paused,
+            ".isProcessing": lambda self: self.processing,
+            ".getFrameRate": lambda self: self._kept["FrameRate"],
+            ".getResolution": lambda self: self._kept["Resolution"],
+        }
+    )
+
+
+NEAR: Final = 0.5
+"""m within which the sonar detects something (confirmed: vendor's page)."""
+_SIDES: Final = ("Left", "Right")
+
+
+class Sonar:
+    """`ALSonar`: raises its events while it runs; not thread-safe, the caller locks.
+
+    Args:
+        joints: whose frames have the distances.
+        events: to be raised.
+    """
+
+    def __init__(self, joints: Joints, events: Events) -> None:
+        self._joints, self._events = joints, events
+        raised = [f"Sonar{side}{what}" for side in _SIDES for what in ("Detected", "NothingDetected")]
+        keys = [PREFIX + key for key in SONAR_KEYS]
+        self.extractor = Extractor(
+            "ALSonar", events, raised, keys, left_out="period and precision are without effect"
+        )
+        self._near: list[bool | None] = [None, None]
+
+    def update(self) -> None:
+        """One cycle."""
+        if not self.extractor.running:
+            self._near = [None, None]
+            return
+        for i, (side, distance) in enumerate(zip(_SIDES, self._joints.frame.sonar, strict=True)):
+            near = distance <= NEAR
+            if near is not self._near[i]:
+                self._near[i] = near
+                self._events.raise_event(f"Sonar{side}{'' if near else 'Nothing'}Detected", distance)
+
+    answers = Answers(
+        {
+            "ALSonar.getFilteredValues": lambda self: list(self._joints.frame.sonar),
+        }
+    )
+
+
+class Touch(Extractor):
+    """`ALTouch`.
+
+    Args:
+        joints: of the robot; its newest frame has the sensors.
+        events: of ALMemory.
+    """
+
+    def __init__(self, joints: Joints, events: Events) -> None:
+        super().__init__("ALTouch", events, ["TouchChanged"], BUTTON_KEYS)
+        self._joints = joints
+
+    buttons = Answers(
+        {
+            "ALTouch.getStatus": lambda self: touch_status(self._joints.frame),
+            "ALTouch.getSensorList": lambda self: [name for name, _ in touch_status(self._joints.frame)],
+        }
+    )
+
+
+BUTTON_KEYS: Final = [PREFIX + key for key in TOUCH_KEYS]
+
+
+class BatteryAndHeat:
+    """`ALBattery` and `ALBodyTemperature`.
+
+    Args:
+        joints: of the robot; its newest frame has the sensors.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints, self._notifies = joints, True
+
+    answers = Answers(
+        {
+            "ALBattery.getBatteryCharge": lambda self: round(100.0 * self._joints.frame.battery[0]),
+            "ALBodyTemperature.getTemperatureDiagnosis": lambda self: _diagnosis(self._joints),
+            "ALBodyTemperature.areNotificationsEnabled": lambda self: self._notifies,
+        }
+    )
+
+    @offers("ALBattery.enablePowerMonitoring", partly=KEPT)
+    def _monitor(self, enabled: bool) -> None:
+        """Without effect."""
+
+    @offers("ALBodyTemperature.setEnableNotifications", partly=KEPT)
+    def _notify(self, enabled: bool) -> None:
+        self._notifies = enabled
+
+
+def _diagnosis(joints: Joints) -> list[Any]:
+    """`[level, [joint, ...]]`: 1 or 2 and the joints that are that warm; empty when none is."""
+    absent = absent_joints(joints.body)
+    statuses = {
+        joint: motor_status(value)
+        for joint, value in zip(JOINTS, joints.frame.temperature, strict=True)
+        if joint not in absent
+    }
+    level = min(2, max(statuses.values()))
+    return [level, [joint for joint, status in statuses.items() if status >= level]] if level else []

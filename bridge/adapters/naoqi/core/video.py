@@ -1,0 +1,379 @@
+"""ALVideoDevice: subscriptions to the two cameras, and their pictures (vendor's page on ALVideoDevice)."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    number,
+    offers,
+    text,
+)
+from bridge.body import Body
+from bridge.body.cameras import cameras
+from bridge.errors import NaoqiRefused
+
+logger = logging.getLogger(__name__)
+
+RESOLUTIONS: Final = {0: 160, 1: 320, 2: 640, 3: 1280, 4: 2560, 7: 80, 8: 40}
+"""Columns by NAOqi's number; three rows for four columns."""
+LAYERS: Final = {**dict.fromkeys(range(9), 1), 9: 2, 10: 3, 11: 3, 12: 3, 13: 3}
+"""Bytes for a pixel by NAOqi's number of the colour space."""
+MAX_RATE: Final = 30
+"""Pictures a second."""
+MAX_OF_NAME: Final = 6
+"""Subscriptions of one name (vendor's page)."""
+MAX_SUBSCRIPTIONS: Final = 100
+PARAMETERS: Final = {
+    **{0: 55, 1: 32, 2: 128, 3: 0, 6: 32, 7: 0, 8: 0, 11: 1, 12: 1, 13: 0, 17: 100},
+    **{22: 1, 24: 0, 33: 4000, 34: 1, 35: 0, 40: 0, 43: 0},
+}
+"""Default by NAOqi's number; of 13, 17, 33, 40 and 43 assumed."""
+_SELECT: Final = 18
+"""`kCameraSelectID`"""
+NO_VALUE: Final = 233493508
+"""What `getParameter` returns for a parameter that there is not (vendor's page)."""
+_MODELS: Final = {640: 1, 1280: 2, 2560: 3}
+"""OV7670 of V3, MT9M114 of V4 and V5, OV5640 of V6, by the top camera's largest picture."""
+
+
+@dataclass
+class _CameraSubscription:
+    camera: int
+    resolution: int
+    space: int
+    rate: int
+    due: float = 0.0
+    """When the next picture may be taken, this machine's clock, s."""
+
+
+def camera_number(camera: Any, what: str) -> int:
+    """0 top, 1 bottom.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if isinstance(camera, bool) or camera not in (0, 1):
+        raise NaoqiRefused(f"{what} {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
+    return int(camera)
+
+
+CameraNumber = Annotated[int, camera_number]
+
+
+class VideoDevice:
+    """Methods of `ALVideoDevice`; not thread-safe, the caller locks.
+
+    Args:
+        body: of the robot.
+        eyes: that see for it.
+    """
+
+    def __init__(self, body: Body, eyes: Eyes) -> None:
+        self._cameras, self._eyes = cameras(body), eyes
+        self._subscriptions: dict[str, _CameraSubscription] = {}
+        self._active = 0
+        self._parameters: tuple[dict[int, int], dict[int, int]] = (dict(PARAMETERS), dict(PARAMETERS))
+
+    @offers("ALVideoDevice.subscribeCamera")
+    def subscribe_camera(self, name: str, camera: Any, resolution: Any, space: Any, rate: Any) -> str:
+        """Ask for pictures; the handle of the subscription.
+
+        Args:
+            name: of the subscriber; the handle is that and a number.
+            camera: 0 top, 1 bottom.
+            resolution: a key of `RESOLUTIONS`.
+            space: a key of `LAYERS`.
+            rate: pictures a second, 1 to 30.
+
+        Raises:
+            NaoqiRefused: something that there is not, or too many subscriptions.
+        """
+        method = "ALVideoDevice.subscribeCamera"
+        whose, which = name, self._camera(camera, method)
+        size = self._resolution(resolution, which, method)
+        colours = self._space(space, method)
+        a_second = _rate(rate, method)
+        for i in range(MAX_OF_NAME):
+            handle = f"{whose}_{i}"
+            if handle not in self._subscriptions and len(self._subscriptions) < MAX_SUBSCRIPTIONS:
+                self._subscriptions[handle] = _CameraSubscription(which, size, colours, a_second)
+                return handle
+        raise NaoqiRefused(
+            f"{method}: {whose!r:.40} has {MAX_OF_NAME} subscriptions already; unsubscribe some."
+        )
+
+    @offers("ALVideoDevice.subscribe")
+    def subscribe(self, name: str, resolution: Any, space: Any, rate: Any) -> str:
+        """As `subscribe_camera`, to the active camera."""
+        return self.subscribe_camera(name, self._active, resolution, space, rate)
+
+    @offers("ALVideoDevice.unsubscribe")
+    def unsubscribe(self, handle: str) -> bool:
+        """End a subscription; whether there was one."""
+        return any(self._subscriptions.pop(known, None) for known in (handle, f"{handle}_0"))
+
+    @offers(
+        "ALVideoDevice.getImageRemote",
+        partly="drawn: without noise, distortion and blur; uneven ground is drawn flat",
+    )
+    @offers("ALVideoDevice.getImageLocal", partly="as getImageRemote")
+    def image(self, handle: Any) -> Future[Any] | None:
+        """The picture of a subscription, the 12 entries of the vendor's page; waits for the next one's time.
+
+        None: the handle has none.
+        """
+        of = self._of(handle, "getImageRemote")
+        if of.rate <= 0:
+            logger.warning("ALVideoDevice: %r has no subscription and gets no picture", handle)
+            return None
+        camera, width = self._cameras[of.camera], RESOLUTIONS[of.resolution]
+        height = 3 * width // 4
+        done: Future[Any] = Future()
+
+        def took(picture: Future[Any]) -> None:
+            """Pass the picture, or its error, to the caller."""
+            error = picture.exception()
+            if error is not None:
+                done.set_exception(error)
+                return
+            moment, data = picture.result()
+            across, down = 0.5 * camera.field[0], 0.5 * camera.field[1]
+            seconds, part = divmod(moment, 1.0)
+            stamp = [int(seconds), int(1e6 * part)]
+            head = [width, height, LAYERS[of.space], of.space, *stamp, data, of.camera]
+            done.set_result([*head, across, -down, -across, down])
+
+        def take() -> None:
+            try:
+                self._eyes.picture(of.camera, width, height, of.space).add_done_callback(took)
+            except NaoqiRefused as error:
+                done.set_exception(error)
+
+        now = time.monotonic()
+        wait, of.due = of.due - now, max(of.due, now) + 1.0 / of.rate
+        if wait <= 0.0:
+            take()
+        else:
+            timer = threading.Timer(wait, take)
+            timer.daemon = True
+            timer.start()
+        return done
+
+    def _of(self, handle: Any, method: str) -> _CameraSubscription:
+        """The subscription of a handle, or of a name; one that counts for nothing where there is none."""
+        name = text(handle, f"ALVideoDevice.{method}: handle")
+        found = self._subscriptions.get(name) or self._subscriptions.get(f"{name}_0")
+        return found or _CameraSubscription(self._active, -1, -1, -1)
+
+    @offers("ALVideoDevice.setCameraParameter", partly=KEPT)
+    def _set_of(self, handle: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
+        """`setCameraParameter`, also before a subscription; `kCameraSelectID` chooses the camera."""
+        if parameter == _SELECT:
+            known = {h for h in (handle, f"{handle}_0") if h in self._subscriptions}
+            return self._set_active(known.pop(), value) if known else self._set_active(value)
+        return self._set_parameter(self._of(handle, "setCameraParameter").camera, parameter, value)
+
+    def _camera(self, camera: Any, method: str) -> int:
+        if isinstance(camera, bool) or camera not in (0, 1):
+            raise NaoqiRefused(f"{method}: camera {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
+        return int(camera)
+
+    def _resolution(self, resolution: Any, camera: int, method: str) -> int:
+        there = {k: v for k, v in RESOLUTIONS.items() if v <= self._cameras[camera].largest}
+        if not _is_number(resolution) or resolution not in there:
+            sizes = ", ".join(f"{k} ({v} x {3 * v // 4})" for k, v in there.items())
+            raise NaoqiRefused(f"{method}: resolution {resolution!r:.40} is not offered; {sizes} are.")
+        return int(resolution)
+
+    def _space(self, space: Any, method: str) -> int:
+        if not _is_number(space) or space not in LAYERS:
+            raise NaoqiRefused(
+                f"{method}: colour space {space!r:.40} is not offered; 0 to 8 (one channel), 9 (YUV 4:2:2), 10 "
+                "(YUV), 11 (RGB), 12 (HSY) and 13 (BGR) are."
+            )
+        return int(space)
+
+    @offers("ALVideoDevice.getActiveCamera")
+    def _get_active(self, handle: Any = None) -> int:
+        return self._active if handle is None else self._of(handle, "getActiveCamera").camera
+
+    @offers("ALVideoDevice.setActiveCamera")
+    def _set_active(self, first: Any, camera: Any = None) -> bool:
+        """`(camera)` for all that come by `subscribe`, or `(handle, camera)`."""
+        number = self._camera(first if camera is None else camera, "ALVideoDevice.setActiveCamera")
+        if camera is not None:
+            self._of(first, "setActiveCamera").camera = number
+            return True
+        self._active = number
+        for subscription in self._subscriptions.values():
+            subscription.camera = number
+        return True
+
+    @offers("ALVideoDevice.setResolution")
+    def _set_resolution(self, handle: Any, resolution: Any) -> bool:
+        of = self._of(handle, "setResolution")
+        of.resolution = self._resolution(resolution, of.camera, "ALVideoDevice.setResolution")
+        return True
+
+    @offers("ALVideoDevice.setColorSpace")
+    def _set_space(self, handle: Any, space: Any) -> bool:
+        self._of(handle, "setColorSpace").space = self._space(space, "ALVideoDevice.setColorSpace")
+        return True
+
+    @offers("ALVideoDevice.setFrameRate")
+    def _set_rate(self, handle: Any, rate: Any) -> bool:
+        self._of(handle, "setFrameRate").rate = _rate(rate, "ALVideoDevice.setFrameRate")
+        return True
+
+    @offers(
+        *(f"ALVideoDevice.{done}Camera" for done in ("open", "close", "start", "stop")),
+        partly="the cameras are always open",
+    )
+    @offers("ALVideoDevice.isCameraOpen", "ALVideoDevice.isCameraStarted")
+    def _is_there(self, camera: CameraNumber) -> bool:
+        return True
+
+    @offers("ALVideoDevice.getCameraName")
+    def _camera_name(self, camera: CameraNumber) -> str:
+        return self._cameras[camera].name
+
+    @offers("ALVideoDevice.getCameraModel", partly="the number on a V6 is assumed")
+    def _camera_model(self, camera: CameraNumber) -> int:
+        return _MODELS[self._cameras[0].largest]
+
+    @offers("ALVideoDevice.getHorizontalFOV")
+    def _horizontal_field(self, camera: CameraNumber) -> float:
+        return self._cameras[camera].field[0]
+
+    @offers("ALVideoDevice.getVerticalFOV")
+    def _vertical_field(self, camera: CameraNumber) -> float:
+        return self._cameras[camera].field[1]
+
+    @offers("ALVideoDevice.getParameter")
+    def _get_parameter(self, camera: Any, parameter: Any) -> int:
+        which = self._camera(camera, "ALVideoDevice.getParameter")
+        return self._parameters[which].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
+
+    @offers("ALVideoDevice.setParameter", partly=KEPT)
+    def _set_parameter(
+        self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
+    ) -> bool:
+        """Remember a parameter; without a value its default. Whether there is such a one."""
+        which = self._camera(camera, "ALVideoDevice.setParameter")
+        if not isinstance(parameter, int) or parameter not in PARAMETERS:
+            return False
+        default = PARAMETERS[parameter]
+        given = default if value is None else round(value)
+        self._parameters[which][parameter] = given
+        return True
+
+    @offers("ALVideoDevice.setParam", partly=KEPT)
+    def _old_set(self, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None) -> bool:
+        """`setParam` of the active camera; `kCameraSelectID` chooses it."""
+        if parameter == _SELECT:
+            return self._set_active(value)
+        return self._set_parameter(self._active, parameter, value)
+
+    @offers("ALVideoDevice.unsubscribeAllInstances")
+    def _unsubscribe_all(self, name: str) -> None:
+        for handle in [h for h in self._subscriptions if name in (h, h.rpartition("_")[0])]:
+            del self._subscriptions[handle]
+
+    @offers("ALVideoDevice.setAllParametersToDefault", partly=KEPT)
+    def _reset(self, camera: Any) -> bool:
+        self._parameters[self._camera(camera, "ALVideoDevice")].update(PARAMETERS)
+        return True
+
+    @offers("ALVideoDevice.getAngularPositionFromImagePosition")
+    def _angles(self, camera: Any, position: Any) -> list[float]:
+        """Angles to the left and down, rad, of a place in the picture, 0 to 1 from its upper left corner."""
+        across, down = self._tangents(camera)
+        x, y = _pair(position, "getAngularPositionFromImagePosition")
+        return [math.atan((1.0 - 2.0 * x) * across), math.atan((2.0 * y - 1.0) * down)]
+
+    @offers("ALVideoDevice.getImagePositionFromAngularPosition")
+    def _place(self, camera: Any, angles: Any) -> list[float]:
+        across, down = self._tangents(camera)
+        left, below = _pair(angles, "getImagePositionFromAngularPosition")
+        return [0.5 - 0.5 * math.tan(left) / across, 0.5 + 0.5 * math.tan(below) / down]
+
+    @offers("ALVideoDevice.getAngularSizeFromImageSize")
+    def _angular_size(self, camera: Any, size: Any) -> list[float]:
+        shares = _pair(size, "getAngularSizeFromImageSize")
+        return [2.0 * math.atan(s * t) for s, t in zip(shares, self._tangents(camera), strict=True)]
+
+    @offers("ALVideoDevice.getImageSizeFromAngularSize")
+    def _image_size(self, camera: Any, size: Any) -> list[float]:
+        angles = _pair(size, "getImageSizeFromAngularSize")
+        return [math.tan(0.5 * a) / t for a, t in zip(angles, self._tangents(camera), strict=True)]
+
+    def _tangents(self, camera: Any) -> tuple[float, float]:
+        """Of half the fields of view."""
+        across, down = self._cameras[self._camera(camera, "ALVideoDevice")].field
+        return math.tan(0.5 * across), math.tan(0.5 * down)
+
+    @offers("ALVideoDevice.getParam")
+    def _get_param(self, parameter: Any) -> Any:
+        return self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
+
+    @offers("ALVideoDevice.releaseImage")
+    def _release_image(self, handle: Any) -> Any:
+        return self._of(handle, "releaseImage").rate > 0
+
+    @offers("ALVideoDevice.getResolution")
+    def _get_resolution(self, handle: Any) -> Any:
+        return self._of(handle, "getResolution").resolution
+
+    @offers("ALVideoDevice.getColorSpace")
+    def _get_color_space(self, handle: Any) -> Any:
+        return self._of(handle, "getColorSpace").space
+
+    @offers("ALVideoDevice.getFrameRate")
+    def _get_frame_rate(self, handle: Any) -> Any:
+        return self._of(handle, "getFrameRate").rate
+
+    @offers("ALVideoDevice.setParameterToDefault", partly=KEPT)
+    def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
+        return self._set_parameter(camera, parameter)
+
+    @offers("ALVideoDevice.getCameraParameter")
+    def _get_camera_parameter(self, handle: Any, parameter: Any) -> Any:
+        return self._get_parameter(self._of(handle, "getCameraParameter").camera, parameter)
+
+    @offers("ALVideoDevice.setAllCameraParametersToDefault", partly=KEPT)
+    def _set_all_camera_parameters_to_default(self, handle: Any) -> Any:
+        return self._reset(self._of(handle, "setAllCameraParametersToDefault").camera)
+
+    answers = Answers(
+        {
+            "ALVideoDevice.getSubscribers": lambda self: list(self._subscriptions),
+            "ALVideoDevice.getCameraIndexes": lambda self: [0, 1],
+            "ALVideoDevice.hasDepthCamera": lambda self: False,
+        }
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _rate(rate: Any, method: str) -> int:
+    return round(number(rate, f"{method}: fps", 1, MAX_RATE))
+
+
+def _pair(values: Any, method: str) -> Sequence[float]:
+    if not isinstance(values, list) or len(values) != 2:
+        raise NaoqiRefused(f"ALVideoDevice.{method}: {values!r:.60} was given; two numbers are expected.")
+    return [number(value, f"ALVideoDevice.{method}", -10.0, 10.0) for value in values]

@@ -1,0 +1,475 @@
+"""Handover of the robot between the serving process and a walker process, in both directions.
+
+A robot has one controller at a time. Walking methods give it to a walker that serves the walk command; a call
+that needs the joints takes it back when the walker stands. During a handover the joints keep their last target.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import Any, Final, Protocol
+
+import msgspec
+
+from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_gone
+from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused, WalkRefused
+from bridge.link.walk_client import WalkClient
+from bridge.messages.walk import WalkStatus
+from bridge.realtime import leave_real_time
+from bridge.rotations import planar_local, planar_point
+from bridge.types import Vec3
+
+logger = logging.getLogger(__name__)
+
+_POLL: Final = 0.1
+"""s between two queries of the walker's status."""
+_FAST_POLL: Final = 0.02
+"""s, while a call waits for a change of the walker's state."""
+_MAX_WAIT: Final = 30.0
+"""s that a walker may take to start, and to bring the robot to a stand."""
+_LEASE: Final = 5.0
+"""s for which a walker that was killed may hold the robot at most."""
+_MAX_CYCLES: Final = 200
+"""Cycles from an accepted walk to its first step."""
+_WALKING: Final = ("walk", "stopping")
+
+
+Way = Callable[[], tuple[Vec3, Vec3]]
+"""Gives x, y (m) and yaw (rad) of a place in the robot's frame, and a velocity: the walk there makes use of as
+much of the gait's limits as this one."""
+
+
+class StartedWalker(Protocol):
+    """A walker's process."""
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+
+    def end(self) -> str:
+        """Ask it to end, and wait for that; the sentence it ended with, or nothing."""
+
+
+class JointOwner(Protocol):
+    """The served robot; its methods lock for themselves."""
+
+    def give_away(self) -> None:
+        """Stop the motions of the legs, command no more, and release the lease."""
+
+    def take_back(self) -> None:
+        """Ask for the lease and hold the joints where they are; raises `NaoHilError` when that fails."""
+
+
+class WalkerHandover:
+    """Starts and ends the walker, and passes walks to it; thread-safe: one thread of its own does all in order.
+
+    Args:
+        owner: gives and takes the joints.
+        start: starts a walker that serves.
+        client: opens a client of its command.
+        gait: to walk in.
+    """
+
+    def __init__(
+        self,
+        owner: JointOwner,
+        start: Callable[[], StartedWalker],
+        client: Callable[[], WalkClient],
+        gait: str,
+    ) -> None:
+        self._owner, self._start, self._open = owner, start, client
+        self._gait = gait
+        self._walker: StartedWalker | None = None
+        self._client: WalkClient | None = None
+        self._status: WalkStatus | None = None
+        self._origin: Vec3 = (0.0, 0.0, 0.0)
+        """Where the present walker's plan begins."""
+        self._holds = self._warming = False
+        """Whether the walker has the robot, or is about to; and whether one was started."""
+        self._accepted = 0
+        """Frame at which a walk was accepted that has not begun; 0: none."""
+        self._stopping = False
+        """Whether the walk was told to end."""
+        self._goal: Vec3 | None = None
+        """Where the walk that was ordered last is to end, as `position`; None: nowhere."""
+        self._ends: dict[Future[Any], bool | None] = {}
+        """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
+        self._jobs: queue.Queue[tuple[Callable[[], Any], Future[Any]] | None] = queue.Queue()
+        self._lock = threading.Lock()
+        self._ordered: set[Future[Any]] = set()
+        """Orders of walks that the walker has not accepted yet."""
+        self._waiting: list[Vec3] = []
+        """The velocity of the job that was put last, if it is one and has not begun."""
+        self._thread = threading.Thread(target=self._run, name="walker-handover", daemon=True)
+        self._thread.start()
+
+    @property
+    def has_robot(self) -> bool:
+        """Whether a walker holds the robot, or is about to."""
+        return self._holds
+
+    @property
+    def active(self) -> bool:
+        """Whether the robot walks."""
+        return self._status is not None and self._status.state in _WALKING
+
+    @property
+    def active_or_ordered(self) -> bool:
+        """Whether the robot walks, or will as soon as the walker is there."""
+        return self.active or bool(self._ordered)
+
+    def with_joints(self, work: Callable[[], Any], *, stop: bool) -> Future[Any]:
+        """Take the robot back from the walker, then do `work`.
+
+        Args:
+            work: commands the joints.
+            stop: end a walk for it; otherwise the call waits for one that was stopped; others refuse it.
+        """
+
+        def job() -> Any:
+            """Take the joints and work, or refuse."""
+            if self.active and not (stop or self._stopping):
+                raise NaoqiRefused(
+                    "The robot walks, and the walker has its joints; call ALMotion.stopMove first."
+                )
+            self._take_back()
+            return work()
+
+        return self._submit(job)
+
+    def prepare(self) -> Future[Any]:
+        """Hand the robot to the walker, which takes the pose to walk from."""
+        return self._submit(self._prepare)
+
+    def walk(self, velocity: Vec3) -> Future[Any]:
+        """Walk until told otherwise. All zeros: stand.
+
+        The future is done when the walker has accepted it, and at once while the robot walks: a program that
+        steers is not held up, and of velocities that wait the newest counts.
+
+        Args:
+            velocity: x, y (m/s) and yaw (rad/s) in the robot's frame.
+        """
+        self._goal = None
+        if not any(velocity):
+            return self._submit(lambda: self._walk({"velocity": velocity}))
+        if not self.active or self._stopping:
+            return self._submit_order(lambda: self._walk({"velocity": velocity}))
+        with self._lock:
+            if self._waiting:
+                self._waiting[0] = velocity
+            else:
+                self._waiting = [velocity]
+                self._jobs.put((partial(self._steer, self._waiting), Future()))
+        done: Future[Any] = Future()
+        done.set_result(None)
+        return done
+
+    def _steer(self, waiting: list[Vec3]) -> None:
+        """In the thread of walks: walk at the newest velocity that waited."""
+        with self._lock:
+            velocity = waiting[0]
+            if self._waiting is waiting:
+                self._waiting = []
+        try:
+            self._walk({"velocity": velocity})
+        except NaoHilError as error:
+            logger.warning("%s", error)
+
+    def walk_distance(self, velocity: Vec3, distance: float) -> Future[Any]:
+        """Walk a distance; the future is done at the end of the walk: true, or false if another order ended it.
+
+        Args:
+            velocity: as for `walk`.
+            distance: m, not negative; 0: nothing happens.
+        """
+        order = {"velocity": velocity, "distance": distance} if distance else None
+        return self._walk_to_end(lambda: order)
+
+    def walk_to(self, way: Way) -> Future[Any]:
+        """Walk to a place; the future is done at the end of the walk: true, or false if another order ended it.
+
+        Args:
+            way: there, asked for when it is this walk's turn.
+        """
+        return self._walk_to_end(lambda: self._order(way))
+
+    def go_to(self, way: Way) -> Future[Any]:
+        """As `walk_to`, but the future is done when the walker has accepted it."""
+
+        def job() -> None:
+            """In the thread of walks."""
+            order = self._order(way)
+            if order is not None:
+                self._walk(order)
+
+        return self._submit_order(job)
+
+    def _walk_to_end(self, asked: Callable[[], dict[str, Any] | None]) -> Future[Any]:
+        """Walk as ordered; the call ends with the walk, or with its refusal. None: nowhere."""
+        ended: Future[Any] = Future()
+
+        def job() -> None:
+            """In the thread of walks."""
+            order = asked()
+            if order is None:
+                ended.set_result(True)
+                return
+            try:
+                self._walk(order)
+            except NaoHilError as error:
+                ended.set_exception(error)
+            else:
+                self._ends[ended] = True
+
+        self._submit_order(job)
+        return ended
+
+    def stop(self) -> Future[Any]:
+        """Close the feet and stand; the future is done at the stand."""
+        self._submit(self._stop_walk)
+        return self.wait()
+
+    def wait(self) -> Future[Any]:
+        """Done when the robot does not walk."""
+        ended: Future[Any] = Future()
+
+        def job() -> None:
+            if self.active:
+                self._ends[ended] = None
+            else:
+                ended.set_result(None)
+
+        self._submit(job)
+        return ended
+
+    def position(self) -> list[float]:
+        """Where the robot is by the odometry of its walks since the start: x, y, yaw; m and rad."""
+        here = self._status.position if self._status else (0.0, 0.0, 0.0)
+        return [*planar_point(self._origin, here), self._origin[2] + here[2]]
+
+    def to_go(self) -> Vec3 | None:
+        """The way to the end of the walk in the robot's frame, m and rad; None: no end was ordered."""
+        if self._goal is None:
+            return None
+        x, y, yaw = self.position()
+        return *planar_local((x, y, yaw), self._goal), self._goal[2] - yaw
+
+    def _order(self, way: Way) -> dict[str, Any] | None:
+        """The order of a walk to a place, which is the goal now; None: it is here."""
+        target, velocity = way()
+        x, y, yaw = self.position()
+        self._goal = (*planar_point((x, y, yaw), target), yaw + target[2]) if any(target) else None
+        return {"velocity": velocity, "target": target} if any(target) else None
+
+    def velocity(self) -> list[float]:
+        """Of the steps that are planned now: m/s, m/s, rad/s."""
+        return list(self._status.velocity) if self._status else [0.0, 0.0, 0.0]
+
+    def close(self) -> None:
+        """End the walker, if there is one; the robot stays where it is."""
+        self._jobs.put(None)
+        self._thread.join(_MAX_WAIT)
+
+    def _submit(self, work: Callable[[], Any]) -> Future[Any]:
+        done: Future[Any] = Future()
+        with self._lock:
+            self._waiting = []  # a velocity that comes later counts after this
+            self._jobs.put((work, done))
+        return done
+
+    def _submit_order(self, work: Callable[[], Any]) -> Future[Any]:
+        done = self._submit(work)
+        self._ordered.add(done)
+        done.add_done_callback(self._ordered.discard)
+        return done
+
+    def _run(self) -> None:
+        while True:
+            try:
+                job = self._jobs.get(timeout=_POLL)
+            except queue.Empty:
+                self._poll()
+                continue
+            if job is None:
+                break
+            work, done = job
+            try:
+                pass_on(work(), done)
+            except Exception as error:
+                done.set_exception(error)
+        self._end_walker()
+        self._finish(robot_gone())
+
+    def warm(self) -> None:
+        """Start a walker that stands by, so that the first walk begins at once; returns at once."""
+        if self._walker is None and not self._warming:
+            self._warming = True
+            self._submit(self._start_walker)
+
+    def _start_walker(self) -> None:
+        """A walker's process, which may still be starting."""
+        if self._walker is not None and self._walker.running:
+            return
+        self._end_walker()
+        leave_real_time()
+        self._walker, self._holds = self._start(), False
+        self._client = self._open()
+
+    def _ensure_walker(self) -> None:
+        """A walker that holds the robot, or is about to."""
+        if self._holds and self._walker is not None and self._walker.running:
+            return
+        try:
+            self._start_walker()
+            self._await_walker()
+            self._owner.give_away()
+            self._holds = True
+            assert self._client is not None
+            self._status = self._client.take()
+        except NaoHilError as error:
+            reason = self._end_walker()
+            self._reclaim()
+            raise NaoqiRefused(f"The walker did not start: {reason or error}") from None
+
+    def _await_walker(self) -> None:
+        """Wait until the walker's process answers."""
+        assert self._client is not None and self._walker is not None
+        deadline = time.monotonic() + _MAX_WAIT
+        while True:
+            try:
+                self._client.status()
+                return
+            except WalkRefused:
+                return  # it stands by
+            except NaoHilError:
+                if not self._walker.running or time.monotonic() > deadline:
+                    raise
+                time.sleep(_FAST_POLL)  # it is not up yet
+
+    def _prepare(self) -> None:
+        """Have the walker hold the robot, and wait for its stand."""
+        self._ensure_walker()
+        deadline = time.monotonic() + _MAX_WAIT
+        while self._status is None or self._status.state != "stand":
+            assert self._client is not None and self._walker is not None
+            if self._status is not None and self._status.state == "fallen":
+                raise NaoqiRefused("The robot has fallen.")
+            if not self._walker.running or time.monotonic() > deadline:
+                raise NaoqiRefused("The walker did not bring the robot to a stand.")
+            time.sleep(_FAST_POLL)
+            self._see(self._client.status())
+
+    def _see(self, status: WalkStatus) -> None:
+        """Note the walker's state; a walk that was accepted and has not begun yet counts as one."""
+        if self._accepted and status.state not in (*_WALKING, "fallen"):
+            if status.seq <= self._accepted + _MAX_CYCLES:
+                status = msgspec.structs.replace(status, state="walk")
+        else:
+            self._accepted = 0
+        self._status = status
+
+    def _walk(self, order: dict[str, Any]) -> None:
+        if not any(order["velocity"]):
+            self._stop_walk()
+            return
+        try:
+            self._ensure_walker()
+            self._interrupt()
+            self._stopping = False
+            assert self._client is not None
+            status = self._client.walk(gait=self._gait, **order)
+        except NaoHilError:
+            self._goal = None
+            raise
+        self._accepted = status.seq
+        self._see(status)
+
+    def _stop_walk(self) -> None:
+        if self._client is not None:
+            self._interrupt()
+            self._stopping, self._accepted = True, 0
+            self._status = self._client.stop()
+
+    def _interrupt(self) -> None:
+        """The walk that goes on does not come to its end."""
+        self._ends = {ended: told and False for ended, told in self._ends.items()}
+
+    def _poll(self) -> None:
+        """Query the walker's status; calls that wait for the end of a walk return with it."""
+        if not self._holds or self._walker is None or self._client is None:
+            return
+        try:
+            self._see(self._client.status())
+        except NaoHilError as error:
+            if not self._walker.running:
+                reason = self._end_walker()
+                self._finish(NaoqiRefused(f"The walker ended: {reason or error}"))
+                self._reclaim()
+            return
+        assert self._status is not None
+        if self._status.state == "fallen":
+            self._finish(NaoqiRefused("The robot fell while it walked."))
+        elif not self.active:
+            self._finish(None)
+
+    def _finish(self, error: Exception | None) -> None:
+        ends, self._ends, self._goal = self._ends, {}, None
+        for ended, told in ends.items():
+            if error is None:
+                ended.set_result(told)
+            else:
+                ended.set_exception(error)
+
+    def _take_back(self) -> None:
+        """End a walk and take the robot back; nothing happens when no walker has it. The walker stands by."""
+        if not self._holds:
+            return
+        if self.active and self._client is not None:
+            self._stop_walk()
+            deadline = time.monotonic() + _MAX_WAIT
+            while self.active and time.monotonic() < deadline:
+                time.sleep(_FAST_POLL)
+                self._see(self._client.status())
+        self._finish(None)
+        try:
+            assert self._client is not None
+            self._client.release()
+            self._keep_position()
+        except NaoHilError:
+            self._end_walker()
+        self._reclaim()
+
+    def _reclaim(self) -> None:
+        """Take the joints back; a walker that was killed holds them until it has been silent for a while."""
+        deadline = time.monotonic() + _LEASE
+        while True:
+            try:
+                self._owner.take_back()
+            except LeaseRefused:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(_POLL)
+            else:
+                return
+
+    def _keep_position(self) -> None:
+        """The walker leaves the robot where it is."""
+        x, y, yaw = self.position()
+        self._origin, self._status = (x, y, yaw), None
+        self._holds, self._accepted = False, 0
+
+    def _end_walker(self) -> str:
+        """End the walker; the sentence it ended with, or nothing."""
+        self._keep_position()
+        client, self._client = self._client, None
+        walker, self._walker = self._walker, None
+        if client is not None:
+            client.close()
+        return walker.end() if walker is not None else ""

@@ -1,0 +1,396 @@
+"""ALMotion's walking methods, and the vendor's move configuration: step limits and their velocities.
+
+Names, limits and the formula of the velocity: vendor's page on locomotion control; order: printed by robots.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from typing import Annotated, Any, Final, NamedTuple
+
+from bridge.adapters.naoqi.core.motion_tasks import pass_on
+from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
+from bridge.adapters.naoqi.declared import (
+    Answers,
+    OneOf,
+    number,
+    offers,
+    text,
+)
+from bridge.errors import NaoqiRefused
+from bridge.rotations import planar_local, planar_point
+from bridge.types import Vec3
+
+logger = logging.getLogger(__name__)
+
+_DEFAULT: Final = {
+    "MaxStepX": 0.04,
+    "MaxStepY": 0.14,
+    "MaxStepTheta": 0.349066,
+    "MaxStepFrequency": 1.0,
+    "StepHeight": 0.02,
+    "TorsoWx": 0.0,
+    "TorsoWy": 0.0,
+}
+_LIMITS: Final = {
+    "MaxStepX": (0.001, 0.08),
+    "MaxStepY": (0.101, 0.16),
+    "MaxStepTheta": (0.001, 0.524),
+    "MaxStepFrequency": (0.0, 1.0),
+    "StepHeight": (0.005, 0.04),
+    "TorsoWx": (-math.radians(7.0), math.radians(7.0)),
+    "TorsoWy": (-math.radians(7.0), math.radians(7.0)),
+}
+_FEET: Final = ("Left", "Right")
+_KINDS: Final = ("Default", "Min", "Max")
+_BACKWARD: Final = 0.04
+"""Longest step backwards, m."""
+_APART: Final = 0.1
+_NEAREST: Final = 0.088
+"""Distance of the feet at rest, and the least one, m."""
+_SLOWEST: Final = 0.6
+QUICKEST: Final = 0.42
+"""s of a step."""
+
+
+def move_config(kind: str) -> list[list[Any]]:
+    """`getMoveConfig`: `[[name, value], ...]` of `Default`, `Min` or `Max`."""
+    end = kind == "Max"
+    return [[name, _DEFAULT[name] if kind == "Default" else _LIMITS[name][end]] for name in _DEFAULT]
+
+
+class FullSpeed(NamedTuple):
+    """Velocities of the longest steps."""
+
+    ahead: float
+    """m/s"""
+    back: float
+    """m/s"""
+    across: float
+    """m/s"""
+    turn: float
+    """rad/s"""
+
+    def of(self, fractions: Vec3) -> Vec3:
+        """The velocity of fractions forward, to the left and of the turn: m/s, m/s, rad/s."""
+        x, y, turn = fractions
+        return x * (self.ahead if x > 0.0 else self.back), y * self.across, turn * self.turn
+
+    def clipped(self, velocity: Vec3) -> Vec3:
+        """A velocity, m/s, m/s, rad/s, within these."""
+        x, y, turn = velocity
+        return (
+            max(-self.back, min(self.ahead, x)),
+            max(-self.across, min(self.across, y)),
+            max(-self.turn, min(self.turn, turn)),
+        )
+
+    def towards(self, target: Vec3) -> Vec3:
+        """The fastest velocity along the way to a target, m, m, rad, which is not here."""
+        x, y, turn = target
+        duration = self.duration(target)
+        return x / duration, y / duration, turn / duration
+
+    def duration(self, target: Vec3) -> float:
+        """S of the way to a target, m, m, rad."""
+        x, y, turn = target
+        return max(x / self.ahead, -x / self.back, abs(y) / self.across, abs(turn) / self.turn)
+
+
+def full_speed(method: str, configs: Sequence[Any], frequency: Any = 1.0) -> FullSpeed:
+    """The velocities of the longest steps of a configuration.
+
+    Args:
+        method: for the errors.
+        configs: `[[name, value], ...]` each; a number, the duration of `moveTo`, is passed over, and an unknown
+            name is left out with a line in the log. A foot's own value counts for its steps.
+        frequency: of the steps, 0 to 1.
+
+    Raises:
+        NaoqiRefused: not such a list, or a value beyond its limits.
+    """
+    given: dict[str, float] = {}
+    for config in configs:
+        if isinstance(config, list):
+            given |= _given(method, config)
+    quickness = number(given.pop("Frequency", frequency), f"{method}: Frequency", 0.0, 1.0)
+    feet = [_DEFAULT | given | {n: given[foot + n] for n in _DEFAULT if foot + n in given} for foot in _FEET]
+    periods = [_SLOWEST + quickness * of["MaxStepFrequency"] * (QUICKEST - _SLOWEST) for of in feet]
+    across = [of["MaxStepY"] - max(_NEAREST, 2.0 * _APART - of["MaxStepY"]) for of in feet]
+    both = sum(periods)
+    return FullSpeed(
+        sum(of["MaxStepX"] for of in feet) / both,
+        2.0 * _BACKWARD / both,
+        0.5 * sum(across) / both,
+        sum(of["MaxStepTheta"] for of in feet) / both,
+    )
+
+
+def _given(method: str, config: list[Any]) -> Mapping[str, float]:
+    values = {}
+    for row in config:
+        if not isinstance(row, list) or len(row) != 2:
+            raise NaoqiRefused(f"{method}: {config!r:.60} was given; [[name, value], ...] is expected.")
+        full_name = text(row[0], f"{method}: name of the configuration")
+        name = full_name.removeprefix("Left").removeprefix("Right")
+        if name != "Frequency" and name not in _LIMITS:
+            logger.warning("%s: %.40s of the configuration is not known and left out", method, row[0])
+            continue
+        limits = _LIMITS.get(name, (0.0, 1.0))
+        values[full_name] = number(_as_number(row[1]), f"{method}: {row[0]}", *limits)
+    return values
+
+
+def _as_number(value: Any) -> Any:
+    """A number that is given as text, as the vendor's example of `ALNavigation.moveTo` does."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+_WIDTH: Final = 0.1
+"""Distance of the feet where a robot stands, m."""
+_FIXED_STEPS: Final = 2
+"""Footsteps that can no longer be changed: as many as the vendor's preview of 0.8 s has."""
+_LONGEST: Final = 1.0
+"""m and rad in a footstep; NAOqi's own bound is a tenth."""
+
+
+class WalkingMethods:
+    """Walking methods of `ALMotion`; thread-safe.
+
+    Args:
+        handover: of the robot between this side and the walker.
+        full: speed of the gait forward and to the left, m/s, and as a turn, rad/s; the last two are 0 for one
+            that walks straight ahead, at this speed. Others walk at the vendor's speeds.
+    """
+
+    def __init__(self, handover: WalkerHandover, full: Vec3) -> None:
+        self.handover, self._full = handover, full
+
+    @offers(
+        "ALMotion.move",
+        kind="walk",
+        partly="of a configuration only the maximum step lengths and the frequency count, with omni",
+        begins_walk=True,
+    )
+    def move(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
+        """Walk at a velocity, m/s and rad/s; returns when the walker has accepted it."""
+        velocity = _three("ALMotion.move", (x, y, theta), 1e4)
+        if self._full[1]:
+            velocity = full_speed("ALMotion.move", config).clipped(velocity)
+        return self.handover.walk(velocity)
+
+    @offers("ALMotion.moveToward", kind="walk", partly="as move", begins_walk=True)
+    def move_toward(self, x: Any, y: Any, theta: Any, *config: Any) -> Future[Any]:
+        """Walk at fractions of the full speed, -1 to 1."""
+        return self._toward("ALMotion.moveToward", (x, y, theta), 1.0, config)
+
+    @offers("ALMotion.setWalkTargetVelocity", kind="walk", partly="as move", begins_walk=True)
+    def set_target_velocity(self, x: Any, y: Any, theta: Any, frequency: Any, *config: Any) -> Future[Any]:
+        """`moveToward` with the frequency of the steps, 0 to 1."""
+        return self._toward("ALMotion.setWalkTargetVelocity", (x, y, theta), frequency, config)
+
+    def _toward(
+        self, method: str, fractions: Sequence[Any], frequency: Any, config: Sequence[Any]
+    ) -> Future[Any]:
+        wanted = self._possible(method, _three(method, fractions, 1.0))
+        full = full_speed(method, config, frequency)
+        return self.handover.walk(full.of(wanted) if self._full[1] else (wanted[0] * self._full[0], 0.0, 0.0))
+
+    @offers(
+        "ALMotion.moveTo",
+        kind="walk",
+        partly="as move; with several places it comes to rest at each",
+        begins_walk=True,
+    )
+    @offers("ALMotion.walkTo", kind="walk", partly="as moveTo", begins_walk=True)
+    def move_to(self, *arguments: Any) -> Future[Any]:
+        """Walk to a place, m and rad from here, `x, y, theta`, or over several, each from the one before.
+
+        A time and a configuration may follow; it waits for the end: true, or false if something else ended it.
+        """
+        method = "ALMotion.moveTo"
+        if arguments and isinstance(arguments[0], list):
+            given, *config = arguments
+            several = bool(given) and all(isinstance(one, list) for one in given)
+            places = given if several else [given]
+        else:
+            places, config = [arguments[:3]], list(arguments[3:])
+        if any(len(place) != 3 for place in places):
+            raise NaoqiRefused(f"{method}: {places!r:.60} was given; [x, y, theta] of each place is expected.")
+        targets = [self._possible(method, _three(method, place, 1e4)) for place in places]
+        return self._walk_over(targets, full_speed(method, config))
+
+    def _walk_over(self, ways: Sequence[Vec3], full: FullSpeed) -> Future[Any]:
+        """Walk one way after the other, each from the end of the one before; at rest between them."""
+        ended: Future[Any] = Future()
+
+        def go_on(before: Future[Any] | None, i: int) -> None:
+            if before is not None and (before.exception() or not before.result() or i == len(ways)):
+                pass_on(before, ended)
+                return
+            self._walk_to(ways[i], full).add_done_callback(lambda done: go_on(done, i + 1))
+
+        go_on(None, 0)
+        return ended
+
+    @offers(
+        "ALMotion.setFootSteps",
+        kind="walk",
+        partly="walks to the end by the gait's own steps, without their times; a new list replaces the old one",
+        begins_walk=True,
+    )
+    def set_foot_steps(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
+        """Begin to walk to where footsteps end, by steps of the gait's own.
+
+        Args:
+            legs: `LLeg` or `RLeg` for each step.
+            steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
+        """
+        target = self._end_of("ALMotion.setFootSteps", legs, steps)
+        return self.handover.go_to(lambda: self._way(target, full_speed("", ())))
+
+    @offers("ALMotion.setFootStepsWithSpeed", kind="walk", partly="as setFootSteps", begins_walk=True)
+    def set_foot_steps_with_speed(self, legs: Any, steps: Any, *_: Any) -> Future[Any]:
+        """As `setFootSteps`, and wait for the end.
+
+        Args:
+            legs: `LLeg` or `RLeg` for each step.
+            steps: `[x, y, theta]` of each foot in the frame of the other one, m and rad.
+        """
+        target = self._end_of("ALMotion.setFootStepsWithSpeed", legs, steps)
+        return self._walk_to(target, full_speed("", ()))
+
+    def _end_of(self, method: str, legs: Any, steps: Any) -> Vec3:
+        """Where footsteps end, from here."""
+        if not isinstance(legs, list) or not isinstance(steps, list) or len(legs) != len(steps) or not legs:
+            raise NaoqiRefused(f"{method}: a list of legs and one of as many steps [x, y, theta] are expected.")
+        half = 0.5 * _WIDTH
+        feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
+        for i, (leg, step) in enumerate(zip(legs, steps, strict=True)):
+            if leg not in list(feet):
+                raise NaoqiRefused(f"{method}: leg {i} is {leg!r:.60}; LLeg or RLeg is expected.")
+            if not isinstance(step, list) or len(step) != 3:
+                raise NaoqiRefused(f"{method}: step {i} is {step!r:.60}; [x, y, theta] is expected.")
+            other = feet["RLeg" if leg == "LLeg" else "LLeg"]
+            feet[leg] = _composed(other, _three(f"{method}, step {i}", step, _LONGEST))
+        left, right = feet["LLeg"], feet["RLeg"]
+        x, y, turn = (0.5 * (a + b) for a, b in zip(left, right, strict=True))
+        return self._possible(method, (x, y, turn))
+
+    def _walk_to(self, target: Vec3, full: FullSpeed) -> Future[Any]:
+        """Walk to a place; the end of it."""
+        if not self._full[1]:
+            ahead = math.copysign(self._full[0], target[0])
+            return self.handover.walk_distance((ahead, 0.0, 0.0), abs(target[0]))
+        return self.handover.walk_to(lambda: self._way(target, full))
+
+    def _way(self, target: Vec3, full: FullSpeed) -> tuple[Vec3, Vec3]:
+        """A place from here, and the velocity there.
+
+        While the robot walks, the place counts from the end of the steps that cannot be changed any more
+        (confirmed: vendor's samples of `getNextRobotPosition`).
+        """
+        ahead = self.poses_ahead()[:_FIXED_STEPS] if self.handover.active else []
+        x, y, turn = _composed(ahead[-1], target) if ahead else target
+        place = x, y, math.remainder(turn, math.tau)
+        return place, full.towards(place) if any(place) else place
+
+    def poses_ahead(self) -> list[Vec3]:
+        """Where the robot is after each step to come, from here, m and rad: by the vendor's length of steps."""
+        way, count = self.handover.to_go(), _FIXED_STEPS
+        if way is None:
+            x, y, turn = (_FIXED_STEPS * QUICKEST * speed for speed in self.handover.velocity())
+            way = (x, y, turn)
+        elif any(way):
+            count = max(count, math.ceil(full_speed("", ()).duration(way) / QUICKEST))
+        x, y, turn = way
+        shares = [i / count for i in range(1, count + 1)] if any(way) else []
+        return [(share * x, share * y, share * turn) for share in shares]
+
+    def steps_ahead(self) -> list[list[Any]]:
+        """Footsteps that can no longer be changed, and those that can, each `[leg, s, [x, y, theta]]`.
+
+        The time counts from now; the pose is in the frame of the other foot, m and rad.
+        """
+        half, steps = 0.5 * _WIDTH, []
+        feet = {"LLeg": (0.0, half, 0.0), "RLeg": (0.0, -half, 0.0)}
+        for i, pose in enumerate(self.poses_ahead()):
+            leg, other = ("RLeg", "LLeg") if i % 2 else ("LLeg", "RLeg")
+            feet[leg] = _composed(pose, (0.0, half if leg == "LLeg" else -half, 0.0))
+            place = _composed(_inverse(feet[other]), feet[leg])
+            steps.append([leg, QUICKEST * (i + 1), list(place)])
+        return [steps[:_FIXED_STEPS], steps[_FIXED_STEPS:]]
+
+    @offers(
+        "ALMotion.getNextRobotPosition",
+        kind="walk",
+        partly="steps by the vendor's step lengths, not the walker's own",
+    )
+    def _next_position(self) -> list[float]:
+        """Where the robot is after the footsteps that can no longer be changed, m and rad."""
+        here, ahead = self.handover.position(), self.poses_ahead()[:_FIXED_STEPS]
+        return list(_composed((here[0], here[1], here[2]), ahead[-1])) if ahead else here
+
+    def _possible(self, method: str, wanted: Vec3) -> Vec3:
+        """What is wanted, unless the gait walks straight only and it is not straight."""
+        _, y, theta = wanted
+        if not self._full[1] and (y or theta):
+            raise NaoqiRefused(
+                f"{method}: y is {y:g} and theta is {theta:g}, but this gait walks straight only; both must be "
+                "0. `--gait omni` walks in any direction."
+            )
+        return wanted
+
+    @offers("ALMotion.moveInit", "ALMotion.walkInit", kind="walk")
+    def _prepare(self) -> Future[Any]:
+        return self.handover.prepare()
+
+    @offers("ALMotion.stopMove", "ALMotion.stopWalk", "ALMotion.killMove", "ALMotion.killWalk", kind="walk")
+    def _stop(self) -> Future[Any]:
+        return self.handover.stop()
+
+    @offers("ALMotion.waitUntilMoveIsFinished", "ALMotion.waitUntilWalkIsFinished", kind="walk")
+    def _wait(self) -> Future[Any]:
+        return self.handover.wait()
+
+    @offers("ALMotion.getMoveConfig", kind="walk")
+    def _move_config(self, config: Annotated[str, OneOf("config", _KINDS)]) -> list[list[Any]]:
+        return move_config(config)
+
+    @offers("ALMotion.getRobotPosition", kind="walk")
+    def _get_robot_position(self, *_: Any) -> Any:
+        return self.handover.position()
+
+    answers = Answers(
+        {
+            "ALMotion.getRobotVelocity": lambda self: self.handover.velocity(),
+            "ALMotion.moveIsActive": lambda self: self.handover.active_or_ordered,
+            "ALMotion.walkIsActive": lambda self: self.handover.active_or_ordered,
+        },
+        kind="walk",
+    )
+
+
+def _three(method: str, values: Sequence[Any], bound: float) -> Vec3:
+    x, y, theta = values
+    return (
+        number(x, f"{method}: x", -bound, bound),
+        number(y, f"{method}: y", -bound, bound),
+        number(theta, f"{method}: theta", -bound, bound),
+    )
+
+
+def _composed(frame: Vec3, pose: Vec3) -> Vec3:
+    """A pose of a frame in the frame's own frame, m and rad."""
+    return *planar_point(frame, pose), frame[2] + pose[2]
+
+
+def _inverse(pose: Vec3) -> Vec3:
+    """The frame of reference in a pose's frame, m and rad."""
+    return *planar_local(pose, (0.0, 0.0)), -pose[2]

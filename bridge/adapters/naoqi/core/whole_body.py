@@ -1,0 +1,200 @@
+"""ALMotion's whole-body calls by inverse kinematics: effectors, and the centre of mass over a foot.
+
+The feet stay where they are. No controller balances the robot against what its arms do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Future
+from typing import Annotated, Any, Final
+
+import numpy as np
+
+from bridge.adapters.naoqi.core.cartesian import STEP, Cartesian
+from bridge.adapters.naoqi.core.frames import RobotFrames
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import Joints
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, pass_on
+from bridge.adapters.naoqi.declared import (
+    MAX_DURATION,
+    Fraction,
+    OneOf,
+    Range,
+    Vector,
+    offers,
+)
+from bridge.body import TORSO
+from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.sole import sole_hull
+from bridge.types import Array
+
+_FEET: Final = ("LLeg", "RLeg")
+_LEGS: Final = ("Legs", *_FEET)
+_STATES: Final = ("Fixed", "Plane", "Free")
+_MASKS: Final = {"Head": 56, "LArm": 7, "RArm": 7}
+"""Effector that follows a target -> axes of it (vendor's page: the head's angles, the arms' positions)."""
+_SPEED: Final = 0.2
+"""Fraction of the largest speed at which an effector goes to its target (assumed)."""
+_BALANCE_TIME: Final = 1.0
+"""s in which the centre of mass goes over a foot at full speed (assumed)."""
+_ROBOT: Final = 2
+"""FRAME_ROBOT"""
+
+
+UNBALANCED: Final = "by inverse kinematics with the feet on the ground; no controller balances the robot"
+Leg = Annotated[str, OneOf("leg", _LEGS)]
+Follower = Annotated[str, OneOf("effector", _MASKS)]
+
+
+class WholeBody:
+    """Whole-body methods of `ALMotion`; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        motion: moves them.
+        tasks: for what goes on beside a motion.
+        cartesian: moves effectors and the torso.
+        frames: of the robot.
+    """
+
+    def __init__(
+        self,
+        joints: Joints,
+        motion: JointMotion,
+        tasks: MotionTasks,
+        cartesian: Cartesian,
+        frames: RobotFrames,
+    ) -> None:
+        self._joints, self._motion, self._tasks = joints, motion, tasks
+        self._cartesian, self._frames = cartesian, frames
+        self._enabled = False
+        self._states = dict.fromkeys(_FEET, "Fixed")
+        self._followed: set[str] = set()
+        """Effectors that follow their targets."""
+
+    @offers(
+        "ALMotion.wbEnableEffectorControl",
+        partly=UNBALANCED,
+    )
+    def enable_effector(self, effector: Follower, enabled: bool) -> None:
+        """Have an effector follow its target, or not."""
+        name = effector
+        self._followed = self._followed | {name} if enabled else self._followed - {name}
+
+    @offers(
+        "ALMotion.wbSetEffectorControl",
+        kind="joints",
+        partly=UNBALANCED,
+    )
+    def set_effector(
+        self, effector: Follower, target: Annotated[list[float], Vector("a, b, c", -10.0, 10.0)]
+    ) -> None:
+        """Send an effector towards a target in FRAME_ROBOT; does not wait, and does nothing unless it follows.
+
+        Args:
+            effector: `Head`, `LArm` or `RArm`.
+            target: of the head wx, wy, wz, rad; of an arm x, y, z, m.
+        """
+        name, three = effector, target
+        place = [0.0, 0.0, 0.0, *three] if name == "Head" else [*three, 0.0, 0.0, 0.0]
+        if name in self._followed:
+            self._cartesian.go(name, _ROBOT, place, _SPEED, _MASKS[name], transforms=False)
+
+    def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
+        """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""
+        goal = np.mean([self._sole(one) for one in _feet(leg)], axis=0)
+        torso = self._frames.transform(TORSO, _ROBOT, False)
+        for _ in range(3):
+            torso[:2, 3] += goal - self._com(self._cartesian.solved(TORSO, _ROBOT, torso))
+        path = [[float(x) for x in torso.flat]]
+        going = self._cartesian.along(TORSO, _ROBOT, path, 63, [seconds], True, transforms=True)
+        done: Future[Any] = Future()
+        going.add_done_callback(lambda ended: pass_on(ended.exception() is None, done))
+        return done
+
+    @offers("ALMotion.angleInterpolation", kind="joints")
+    def angle_interpolation(self, names: Any, angles: Any, times: Any, absolute: Any) -> Future[Any]:
+        """As `ALMotion.angleInterpolation`; fixed feet stay flat below the torso while leg joints move."""
+        moving = self._motion.angle_interpolation(names, angles, times, absolute)
+        legs = self._joints.names.resolve("Legs")
+        named = [joint for joint in self._joints.names.resolve(names) if joint in legs]
+        if named and self._enabled and "Free" not in self._states.values():
+            others = [joint for joint in legs if joint not in named]
+            return self._tasks.begin(self._keep_feet(moving, named, others))
+        return moving
+
+    def _keep_feet(self, moving: Future[Any], named: Sequence[str], others: Sequence[str]) -> MotionTask:
+        feet, ended = self._cartesian.feet(), False
+        try:
+            while not ended:
+                ended = moving.done()
+                angles = {joint: self._joints.commanded(joint) for joint in named}
+                wanted = self._cartesian.on_flat_feet(angles, feet)
+                for joint in others:
+                    self._joints.put_position(joint, [(STEP, wanted[INDEX_WITH_MIRROR[joint]])])
+                yield self._joints.now + round(1000.0 * STEP)
+        finally:  # it may be stopped
+            self._tasks.end_these(self._tasks.of(moving))
+        return moving.result()
+
+    def _sole(self, leg: str) -> Array:
+        """Middle of a sole in the robot's space, (2,), m."""
+        corners = np.array(sole_hull(self._frames.body, "L" if leg == "LLeg" else "R"))
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        place: Array = (self._frames.transform(leg, _ROBOT, False) @ (*middle, 0.0, 1.0))[:2]
+        return place
+
+    def _com(self, position: Sequence[float]) -> Array:
+        return np.array(self._frames.com_at("Body", position, _ROBOT))[:2]
+
+    @offers(
+        "ALMotion.wbEnable",
+        partly=UNBALANCED,
+    )
+    def _wb_enable(self, enabled: bool) -> Any:
+        self._enabled = enabled
+        if not self._enabled:
+            self._followed.clear()
+            self._states = dict.fromkeys(_FEET, "Fixed")
+
+    @offers(
+        "ALMotion.wbFootState",
+        partly=UNBALANCED,
+    )
+    def _wb_foot_state(self, state: Annotated[str, OneOf("state", _STATES)], support_leg: Leg) -> Any:
+        self._states |= dict.fromkeys(_feet(support_leg), state)
+
+    @offers(
+        "ALMotion.wbEnableBalanceConstraint",
+        partly=UNBALANCED,
+    )
+    def _wb_enable_balance_constraint(self, enabled: bool, support_leg: Leg) -> None:
+        """Without effect."""
+
+    @offers(
+        "ALMotion.wbEnableEffectorOptimization",
+        partly=UNBALANCED,
+    )
+    def _wb_enable_effector_optimization(self, effector: Any, active: bool) -> Any:
+        self._frames.effector(effector)
+
+    @offers(
+        "ALMotion.wbGoToBalance",
+        kind="joints",
+        partly=UNBALANCED,
+    )
+    def _wb_go_to_balance(self, support_leg: Leg, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
+        return self.go_to_balance(support_leg, duration)
+
+    @offers(
+        "ALMotion.wbGoToBalanceWithSpeed",
+        kind="joints",
+        partly=UNBALANCED,
+    )
+    def _wb_go_to_balance_with_speed(self, support_leg: Leg, speed: Fraction) -> Any:
+        return self.go_to_balance(support_leg, _BALANCE_TIME / speed)
+
+
+def _feet(leg: str) -> tuple[str, ...]:
+    return _FEET if leg == "Legs" else (leg,)

@@ -1,0 +1,558 @@
+"""Declared methods: one decorator gives binding, argument checks, error sentences, help and documentation.
+
+`@offers("ALMotion.setAngles", kind="joints")` offers a method of a class under its NAOqi name; its parameters'
+annotations are the checks. A name that begins with a dot belongs to the service that `self.service` names.
+Methods that the vendor has and nobody offers are in `refused.toml`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import logging
+import math
+import os
+import re
+import tempfile
+import types
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    NamedTuple,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+import msgspec
+
+from bridge.config import read_toml
+from bridge.errors import NaoqiRefused
+from bridge.validation import convert, unknown_name
+
+logger = logging.getLogger(__name__)
+
+F = TypeVar("F", bound=Callable[..., Any])
+Kind = Literal["read", "joints", "posture", "walk"]
+"""`read` needs nothing; `joints` commands them, and is refused during a walk; `posture` ends a walk for it;
+`walk` is for the walker."""
+Check = Callable[[Any, str], Any]
+"""`(value, name of the argument) -> the checked value`; raises `NaoqiRefused`."""
+
+MAX_DURATION: Final = 3600.0
+"""s that one interpolation may take."""
+MIN_SPEED_FRACTION: Final = 1e-4
+"""Fraction of the maximum speed at which a joint's whole range takes about an hour."""
+ROBOT_HOME: Final = Path("/home/nao")
+HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
+"""The robot's home on a machine without one of that name."""
+KEPT: Final = "remembered and read back, without effect"
+"""What is left out of a setting."""
+
+
+class Range(NamedTuple):
+    """Range of a number."""
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    unit: str = ""
+
+    def __call__(self, value: Any, what: str) -> float:
+        """Check a number."""
+        number(value, what, self.lower, self.upper)
+        return value  # type: ignore[no-any-return]
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        return f"a number from {self.lower:g} to {self.upper:g}{unit}"
+
+
+@dataclass(frozen=True, eq=False)
+class OneOf:
+    """A name of a list."""
+
+    noun: str
+    known: Collection[str] = field(repr=False)
+
+    def __call__(self, value: Any, what: str) -> str:
+        """Check a name."""
+        if text(value, what) not in self.known:
+            raise NaoqiRefused(f"{what.partition(':')[0]}: {unknown_name(self.noun, value, self.known)}.")
+        return str(value)
+
+    def __str__(self) -> str:
+        return f"one of {', '.join(map(str, self.known))}"
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A list of numbers with names."""
+
+    names: str
+    """For example `x, y, z`."""
+    lower: float = -math.inf
+    upper: float = math.inf
+    unit: str = ""
+
+    def __call__(self, value: Any, what: str) -> list[float]:
+        """Check a list."""
+        if not isinstance(value, list) or len(value) != len(self.names.split(",")):
+            raise NaoqiRefused(f"{what} is {value!r:.60}; {self} is expected.")
+        return [number(one, f"{what}[{i}]", self.lower, self.upper) for i, one in enumerate(value)]
+
+    def __str__(self) -> str:
+        return f"[{self.names}]{f' in {self.unit}' if self.unit else ''}"
+
+
+class Own(NamedTuple):
+    """A check by a method of the service's object, `(value) -> value`, or of one of its parts."""
+
+    path: str
+
+    def of(self, owner: object) -> Check:
+        """The check of one object."""
+        for part in self.path.split("."):
+            owner = getattr(owner, part)
+        check: Any = owner
+        return lambda value, _: check(value)
+
+    def __str__(self) -> str:
+        return self.path.rpartition(".")[2].strip("_").replace("_", " ")
+
+
+@dataclass(frozen=True)
+class _Offer:
+    names: tuple[str, ...]
+    kind: Kind
+    partly: str
+    begins_walk: bool
+
+
+def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool = False) -> Callable[[F], F]:
+    """Offer a method under NAOqi names, for example `ALMotion.setAngles`.
+
+    Args:
+        names: service and method; `.method` belongs to the object's own `service`.
+        kind: which robot it needs.
+        partly: what it leaves out or assumes; empty: nothing.
+        begins_walk: the conditions of a walk apply.
+    """
+
+    def mark(function: F) -> F:
+        offer = _Offer(names, kind, partly, begins_walk)
+        function.__dict__.setdefault("offers", []).append(offer)
+        return function
+
+    return mark
+
+
+class Answers:
+    """Methods without arguments, as a table in the body of a class: NAOqi name -> function of the object.
+
+    Args:
+        table: `{"ALTouch.getStatus": lambda self: ...}`.
+        partly: what they leave out or assume.
+        kind: as of `offers`.
+    """
+
+    def __init__(
+        self, table: Mapping[str, Callable[[Any], Any]], partly: str = "", kind: Kind = "read"
+    ) -> None:
+        self.table, self.partly, self.kind = table, partly, kind
+
+
+class Setting:
+    """A value that programs set and read: an attribute of its class.
+
+    Args:
+        name: of the methods, for example `ALTextToSpeech.Volume` for `setVolume` and `getVolume`.
+        default: before it is set.
+        kind: its type with its range, as an annotation.
+        partly: of the setter.
+        reader: `get`, or `is`.
+        returns: what the setter returns.
+        of_part: a part's name comes first; each part has its own value.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        default: Any,
+        kind: Any,
+        partly: str = "",
+        *,
+        reader: str = "get",
+        returns: Any = None,
+        of_part: bool = False,
+    ) -> None:
+        self.service, _, self.name = name.rpartition(".")
+        self.default, self.kind, self.partly = default, kind, partly
+        self.reader, self.returns, self.of_part = reader, returns, of_part
+
+    def __set_name__(self, _: type, attribute: str) -> None:
+        self.attribute = attribute
+
+    def __get__(self, owner: Any, _: Any = None) -> Any:
+        return self if owner is None else owner.__dict__.get(self.attribute, self.default)
+
+    def __set__(self, owner: Any, value: Any) -> None:
+        owner.__dict__[self.attribute] = value
+
+    def methods(self, owner: Any) -> Iterator[Method]:
+        """The setter and the reader."""
+        parts: dict[str, Any] = owner.__dict__.setdefault(f"{self.attribute} of parts", {})
+        service = self.service or owner.service
+
+        def put(*arguments: Any) -> Any:
+            if (
+                self.partly == KEPT
+                and arguments[-1] not in (False, None)
+                and self.attribute not in owner.__dict__
+            ):
+                logger.warning("%s.set%s was called; it is remembered and has no effect", service, self.name)
+                self.__set__(owner, self.default)
+            if not self.of_part:
+                self.__set__(owner, arguments[-1])
+            elif arguments[0] in parts or len(parts) < _MAX_PARTS:
+                parts[arguments[0]] = arguments[-1]
+            return self.returns
+
+        def get(*part: Any) -> Any:
+            return parts.get(part[0], self.default) if part else self.__get__(owner)
+
+        part = {"name": str} if self.of_part else {}
+        yield Method(service, f"set{self.name}", put, partly=self.partly, hints=part | {"value": self.kind})
+        yield Method(service, f"{self.reader}{self.name}", get, hints=part)
+
+
+_MAX_PARTS: Final = 1000
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method of a service."""
+
+    service: str
+    name: str
+    call: Callable[..., Any]
+    kind: Kind = "read"
+    partly: str = ""
+    begins_walk: bool = False
+    refuses: bool = False
+    hints: Mapping[str, Any] | None = None
+    """Parameters with their types; None: those of `call`."""
+
+    @cached_property
+    def signature(self) -> inspect.Signature:
+        """Its parameters; read when they are first needed."""
+        if self.hints is None:
+            return inspect.signature(self.call)
+        kind = inspect.Parameter.POSITIONAL_ONLY
+        return inspect.Signature([inspect.Parameter(name, kind) for name in self.hints])
+
+    @cached_property
+    def types(self) -> Mapping[str, Any]:
+        """Annotation of each parameter."""
+        if self.hints is not None:
+            return self.hints
+        function = inspect.unwrap(getattr(self.call, "__func__", self.call))
+        hints = get_type_hints(function, include_extras=True)
+        return {name: hints.get(name, Any) for name in self.signature.parameters}
+
+    @cached_property
+    def _checks(self) -> list[tuple[str, Check, bool]]:
+        owner = getattr(self.call, "__self__", None)
+        return [
+            (as_vendor(name), _check(kind, owner), self.signature.parameters[name].kind is _VARIABLE)
+            for name, kind in self.types.items()
+            if self.signature.parameters[name].kind is not inspect.Parameter.KEYWORD_ONLY
+        ]
+
+    def __call__(self, arguments: Sequence[Any]) -> Any:
+        """Check the arguments and carry the call out.
+
+        Raises:
+            NaoHilError: one sentence.
+        """
+        checked: list[Any] = []
+        for name, check, rest in self._checks:
+            for value in arguments[len(checked) :] if rest else arguments[len(checked) : len(checked) + 1]:
+                checked.append(check(value, f"{self.service}.{self.name}: {name}"))
+        return self.call(*checked)
+
+    @property
+    def help(self) -> list[Any]:
+        """`[name, [[parameter, what it takes], ...], ...]`, as `getMethodHelp`."""
+        first = (inspect.getdoc(self.call) or "").partition("\n")[0]
+        return [self.name, [[as_vendor(name), describe(kind)] for name, kind in self.types.items()], first, ""]
+
+
+_VARIABLE: Final = inspect.Parameter.VAR_POSITIONAL
+
+
+def declared(*owners: object) -> dict[str, dict[str, Method]]:
+    """Service -> method, of all that the classes of some objects declare."""
+    table: dict[str, dict[str, Method]] = {}
+    for owner in owners:
+        for method in _methods(owner):
+            table.setdefault(method.service, {})[method.name] = method
+    return table
+
+
+def _methods(owner: Any) -> Iterator[Method]:
+    for kind in reversed(type(owner).__mro__):
+        for attribute, value in vars(kind).items():
+            if isinstance(value, Setting):
+                yield from value.methods(owner)
+            elif isinstance(value, Answers):
+                for name, answer in value.table.items():
+                    service, _, method = name.rpartition(".")
+                    bound = types.MethodType(answer, owner)
+                    yield Method(service or owner.service, method, bound, value.kind, value.partly)
+            for offer in getattr(value, "offers", ()) if callable(value) else ():
+                for name in offer.names:
+                    service, _, method = name.rpartition(".")
+                    bound = getattr(owner, attribute)
+                    partly = offer.partly or getattr(owner, "left_out", {}).get(method, "")
+                    what = (service or owner.service, method, bound, offer.kind, partly)
+                    yield Method(*what, offer.begins_walk)
+
+
+def as_vendor(words: str) -> str:
+    """Names of arguments as the vendor writes them: `useSensors` for `use_sensors`."""
+    return re.sub(r"(?<=[a-z])_([a-z])", lambda letter: letter[1].upper(), words)
+
+
+def describe(kind: Any) -> str:
+    """What an annotation takes, for the help."""
+    if get_origin(kind) is Annotated:
+        return ", ".join(
+            str(part) if not inspect.isfunction(part) else part.__name__ for part in get_args(kind)[1:]
+        )
+    names = {float: "a number", int: "a whole number", bool: "True or False", str: "a name"}
+    if get_origin(kind) is list:
+        return f"a list, each {describe(get_args(kind)[0])}" if get_args(kind) else "a list"
+    return names.get(kind, "")
+
+
+def _check(kind: Any, owner: object) -> Check:
+    """The check of an annotation."""
+    origin, args = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        steps = [step.of(owner) if isinstance(step, Own) else step for step in args[1:]]
+        if all(
+            isinstance(step, Range | OneOf) for step in args[1:]
+        ):  # they refine what a type's own check gives
+            steps.insert(0, _check(args[0], owner))
+
+        def all_steps(value: Any, what: str) -> Any:
+            for step in steps:
+                value = step(value, what)
+            return value
+
+        return all_steps
+    if origin in (Union, types.UnionType) and type(None) in args:
+        inner = _check(next(arg for arg in args if arg is not type(None)), owner)
+        return lambda value, what: None if value is None else inner(value, what)
+    if origin is list:
+        item = _check(args[0], owner)
+
+        def of_list(value: Any, what: str) -> list[Any]:
+            if not isinstance(value, list):
+                raise NaoqiRefused(f"{what} is {value!r:.60}; a list{_OF.get(args[0], '')} is expected.")
+            return [item(one, f"{what}[{i}]") for i, one in enumerate(value)]
+
+        return of_list
+    simple: dict[Any, Check] = {float: number, int: _whole, bool: flag, str: text}
+    return simple.get(kind, lambda value, _: value)
+
+
+_OF: Final = {str: " of names", float: " of numbers"}
+
+
+class Refused(msgspec.Struct, frozen=True):
+    """Methods of the vendor's service that are not offered."""
+
+    methods: list[str] = []
+    no: dict[str, str] = {}
+    """Method -> why; `*`: all others."""
+
+
+REFUSED: Final = convert(read_toml(Path(__file__).with_name("refused.toml")), dict[str, Refused])
+"""By service."""
+
+
+def refusals(service: str, offered: Collection[str]) -> dict[str, Method]:
+    """Methods that the vendor's service has and this one refuses.
+
+    Args:
+        service: name of the service.
+        offered: methods that it offers.
+    """
+    entry = REFUSED.get(service, Refused())
+    default = f"{service} offers {', '.join(sorted(offered)) or 'nothing'}"
+    return {
+        name: _refusal(service, name, entry.no.get(name, entry.no.get("*", default))) for name in entry.methods
+    }
+
+
+def _refusal(service: str, method: str, reason: str) -> Method:
+    def refuse(*_: Any) -> None:
+        raise NaoqiRefused(f"{service}.{method} is not offered by nao-hil: {reason}.")
+
+    return Method(service, method, refuse, refuses=True)
+
+
+def _whole(value: Any, what: str) -> int:
+    return round(number(value, what))
+
+
+def number(value: Any, what: str, lower: float = -math.inf, upper: float = math.inf) -> float:
+    """A finite number within a range.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise NaoqiRefused(f"{what} is {value!r:.60}; a finite number is expected.")
+    if not lower <= value <= upper:
+        raise NaoqiRefused(f"{what} is {value:g}; a number from {lower:g} to {upper:g} is expected.")
+    return float(value)
+
+
+def fraction(value: Any, what: str) -> float:
+    """A fraction of the maximum speed, above 0 and up to 1.
+
+    Raises:
+        NaoqiRefused: anything else, or less than `MIN_SPEED_FRACTION`.
+    """
+    speed = number(value, what, 0.0, 1.0)
+    if speed < MIN_SPEED_FRACTION:
+        raise NaoqiRefused(
+            f"{what} is {speed:g}; a fraction above 0 ({MIN_SPEED_FRACTION:g} at least) "
+            "and up to 1 is expected."
+        )
+    return speed
+
+
+def flag(value: Any, what: str) -> bool:
+    """True or False, also as 1 or 0.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if value not in (True, False):
+        raise NaoqiRefused(f"{what} is {value!r:.60}; True or False is expected.")
+    return bool(value)
+
+
+def text(value: Any, what: str) -> str:
+    """A name.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if not isinstance(value, str):
+        raise NaoqiRefused(f"{what} is {value!r:.60}; a name is expected.")
+    return value
+
+
+def robot_file(value: Any, what: str) -> Path:
+    """A path of the robot's: what is below its home is below `HOME` where this machine has no such folder."""
+    file = Path(text(value, what))
+    inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
+    return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file
+
+
+def new_file(value: Any, what: str) -> Path:
+    """The absolute path of a file that may be written: its folder is there.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    file = robot_file(value, what)
+    if file.is_relative_to(HOME):
+        file.parent.mkdir(parents=True, exist_ok=True)
+    if "\0" in str(file) or not file.is_absolute() or not os.path.isdir(file.parent):
+        raise NaoqiRefused(f"{what} is {value!r:.80}; an absolute path in a folder that is there is expected.")
+    return file
+
+
+def pairs(value: Any, what: str) -> list[list[Any]]:
+    """A list of names, each with its value.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if not isinstance(value, list) or not all(isinstance(row, list) and len(row) == 2 for row in value):
+        raise NaoqiRefused(f"{what}: {value!r:.60} was given; [[name, value], ...] is expected.")
+    return value
+
+
+def one_each(value: Any, count: int, what: str) -> list[float]:
+    """A number for each joint: one for all, or a list of as many.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if not isinstance(value, list):
+        return [number(value, what)] * count
+    if len(value) != count:
+        raise NaoqiRefused(f"{what} has {len(value)} entries for {count} joints; one for each is expected.")
+    return [number(entry, f"{what}[{i}]") for i, entry in enumerate(value)]
+
+
+def lists_each(value: Any, count: int, what: str) -> list[list[float]]:
+    """A list of numbers for each joint, out of one number, one list, or a list of numbers or lists.
+
+    Raises:
+        NaoqiRefused: anything else.
+    """
+    if not isinstance(value, list):
+        return [[number(value, what)] for _ in range(count)]
+    if count == 1 and not any(isinstance(entry, list) for entry in value):
+        return [[number(entry, f"{what}[{i}]") for i, entry in enumerate(value)]]
+    if len(value) != count:
+        raise NaoqiRefused(f"{what} has {len(value)} entries for {count} joints; one for each is expected.")
+    return [
+        [number(item, f"{what}[{i}][{j}]") for j, item in enumerate(entry)]
+        if isinstance(entry, list)
+        else [number(entry, f"{what}[{i}]")]
+        for i, entry in enumerate(value)
+    ]
+
+
+def require_times(times: Sequence[Sequence[float]], values: Sequence[Sequence[float]], method: str) -> None:
+    """Times of each joint as many as its values, above 0 and increasing.
+
+    Raises:
+        NaoqiRefused: names the joint's place in the list.
+    """
+    for i, (moments, targets) in enumerate(zip(times, values, strict=True)):
+        if len(moments) != len(targets) or not moments:
+            raise NaoqiRefused(
+                f"{method}: entry {i} has {len(targets)} values and {len(moments)} times; one time for each "
+                "value is expected."
+            )
+        if any(a >= b for a, b in zip([0.0, *moments], moments, strict=False)) or moments[-1] > MAX_DURATION:
+            raise NaoqiRefused(
+                f"{method}: times of entry {i} are {moments!r:.60}; increasing ones above 0 and up to "
+                f"{MAX_DURATION:g} s are expected."
+            )
+
+
+Fraction = Annotated[float, fraction]
+"""Of the maximum speed, above 0 and up to 1."""
+Duration = Annotated[float, Range(0.0, MAX_DURATION, "s")]
+NewFile = Annotated[Path, new_file]
+"""An absolute path; files below the robot's home are in `HOME`."""
+RobotFile = Annotated[Path, robot_file]
+Pairs = Annotated[list[list[Any]], pairs]
+"""`[[name, value], ...]`"""

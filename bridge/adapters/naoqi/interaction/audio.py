@@ -1,0 +1,415 @@
+"""ALAudioPlayer, ALAudioDevice and ALAudioRecorder without loudspeakers and microphones.
+
+A file is silent and takes as long as it lasts; recordings and buffers are silence.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import time
+import wave
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final
+from weakref import WeakKeyDictionary
+
+from bridge.adapters.naoqi.core.memory import Publish
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    MAX_DURATION,
+    Answers,
+    Duration,
+    NewFile,
+    Own,
+    Range,
+    RobotFile,
+    number,
+    offers,
+    text,
+)
+from bridge.errors import NaoqiRefused
+
+logger = logging.getLogger(__name__)
+
+MAX_FILES: Final = 1000
+_OWN_SOUNDS: Final = Path("/usr/share/naoqi/wav")
+_OWN_SECONDS: Final = 5.0
+"""Of each sound that comes with a robot (assumed)."""
+_POLL: Final = 50
+"""ms between two looks whether a file was stopped."""
+
+
+@dataclass
+class _File:
+    """A loaded file."""
+
+    path: Path
+    seconds: float
+    volume: float = 1.0
+    place: float = 0.0
+    """Where it is, s."""
+    playing: int = 0
+    """Number of the call that plays it; 0: none."""
+    paused: bool = False
+
+
+SILENT: Final = "WAV files of this machine; there is no sound; the call takes as long as the file lasts"
+Level = Annotated[float, Range(0.0, 1.0)]
+Side = Annotated[float, Range(-1.0, 1.0)]
+"""Panorama: -1 left, 1 right."""
+Loaded = Annotated[_File, Own("_file")]
+"""A file by the number that `loadFile` gave."""
+
+
+class AudioPlayer:
+    """Plays WAV files of this machine without a sound; not thread-safe, the caller locks.
+
+    Args:
+        tasks: for calls that end when the file does.
+        now: the robot's clock, ms.
+        numbers: for files; none is a call's.
+    """
+
+    def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
+        self._tasks, self._now = tasks, now
+        self._files: dict[int, _File] = {}
+        self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
+        """File that a call of `playFile` plays."""
+        self._numbers, self._plays = numbers, itertools.count(1)
+        self._master = 1.0
+        self._output, self._muted = 100, False
+
+    @offers(
+        "ALAudioPlayer.loadFile",
+        partly=SILENT,
+    )
+    def load(self, path: RobotFile) -> int:
+        """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
+        if len(self._files) >= MAX_FILES:
+            raise NaoqiRefused(f"ALAudioPlayer: {MAX_FILES} files are loaded already; unload some.")
+        try:
+            if path.parent == _OWN_SOUNDS and not _OWN_SOUNDS.is_dir():
+                seconds = _OWN_SECONDS
+            else:
+                with wave.open(str(path), "rb") as sound:
+                    seconds = sound.getnframes() / max(1, sound.getframerate())
+        except (OSError, ValueError, wave.Error, EOFError) as error:
+            seconds = 0.0
+            reason = getattr(error, "strerror", None) or "no WAV file"
+            logger.warning("ALAudioPlayer: %.80s is left out (%s)", path, reason)
+        key = next(self._numbers)
+        self._files[key] = _File(path, seconds)
+        return key
+
+    def _file(self, key: Any) -> _File:
+        if isinstance(key, bool) or not isinstance(key, int) or key not in self._files:
+            raise NaoqiRefused(f"ALAudioPlayer: {key!r:.40} is no file that loadFile gave.")
+        return self._files[key]
+
+    @offers("ALAudioPlayer.play", partly=SILENT)
+    def play(
+        self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
+    ) -> Future[Any]:
+        """Play a loaded file from where it is; waits for its end, or for its stop."""
+        file.volume = volume
+        return self._tasks.begin(self._played(file, loop))
+
+    @offers("ALAudioPlayer.playInLoop", partly=SILENT)
+    def _play_in_loop(self, file: Loaded, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
+        return self.play(file, volume, panorama, loop=True)
+
+    @offers("ALAudioPlayer.playFile", partly=SILENT)
+    def play_file(
+        self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0, *, loop: bool = False
+    ) -> Future[Any]:
+        """Load a file and play it."""
+        return self._play_from(path, 0.0, loop, volume)
+
+    @offers("ALAudioPlayer.playFileInLoop", partly=SILENT)
+    def _play_file_in_loop(self, path: RobotFile, volume: Level = 1.0, panorama: Side = 0.0) -> Future[Any]:
+        return self._play_from(path, 0.0, True, volume)
+
+    @offers("ALAudioPlayer.playFileFromPosition", partly=SILENT)
+    def _play_file_from(
+        self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
+    ) -> Future[Any]:
+        return self._play_from(path, position, False, volume)
+
+    @offers("ALAudioPlayer.playFileInLoopFromPosition", partly=SILENT)
+    def _play_file_in_loop_from(
+        self, path: RobotFile, position: Duration, volume: Level = 1.0, panorama: Side = 0.0
+    ) -> Future[Any]:
+        return self._play_from(path, position, True, volume)
+
+    def _play_from(self, path: Path, position: float, loop: bool, volume: float) -> Future[Any]:
+        key = self.load(path)
+        file = self._files[key]
+        file.place = min(position, file.seconds)
+        playing = self.play(file, volume, loop=loop)
+        self._played_by[playing] = key
+        return playing
+
+    def begun(self, playing: Future[Any], number: int) -> None:
+        """A call of `playFile` got a number: the file has that name, too (confirmed: vendor's samples)."""
+        if playing in self._played_by:
+            self._files[number] = self._files[self._played_by.pop(playing)]
+
+    def _played(self, file: _File, loop: bool) -> MotionTask:
+        file.playing = mine = next(self._plays)
+        file.paused = False
+        logger.info("the robot would play %s", file.path)
+        while file.playing == mine:
+            before = self._now()
+            left = round(1000.0 * (file.seconds - file.place))
+            yield before + max(1, min(_POLL, left))
+            if not file.paused:
+                file.place += 0.001 * (self._now() - before)
+            if file.place >= file.seconds:
+                file.place = 0.0
+                if not loop or file.seconds == 0.0:
+                    break
+        if file.playing == mine:
+            file.playing = 0
+        return None
+
+    @offers("ALAudioPlayer.pause")
+    def _pause(self, key: Any) -> None:
+        file = self._file(key)
+        file.paused = not file.paused
+
+    @offers("ALAudioPlayer.stop")
+    def stop(self, key: Any) -> None:
+        """Stop a file; calls that wait for it return."""
+        file = self._file(key)
+        file.playing, file.place = 0, 0.0
+
+    @offers("ALAudioPlayer.stopAll")
+    def stop_all(self) -> None:
+        """Stop all files."""
+        for key in self._files:
+            self.stop(key)
+
+    @offers("ALAudioPlayer.unloadFile")
+    def _unload(self, key: Any) -> None:
+        self.stop(key)
+        del self._files[key]
+
+    @offers("ALAudioPlayer.unloadAllFiles")
+    def _unload_all(self) -> None:
+        self.stop_all()
+        self._files.clear()
+
+    @offers(
+        "ALAudioPlayer.playSine",
+        "ALAudioDevice.playSine",
+        partly="there is no sound; the call takes the time of the sound",
+    )
+    def _sine(
+        self,
+        frequency: Annotated[float, Range(0.0, 20_000.0)],
+        gain: Annotated[float, Range(0.0, 100.0)],
+        panorama: Annotated[float, Range(-1.0, 1.0)],
+        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+    ) -> Future[Any]:
+
+        def task() -> MotionTask:
+            yield self._now() + round(1000.0 * duration)
+
+        return self._tasks.begin(task())
+
+    @offers("ALAudioPlayer.setVolume", partly=KEPT)
+    def _set_volume(self, key: Any, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._file(key).volume = volume
+
+    @offers("ALAudioPlayer.setMasterVolume", partly=KEPT)
+    def _set_master(self, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._master = volume
+
+    @offers("ALAudioPlayer.goTo")
+    def _go_to(self, key: Any, place: Any) -> None:
+        file = self._file(key)
+        file.place = number(place, "ALAudioPlayer.goTo: position", 0.0, file.seconds)
+
+    @offers("ALAudioPlayer.getFileLength")
+    def _get_file_length(self, key: Any) -> Any:
+        return self._file(key).seconds
+
+    @offers("ALAudioPlayer.getCurrentPosition")
+    def _get_current_position(self, key: Any) -> Any:
+        return self._file(key).place
+
+    @offers("ALAudioPlayer.getVolume")
+    def _get_volume(self, key: Any) -> Any:
+        return self._file(key).volume
+
+    @offers("ALAudioDevice.setOutputVolume", partly=KEPT)
+    def _set_output_volume(self, volume: Annotated[float, Range(0.0, 100.0)]) -> Any:
+        self._output = round(volume)
+
+    @offers("ALAudioDevice.muteAudioOut", partly=KEPT)
+    def _mute_audio_out(self, muted: bool) -> Any:
+        self._muted = muted
+
+    answers = Answers(
+        {
+            "ALAudioPlayer.getInstalledSoundSetsList": lambda self: [],
+            "ALAudioPlayer.getLoadedSoundSetsList": lambda self: [],
+            "ALAudioPlayer.getLoadedFilesIds": lambda self: list(self._files),
+            "ALAudioPlayer.getLoadedFilesNames": lambda self: [str(file.path) for file in self._files.values()],
+            "ALAudioPlayer.getMasterVolume": lambda self: self._master,
+            "ALAudioDevice.getOutputVolume": lambda self: self._output,
+            "ALAudioDevice.isAudioOutMuted": lambda self: self._muted,
+        }
+    )
+
+
+SAMPLES: Final = {48_000: 4096, 16_000: 1365}
+"""Samples of a channel in one buffer by the rate, Hz: 85 ms."""
+ALL: Final = 4
+"""Channels that the number 0 stands for; 1 to 4 are one each: left, right, front, rear."""
+MAX_MODULES: Final = 100
+
+
+@dataclass
+class _Listener:
+    channels: int = ALL
+    rate: int = 48_000
+    due: float | None = None
+    """When it gets its next buffer, the robot's clock, ms; None: it has not subscribed."""
+
+
+class Microphones:
+    """Buffers of silence for each module; not thread-safe, the caller locks.
+
+    Args:
+        publish: calls the modules.
+    """
+
+    def __init__(self, publish: Publish) -> None:
+        self._publish = publish
+        self._listeners: dict[str, _Listener] = {}
+
+    def update(self, now: int) -> None:
+        """One cycle, at `now` of the robot's clock, ms."""
+        for module, one in self._listeners.items():
+            if one.due is None or now < one.due:
+                continue
+            samples = SAMPLES[one.rate]
+            one.due = max(one.due, now - 1000.0) + 1000.0 * samples / one.rate
+            seconds, part = divmod(time.time(), 1.0)
+            stamp, sound = [int(seconds), int(1e6 * part)], bytes(2 * one.channels * samples)
+            self._publish("", None, [[module, "processRemote", [one.channels, samples, stamp, sound]]])
+
+    def _of(self, module: Any, method: str) -> _Listener:
+        name = text(module, f"ALAudioDevice.{method}: module")
+        if name not in self._listeners and len(self._listeners) >= MAX_MODULES:
+            raise NaoqiRefused(f"ALAudioDevice.{method}: {MAX_MODULES} modules listen already.")
+        return self._listeners.setdefault(name, _Listener())
+
+    @offers("ALAudioDevice.setClientPreferences")
+    def _prefer(self, module: Any, rate: Any, channels: Any, *_: Any) -> None:
+        if rate not in list(SAMPLES) or channels not in list(range(ALL + 1)):
+            raise NaoqiRefused(
+                f"ALAudioDevice.setClientPreferences: {rate!r:.40} and {channels!r:.40} were given; a rate of "
+                "16000 or 48000 Hz, and channels 0 (all) to 4 are expected."
+            )
+        listener = self._of(module, "setClientPreferences")
+        listener.rate, listener.channels = int(rate), 1 if channels else ALL
+
+    @offers("ALAudioDevice.subscribe", partly="processRemote gets silence: there are no microphones")
+    def _subscribe(self, module: Any) -> None:
+        self._of(module, "subscribe").due = 0.0
+
+    @offers("ALAudioDevice.unsubscribe")
+    def _unsubscribe(self, module: str) -> None:
+        self._listeners.pop(module, None)
+
+
+_ALLOWED: Final = ((4, 48_000), (1, 16_000))
+"""Channels and rate, Hz (vendor's page)."""
+MAX_SECONDS: Final = 600.0
+"""s of silence that are written."""
+
+
+@dataclass(frozen=True)
+class _Recording:
+    path: Path
+    channels: int
+    rate: int
+    began: int
+    """The robot's clock, ms."""
+
+
+class Recorder:
+    """Methods of `ALAudioRecorder` and of `ALAudioDevice`; not thread-safe, the caller locks.
+
+    Args:
+        now: the robot's clock, ms.
+    """
+
+    def __init__(self, now: Callable[[], int]) -> None:
+        self._now = now
+        self._recording: _Recording | None = None
+        self._writer = ThreadPoolExecutor(1, "recorder")
+
+    @offers("ALAudioRecorder.startMicrophonesRecording", partly="silence: there are no microphones")
+    def _start(self, path: NewFile, kind: Any, rate: Any, channels: Any) -> None:
+        method = "startMicrophonesRecording"
+        if self._recording is not None:
+            raise NaoqiRefused(f"{method}: {self._recording.path} is being recorded; stop that first.")
+        if kind != "wav":
+            raise NaoqiRefused(f"{method}: {kind!r:.40} is not written; wav is.")
+        count = sum(map(bool, channels)) if isinstance(channels, list) else 0
+        if (count, rate) not in _ALLOWED:
+            raise NaoqiRefused(
+                f"{method} takes 4 channels at 48000 Hz or one of [left, right, front, rear] at 16000 Hz."
+            )
+        self._recording = _Recording(path, count, rate, self._now())
+
+    @offers("ALAudioDevice.startMicrophonesRecording", partly="silence: there are no microphones")
+    def _start_all(self, path: NewFile) -> None:
+        self._start(path, "wav", 48_000, [1, 1, 1, 1])
+
+    @offers("ALAudioRecorder.stopMicrophonesRecording", "ALAudioDevice.stopMicrophonesRecording")
+    def _stop(self) -> Future[Any] | None:
+        recording, self._recording = self._recording, None
+        if recording is None:
+            return None
+        seconds = min(MAX_SECONDS, 0.001 * (self._now() - recording.began))
+        return self._writer.submit(_write, recording, seconds)
+
+    energies = Answers(
+        {
+            f"ALAudioDevice.get{place}MicEnergy": lambda self: 0.0
+            for place in ("Front", "Rear", "Left", "Right")
+        },
+        partly="silence: there are no microphones",
+    )
+
+    answers = Answers(
+        {
+            "ALAudioDevice.enableEnergyComputation": lambda self: None,
+            "ALAudioDevice.disableEnergyComputation": lambda self: None,
+        }
+    )
+
+
+def _write(recording: _Recording, seconds: float) -> None:
+    try:
+        with wave.open(str(recording.path), "wb") as file:
+            file.setnchannels(recording.channels)
+            file.setsampwidth(2)
+            file.setframerate(recording.rate)
+            second = bytes(2 * recording.channels * recording.rate)
+            for _ in range(int(seconds)):
+                file.writeframes(second)
+            rest = round((seconds % 1.0) * recording.rate)
+            file.writeframes(second[: 2 * recording.channels * rest])
+    except OSError as error:
+        raise NaoqiRefused(
+            f"stopMicrophonesRecording: {recording.path} cannot be written ({error.strerror})."
+        ) from None

@@ -1,0 +1,220 @@
+"""ALAutonomousLife and ALBasicAwareness: settings that are remembered, and a head that follows a face.
+
+A person is a face of the emulated world, or one of `NaoHil.show`. Source: vendor's pages.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final
+
+import numpy as np
+
+from bridge.adapters.naoqi.core.cartesian import look_angles
+from bridge.adapters.naoqi.core.frames import RobotFrames, inverse
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.memory import Events, Memory
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    OneOf,
+    Setting,
+    offers,
+)
+from bridge.adapters.naoqi.interaction.detection import Stage
+from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
+from bridge.body.cameras import LINK as CAMERA_LINK
+from bridge.body.cameras import cameras
+from bridge.errors import NaoqiRefused
+from bridge.messages.world import THING_SIZES
+
+_STATE: Final = "AutonomousLife/State"
+STATES: Final = ("solitary", "interactive", "safeguard", "disabled")
+ABILITIES: Final = (
+    *("AutonomousBlinking", "BackgroundMovement", "BasicAwareness"),
+    *("ListeningMovement", "SpeakingMovement"),
+)
+"""Autonomous abilities (confirmed: vendor's page)."""
+
+
+class AutonomousLife:
+    """Methods of `ALAutonomousLife`; the caller locks.
+
+    Args:
+        events: its state is one.
+    """
+
+    def __init__(self, events: Events) -> None:
+        self._events, self._state = events, "disabled"
+        events.declare(_STATE, "ALAutonomousLife", self._state)
+        self._enabled = dict.fromkeys(ABILITIES, False)
+
+    @offers("ALAutonomousLife.setState", partly=KEPT)
+    def _set_state(self, state: Annotated[str, OneOf("state", STATES)]) -> None:
+        if state == "solitary" and self._state == "interactive":
+            raise NaoqiRefused("ALAutonomousLife.setState: interactive ends by itself, and not by setState.")
+        self._state = state
+        self._events.raise_event(_STATE, state)
+
+    @offers("ALAutonomousLife.setAutonomousAbilityEnabled", partly=KEPT)
+    def _set_ability(self, name: Annotated[str, OneOf("ability", ("All", *ABILITIES))], enabled: bool) -> None:
+        names = ABILITIES if name == "All" else (name,)
+        self._enabled.update(dict.fromkeys(names, enabled))
+
+    @offers("ALAutonomousLife.getAutonomousAbilitiesStatus")
+    def _status(self) -> list[dict[str, Any]]:
+        return [{"name": name, "enabled": on, "running": False} for name, on in self._enabled.items()]
+
+    @offers(
+        "ALAutonomousLife.switchFocus",
+        "ALAutonomousLife.getActivityNature",
+        "ALAutonomousLife.getFocusContext",
+        partly="no activities are installed; the call fails as documented",
+    )
+    def _no_activity(self, name: str, *_: Any) -> None:
+        raise NaoqiRefused(
+            f"ALAutonomousLife: there is no activity {name!r:.60}; none is installed on an emulated robot."
+        )
+
+    @offers("ALAutonomousLife.getFocusHistory", "ALAutonomousLife.getStateHistory")
+    def _history(self, depth: Any = None) -> list[Any]:
+        return []
+
+    @offers("ALAutonomousLife.getAutonomousAbilityEnabled")
+    def _is_enabled(self, name: Annotated[str, OneOf("ability", ABILITIES)]) -> bool:
+        return self._enabled[name]
+
+    answers = Answers(
+        {
+            "ALAutonomousLife.getState": lambda self: self._state,
+            "ALAutonomousLife.focusedActivity": lambda self: "",
+            "ALAutonomousLife.stopFocus": lambda self: None,
+            "ALAutonomousLife.stopAll": lambda self: None,
+            "ALAutonomousLife.isMonitoringLaunchpadConditions": lambda self: False,
+        }
+    )
+
+
+ENGAGEMENT_MODES: Final = ("Unengaged", "FullyEngaged", "SemiEngaged")
+TRACKING_MODES: Final = ("Head", "BodyRotation", "WholeBody", "MoveContextually")
+STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "TabletTouch")
+"""Of `ALBasicAwareness` (confirmed: vendor's page)."""
+NOBODY: Final = -1
+"""In place of a person's number (confirmed: vendor's page)."""
+LOST: Final = 3000
+"""ms without a sight of somebody after which the robot has lost them (assumed)."""
+_PERSON: Final = "PeoplePerception/Person/"
+_SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
+
+
+Stimulus = Annotated[str, OneOf("stimulus", STIMULI)]
+
+
+class Awareness:
+    """Methods of `ALBasicAwareness`; not thread-safe, the caller locks.
+
+    Args:
+        stage: has the faces to be seen.
+        frames: of the robot.
+        motion: turns its head.
+        events: told who is tracked.
+        memory: gets where people are.
+    """
+
+    engagement = Setting(
+        "ALBasicAwareness.EngagementMode",
+        ENGAGEMENT_MODES[0],
+        Annotated[str, OneOf("engagement mode", ENGAGEMENT_MODES)],
+        KEPT,
+    )
+    tracking = Setting(
+        "ALBasicAwareness.TrackingMode",
+        TRACKING_MODES[0],
+        Annotated[str, OneOf("tracking mode", TRACKING_MODES)],
+        "remembered and read back; the head follows, the body does not",
+    )
+
+    def __init__(
+        self, stage: Stage, frames: RobotFrames, motion: JointMotion, events: Events, memory: Memory
+    ) -> None:
+        self._stage, self._frames, self._motion = stage, frames, motion
+        self._events, self._memory = events, memory
+        self._cameras = [camera.name for camera in cameras(frames.body)]
+        self._people: dict[str, int] = {}
+        """Name of a face -> the number that the robot gave it."""
+        self._tracked, self._due, self._seen = NOBODY, 0, 0
+        self._enabled = self._paused = False
+        self._stimuli = dict.fromkeys(STIMULI, True)
+
+    @offers("ALBasicAwareness.setEnabled", partly="as startAwareness")
+    def _enable(self, enabled: bool) -> None:
+        self._enabled = enabled
+
+    def _pause(self, paused: bool) -> None:
+        self._paused = paused
+
+    @offers("ALBasicAwareness.setStimulusDetectionEnabled", partly="only the stimulus People has an effect")
+    def _set_stimulus(self, stimulus: Stimulus, enabled: bool) -> None:
+        self._stimuli[stimulus] = enabled
+
+    def update(self, now: int) -> None:
+        """One cycle, at `now` of the robot's clock, ms."""
+        if now < self._due:
+            return
+        self._due = now + PERIOD
+        running = self._enabled and not self._paused and self._stimuli["People"]
+        places = self._look_around() if running else {}
+        if self._tracked in places:
+            self._seen = now
+        elif self._tracked != NOBODY and (not running or now - self._seen > LOST):
+            lost, self._tracked = self._tracked, NOBODY
+            self._events.raise_event("ALBasicAwareness/HumanTracked", NOBODY)
+            for event in ("ALBasicAwareness/HumanLost", "ALBasicAwareness/PeopleLeft"):
+                self._events.raise_event(event, lost)
+        if self._tracked == NOBODY and places:
+            self._tracked, self._seen = next(iter(places)), now
+            self._events.raise_event("ALBasicAwareness/StimulusDetected", "People")
+            self._events.raise_event("ALBasicAwareness/HumanTracked", self._tracked)
+        if self._tracked in places and self._motion.available(["Head"]):
+            camera = self._frames.effectors[self._cameras[0]].fixed
+            angles = look_angles(places[self._tracked], self._frames.body.lengths.NeckOffsetZ, camera)
+            self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
+
+    def _look_around(self) -> dict[int, list[float]]:
+        """Number -> place in the Torso frame, m, of the people that are seen, the largest face first."""
+        links = self._frames.measured_links()
+        spaces = {key: self._frames.space(i, links, True) for i, key in _SPACES.items()}
+        places: dict[int, list[float]] = {}
+        for i, camera in enumerate(self._cameras):
+            for sighting in self._stage.seen("face", i):
+                number = self._people.setdefault(sighting.name, len(self._people) + 1)
+                point = self._frames.in_torso(camera, sighting.links) @ point_of(sighting, THING_SIZES["face"])
+                places.setdefault(number, point[:3].tolist())
+                for key, space in spaces.items():
+                    self._memory.put(f"{_PERSON}{number}/{key}", (inverse(space) @ point)[:3].tolist())
+                distance = float(np.linalg.norm((inverse(links[CAMERA_LINK]) @ point)[:3]))
+                self._memory.put(f"{_PERSON}{number}/Distance", distance)
+        self._memory.put("PeoplePerception/PeopleList", sorted(places))
+        return places
+
+    @offers("ALBasicAwareness.isStimulusDetectionEnabled")
+    def _detects(self, stimulus: Stimulus) -> bool:
+        return self._stimuli[stimulus]
+
+    answers = Answers(
+        {
+            "ALBasicAwareness.isEnabled": lambda self: self._enabled,
+            "ALBasicAwareness.isRunning": lambda self: self._enabled and not self._paused,
+            "ALBasicAwareness.stopAwareness": lambda self: self._enable(False),
+            "ALBasicAwareness.isAwarenessRunning": lambda self: self._enabled and not self._paused,
+            "ALBasicAwareness.pauseAwareness": lambda self: self._pause(True),
+            "ALBasicAwareness.resumeAwareness": lambda self: self._pause(False),
+            "ALBasicAwareness.isAwarenessPaused": lambda self: self._paused,
+        }
+    )
+
+    starting = Answers(
+        {
+            "ALBasicAwareness.startAwareness": lambda self: self._enable(True),
+        },
+        partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
+    )

@@ -1,0 +1,295 @@
+"""ALFaceDetection, ALLandMarkDetection and ALRedBallDetection: they see the things around the robot."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, cast
+
+from bridge.adapters.naoqi.core.cameras import CAMERAS, Eyes
+from bridge.adapters.naoqi.core.frames import RobotFrames, inverse, position6
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.sensing import VisionExtractor
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    number,
+    offers,
+    text,
+)
+from bridge.body import Body
+from bridge.body.cameras import cameras
+from bridge.errors import NaoqiRefused
+from bridge.messages.world import THING_SIZES
+from bridge.messages.world import ThingKind as Kind
+from bridge.types import Array, Vec3
+from bridge.validation import unknown_name
+
+RANGE: Final = 3.0
+"""m within which a thing is detected (assumed: 2 to 3 m in the vendor's pages)."""
+MAX_THINGS: Final = 100
+
+
+@dataclass(frozen=True)
+class ShownThing:
+    """Something that can be seen."""
+
+    kind: Kind
+    name: str
+    place: Vec3
+    """In the world's space, m."""
+    size: float
+    """Diameter, m."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A thing as a camera sees it."""
+
+    name: str
+    alpha: float
+    """To the left of the picture's middle, rad."""
+    beta: float
+    """Below the picture's middle, rad."""
+    size: float
+    """Angle that it fills, rad."""
+    links: Mapping[str, Array]
+    """Links in the Torso frame, with the head as it was when the camera saw this, each (4, 4), m."""
+
+
+class Stage:
+    """Things around the robot; not thread-safe, the caller locks.
+
+    Args:
+        body: of the robot.
+        frames: of the robot.
+        eyes: that see things of its world.
+        hear: gets what is said to the robot; returns the words that it recognized.
+    """
+
+    def __init__(self, body: Body, frames: RobotFrames, eyes: Eyes, hear: Callable[[str], list[str]]) -> None:
+        self._frames, self._eyes, self._hear = frames, eyes, hear
+        self._cameras = cameras(body)
+        self._things: dict[tuple[str, str], ShownThing] = {}
+
+    def seen(self, kind: Kind, camera: int) -> Iterator[Sighting]:
+        """Things of a kind in the field of view of camera 0 (top) or 1 (bottom), the largest first."""
+        across, down = self._cameras[camera].field
+        found = []
+        for what, name, place, diameter, links in self._around(camera):
+            x, y, z = place
+            distance = math.sqrt(x * x + y * y + z * z)
+            if what != kind or x <= 0.0 or distance > RANGE:
+                continue
+            alpha, beta = math.atan2(y, x), -math.atan2(z, x)
+            if abs(alpha) <= 0.5 * across and abs(beta) <= 0.5 * down:
+                size = 2.0 * math.asin(min(1.0, 0.5 * diameter / distance))
+                found.append(Sighting(name, alpha, beta, size, links))
+        yield from sorted(found, key=lambda sighting: -sighting.size)
+
+    def _around(self, camera: int) -> Iterator[tuple[str, str, Sequence[float], float, Mapping[str, Array]]]:
+        """Kind, name, place in the camera's frame (m), diameter (m) and the robot's links, of all things."""
+        for seen_by, kind, name, place, diameter, head in self._eyes.sights():
+            if seen_by == camera:
+                yield kind, name, place, diameter, self._frames.measured_links(head)
+        if self._things:
+            links = self._frames.measured_links()
+            in_torso = self._frames.in_torso(self._cameras[camera].name, links)
+            to_camera = inverse(in_torso) @ self._frames.space(1, links, True)
+            for thing in self._things.values():
+                x, y, z, _ = (float(part) for part in to_camera @ (*thing.place, 1.0))
+                yield thing.kind, thing.name, (x, y, z), thing.size, links
+
+    @offers("NaoHil.show")
+    def show(
+        self, kind: Any, name: Any, place: Any, size: Annotated[float, Range(0.001, 10.0)] | None = None
+    ) -> None:
+        """Put a thing into the world, or move it.
+
+        Args:
+            kind: `face`, `landmark` or `ball`.
+            name: of the face; the number of the landmark.
+            place: in the world's space, `[x, y, z]`, m.
+            size: diameter, m.
+        """
+        what, which = _kind(kind), _name(kind, name)
+        if not isinstance(place, list) or len(place) != 3:
+            raise NaoqiRefused(f"NaoHil.show: {place!r:.60} was given; [x, y, z] in m is expected.")
+        x, y, z = (number(item, "NaoHil.show: place", -1e3, 1e3) for item in place)
+        wide = THING_SIZES[what] if size is None else size
+        if (what, which) not in self._things and len(self._things) >= MAX_THINGS:
+            raise NaoqiRefused(f"NaoHil.show: {MAX_THINGS} things are shown already; hide some.")
+        self._things[what, which] = ShownThing(cast(Kind, what), which, (x, y, z), wide)
+
+    @offers("NaoHil.hide")
+    def _hide(self, kind: Any, name: Any) -> None:
+        self._things.pop((_kind(kind), _name(kind, name)), None)
+
+    @offers("NaoHil.hear")
+    def _hear_words(self, words: str) -> Any:
+        return self._hear(words)
+
+    answers = Answers(
+        {
+            "NaoHil.things": lambda self: [
+                [t.kind, t.name, list(t.place), t.size] for t in self._things.values()
+            ],
+        }
+    )
+
+
+def _kind(kind: Any) -> str:
+    what = text(kind, "NaoHil: kind")
+    if what not in THING_SIZES:
+        raise NaoqiRefused(f"NaoHil: {unknown_name('kind', what, THING_SIZES)}.")
+    return what
+
+
+def _name(kind: Any, name: Any) -> str:
+    which = str(name) if isinstance(name, int) and not isinstance(name, bool) else text(name, "NaoHil: name")
+    if kind == "landmark" and not which.isdecimal():
+        raise NaoqiRefused(f"NaoHil: the landmark {which!r:.40} has no number.")
+    return which
+
+
+PERIOD: Final = 100
+"""ms between two results, for a subscriber that gives no period (assumed)."""
+
+
+class Detection:
+    """One service that detects things of one kind; not thread-safe, the caller locks.
+
+    Args:
+        service: its name.
+        kind: of the things.
+        event: that it raises.
+        stage: has the things.
+        frames: of the robot.
+        events: to be raised.
+    """
+
+    def __init__(
+        self, service: str, kind: Kind, event: str, stage: Stage, frames: RobotFrames, events: Events
+    ) -> None:
+        self._service, self._kind, self._event = service, kind, event
+        self._stage, self._frames, self._events = stage, frames, events
+        self.extractor = VisionExtractor(
+            service,
+            events,
+            [event],
+            PERIOD,
+            left_out="it sees the things of the world by geometry, not by pictures",
+        )
+        events.declare(event, service, [])
+        self._seen = False
+        self._due = 0
+
+    @property
+    def _camera(self) -> int:
+        return self.extractor.camera
+
+    def update(self, now: int) -> None:
+        """One cycle, at `now` of the robot's clock, ms; raises the event at the period that was asked for."""
+        if not self.extractor.processing or now < self._due:
+            return
+        self._due = now + max(10, self.extractor.period)
+        sightings = list(self._stage.seen(self._kind, self._camera))
+        if sightings:
+            self._events.raise_event(self._event, self._value(sightings))
+        elif self._seen:
+            self._events.raise_event(self._event, [])  # once, when the last one is gone
+        self._seen = bool(sightings)
+
+    def _value(self, sightings: list[Sighting]) -> list[Any]:
+        seconds, part = divmod(time.time(), 1.0)
+        links = sightings[0].links
+        camera = self._frames.in_torso(CAMERAS[self._camera], links)
+        poses = [position6(inverse(self._frames.space(space, links, True)) @ camera) for space in (0, 2)]
+        return [[int(seconds), int(1e6 * part)], *self._found(sightings), *poses, self._camera_name()]
+
+    def _camera_name(self) -> Any:
+        return self._camera
+
+    def _found(self, sightings: list[Sighting]) -> list[Any]:
+        one = sightings[0]
+        return [[one.alpha, one.beta, 0.5 * one.size, 0.5 * one.size]]  # a ball's sizes are its radii
+
+
+class LandMarks(Detection):
+    """`ALLandMarkDetection`."""
+
+    def _camera_name(self) -> Any:
+        return CAMERAS[self._camera]
+
+    def _found(self, sightings: list[Sighting]) -> list[Any]:
+        return [[[[1, s.alpha, s.beta, s.size, s.size, 0.0], [int(s.name)]] for s in sightings]]
+
+
+class Faces(Detection):
+    """`ALFaceDetection`: knows the faces that were learnt."""
+
+    def __init__(self, stage: Stage, frames: RobotFrames, events: Events) -> None:
+        super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
+        self._known: dict[str, str] = {}
+        """Name of a thing -> what the robot calls it."""
+        self._recognizes, self._tracks, self._threshold = True, False, 0.4
+        self._before: list[str] = []
+
+    def _found(self, sightings: list[Sighting]) -> list[Any]:
+        labels = [self._known.get(s.name, "") if self._recognizes else "" for s in sightings]
+        faces = [self._face(i, s, label) for i, (s, label) in enumerate(zip(sightings, labels, strict=True))]
+        new = [label for label in labels if label and label not in self._before]
+        self._before = labels
+        return [[*faces, [2, new] if len(new) == 1 else [3, new] if new else []]]
+
+    def _face(self, number_: int, sighting: Sighting, label: str) -> list[Any]:
+        middle = [sighting.alpha, sighting.beta]
+        points = [middle * 7, middle * 7, [0.0, 0.0], [0.0, 0.0], middle * 3, middle * 8]
+        shape = [0, sighting.alpha, sighting.beta, sighting.size, sighting.size]
+        return [shape, [number_ + 1, 1.0 if label else 0.0, label, *points]]
+
+    @offers("ALFaceDetection.learnFace", partly="for the one face that is seen")
+    @offers("ALFaceDetection.reLearnFace", partly="as learnFace")
+    def _learn(self, name: str) -> bool:
+        """Learn the one face that is seen; false when it is none or several."""
+        faces = list(self._stage.seen("face", self._camera))
+        if len(faces) != 1:
+            return False
+        self._known[faces[0].name] = name
+        return True
+
+    @offers("ALFaceDetection.forgetPerson")
+    def _forget(self, name: str) -> bool:
+        gone = [thing for thing, known in self._known.items() if known == name]
+        for thing in gone:
+            del self._known[thing]
+        return bool(gone)
+
+    @offers("ALFaceDetection.clearDatabase")
+    def _clear(self) -> bool:
+        self._known.clear()
+        return True
+
+    @offers("ALFaceDetection.setRecognitionEnabled", "ALFaceDetection.enableRecognition")
+    def _recognize(self, enabled: bool) -> None:
+        self._recognizes = enabled
+
+    @offers("ALFaceDetection.setTrackingEnabled", "ALFaceDetection.enableTracking", partly=KEPT)
+    def _track(self, enabled: bool) -> None:
+        self._tracks = enabled
+
+    @offers("ALFaceDetection.setRecognitionConfidenceThreshold", partly=KEPT)
+    def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)]) -> None:
+        self._threshold = value
+
+    answers = Answers(
+        {
+            "ALFaceDetection.getLearnedFacesList": lambda self: sorted(set(self._known.values())),
+            "ALFaceDetection.isRecognitionEnabled": lambda self: self._recognizes,
+            "ALFaceDetection.isTrackingEnabled": lambda self: self._tracks,
+            "ALFaceDetection.getRecognitionConfidenceThreshold": lambda self: self._threshold,
+        }
+    )

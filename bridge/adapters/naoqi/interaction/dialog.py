@@ -1,0 +1,411 @@
+"""ALDialog: topics in QiChat, whose rules answer what is said to the robot and what happens to it."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    RobotFile,
+    offers,
+    text,
+)
+from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
+from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.errors import NaoHilError, NaoqiRefused
+from bridge.validation import unknown_name
+
+logger = logging.getLogger(__name__)
+
+_THREE: Final = {"English": "enu", "French": "frf", "German": "ged", "Italian": "iti", "Spanish": "spe"}
+"""Codes of topics' languages (assumed but for the first two)."""
+MAX_TOPICS: Final = 100
+MAX_TOPIC: Final = 1 << 16
+"""Letters of a topic."""
+MAX_CONCEPTS: Final = 1000
+MAX_ANSWER: Final = 2000
+"""Letters of an answer."""
+_JUMPS: Final = 20
+"""`^goto` in one answer."""
+_EVENTS: Final = (
+    *("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood", "NothingToSay"),
+    *("Tag", "Focus", "ActivateTopic", "DeactivateTopic", "IsStarted"),
+)
+"""Below `Dialog/` (confirmed: vendor's page); what each tells is assumed."""
+_CHOICE: Final = re.compile(r"(\^\w+)?\s*\[([^\[\]]*)\]")
+_OPTION: Final = re.compile(r'"([^"]*)"|(\S+)')
+
+
+class Dialog:
+    """Methods of the service, and what it hears and notices; not thread-safe, the caller locks.
+
+    Args:
+        events: to be raised, and read as variables.
+        read: value of a key of ALMemory; raises `NaoHilError` if there is none.
+        speak: says an answer; done at its end.
+    """
+
+    def __init__(self, events: Events, read: Callable[[str], Any], speak: Callable[[str], Future[Any]]) -> None:
+        self._events, self._read, self._speak = events, read, speak
+        self._topics: dict[str, Topic] = {}
+        self._active: list[str] = []
+        self._subscribers: set[str] = set()
+        self._concepts: dict[tuple[str, str], list[str]] = {}
+        """Of programs, by name and language."""
+        self._patterns: dict[tuple[str, str], Pattern] = {}
+        """What their words match."""
+        self._blocked: set[tuple[str, str]] = set()
+        """Topic and tag of what is switched off."""
+        self._within: tuple[str, list[Rule]] = ("", [])
+        """Topic and rules that come first after the last answer."""
+        self._turns: Counter[tuple[str, str]] = Counter()
+        """How often something was said that is another time something else."""
+        self._answers = False
+        self._focus, self._language, self._threshold = "", "English", 0.5
+        for event in _EVENTS:
+            events.declare(f"Dialog/{event}", "ALDialog")
+
+    def hear(self, said: str) -> None:
+        """Somebody says something to the robot."""
+        if self._subscribers:
+            self._input(said)
+
+    def notice(self, event: str, value: Any) -> None:
+        """An event was raised."""
+        if not self._subscribers or self._answers:
+            return
+        for topic, rule in self._rules():
+            wanted = [equals for name, equals in rule.events if name == event]
+            if any(str(value) == equals if equals else bool(value) for equals in wanted) and self._holds(rule):
+                self._answer(topic, rule, ())
+                return
+
+    def _rules(self) -> Iterator[tuple[Topic, Rule]]:
+        """Rules of the active topics, in the order in which they are tried."""
+        name, within = self._within
+        order = [name for name in self._active if name == self._focus]
+        order += [name for name in self._active if name != self._focus]
+        for topic, rules in [(name, within), *((of, self._topics[of].rules) for of in order)]:
+            if topic in self._active:
+                yield from ((self._topics[topic], rule) for rule in rules if self._is_on(topic, rule.tags))
+
+    def _is_on(self, topic: str, tags: tuple[str, ...]) -> bool:
+        return not any((topic, tag) in self._blocked for tag in tags)
+
+    def _holds(self, rule: Rule) -> bool:
+        return all(str(self._value(name)) == value for name, value in rule.conditions)
+
+    def _value(self, name: str) -> Any:
+        try:
+            return self._read(name)
+        except NaoHilError:
+            return ""
+
+    def _input(self, said: str) -> Future[Any] | None:
+        """Answer what is said; done when the answer was spoken."""
+        self._raise("LastInput", said)
+        steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
+        for topic, rule in self._rules():
+            kept = kept_of(rule.pattern, said, concepts[topic.name], steps) if rule.pattern else None
+            if kept is not None and self._holds(rule):
+                self._raise("MatchedInput", said)
+                self._raise("MatchedTopic", topic.name)
+                return self._answer(topic, rule, kept)
+        self._raise("NotUnderstood", said)
+        return None
+
+    def _concepts_of(self, topic: Topic) -> dict[str, Pattern]:
+        own = {
+            name.casefold(): pattern
+            for (name, language), pattern in self._patterns.items()
+            if topic.language in _codes(language)
+        }
+        return topic.concepts | own
+
+    def _answer(self, topic: Topic, rule: Rule, kept: tuple[str, ...]) -> Future[Any] | None:
+        self._answers = True
+        try:
+            if rule.within or not any(rule is other for other in self._within[1]):
+                self._within = topic.name, rule.within
+            self._go_to(topic.name)
+            if not self._is_on(topic.name, tuple(re.findall(r"%(\w+)", rule.answer))):
+                return None
+            answer = self._produced(topic, rule.answer, kept)
+            for tag in re.findall(r"%(\w+)", rule.answer):
+                self._raise("Tag", tag)
+            if not answer:
+                return None
+            spoken = self._speak(answer)
+            self._raise("LastAnswer", answer)
+            self._raise("Answered", answer)
+            return spoken
+        except NaoHilError as error:
+            logger.warning("ALDialog: an answer is left out: %s", error)
+            return None
+        finally:
+            self._answers = False
+
+    def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
+        """What is said for an answer; its variables are set on the way."""
+        for _ in range(_JUMPS):
+            jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
+            if jump is None:
+                break
+            goal = self._tagged(topic, jump[1])
+            answer = answer.replace(jump[0], goal.answer if goal else "", 1)
+        answer = answer[:MAX_ANSWER]
+        while found := _CHOICE.search(answer):
+            options = [quoted or word for quoted, word in _OPTION.findall(found[2])] or [""]
+            turn = 0 if found[1] == "^first" else self._turn(topic.name, found[2])
+            answer = answer[: found.start()] + options[turn % len(options)] + answer[found.end() :]
+        for name, quoted, plain in re.findall(r'\$([\w/]+)=(?!=)(?:"([^"]*)"|(\S+))', answer):
+            self._events.raise_event(name, _typed(_with_kept(quoted or plain, kept)))
+        answer = re.sub(r'\$[\w/]+=(?!=)(?:"[^"]*"|\S+)', " ", answer)
+        answer = re.sub(r"%\w+|\^\w+(\([^)]*\))?", " ", answer)
+        answer = _with_kept(answer, kept)
+        answer = re.sub(r"\$([A-Za-z_][\w/]*)", lambda m: str(self._value(m[1])), answer)
+        answer = re.sub(r"~(\w+)", lambda m: self._one_of(topic, m[1]), answer)
+        return re.sub(r"\s+([.,!?])", r"\1", " ".join(answer.replace('"', " ").split()))
+
+    def _turn(self, *what: str) -> int:
+        key = what[0], what[1]
+        if len(self._turns) > MAX_CONCEPTS:
+            self._turns.clear()
+        self._turns[key] += 1
+        return self._turns[key] - 1
+
+    def _one_of(self, topic: Topic, concept: str) -> str:
+        """A word of a concept, the next one each time."""
+        found = self._concepts_of(topic).get(concept.casefold())
+        if found is None or not found.parts:
+            return ""
+        parts = found.parts[0].parts if found.kind == "sequence" and len(found.parts) == 1 else found.parts
+        return " ".join(_words_of(parts[self._turn(topic.name, f"~{concept}") % len(parts)])) if parts else ""
+
+    def _tagged(self, topic: Topic, tag: str) -> Rule | None:
+        rules = [*topic.proposals, *topic.rules]
+        return next((rule for rule in rules if tag in rule.tags or re.search(rf"%{tag}\b", rule.answer)), None)
+
+    def _raise(self, event: str, value: Any) -> None:
+        self._events.raise_event(f"Dialog/{event}", value)
+
+    def _go_to(self, topic: str) -> None:
+        if topic != self._focus:
+            self._focus = topic
+            self._raise("Focus", topic)
+
+    @offers("ALDialog.forceInput", partly="without a subscriber nothing is answered")
+    def _force_input(self, said: str) -> Future[Any] | None:
+        if not self._subscribers:
+            logger.warning("ALDialog.forceInput: nobody has subscribed to ALDialog, and nothing is answered")
+            return None
+        return self._input(said[:MAX_TOPIC])
+
+    @offers("ALDialog.forceOutput")
+    def _force_output(self) -> Future[Any] | None:
+        """Say the next proposal of the topic that has the focus."""
+        topic = self._topics.get(self._focus) if self._focus in self._active else None
+        proposals = [p for p in topic.proposals if self._is_on(topic.name, p.tags)] if topic else []
+        turn = self._turns["proposal", self._focus]
+        if topic is None or turn >= len(proposals):
+            self._raise("NothingToSay", 1)
+            return None
+        self._turn("proposal", self._focus)
+        return self._answer(topic, proposals[turn], ())
+
+    @offers("ALDialog.setFocus")
+    def _set_focus(self, name: Any) -> None:
+        self._go_to(self._loaded(name))
+
+    @offers("ALDialog.gotoTopic")
+    def _go_to_topic(self, name: Any) -> Future[Any] | None:
+        self._set_focus(name)
+        return self._force_output()
+
+    @offers("ALDialog.gotoTag")
+    def _go_to_tag(self, tag: str, name: Any) -> Future[Any] | None:
+        topic = self._topics[self._loaded(name)]
+        goal = self._tagged(topic, re.sub(r"\W", "", tag))
+        if goal is None:
+            raise NaoqiRefused(f"ALDialog.gotoTag: {topic.name} has no tag {tag!r:.60}.")
+        return self._answer(topic, goal, ())
+
+    @offers("ALDialog.enableTag")
+    def _enable_tag(self, tag: str, topic: Any) -> None:
+        self._blocked.discard((self._loaded(topic), tag))
+
+    @offers("ALDialog.disableTag")
+    def _disable_tag(self, tag: str, topic: Any) -> None:
+        if len(self._blocked) < MAX_CONCEPTS:
+            self._blocked.add((self._loaded(topic), tag))
+
+    @offers(
+        "ALDialog.loadTopic",
+        partly="functions of answers but ^goto, ^rand and ^first are left out; a negation never matches",
+    )
+    def _load_file(self, path: RobotFile) -> str:
+        try:
+            with path.open("rb") as source:
+                content = source.read(MAX_TOPIC + 1)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise NaoqiRefused(f"ALDialog.loadTopic: {str(path)!r:.80} cannot be read ({reason}).") from None
+        return self._load(content.decode("utf-8", "replace"))
+
+    @offers("ALDialog.loadTopicContent", partly="as loadTopic")
+    def _load(self, content: str) -> str:
+        if len(content) > MAX_TOPIC:
+            raise NaoqiRefused(f"ALDialog: the topic is longer than {MAX_TOPIC} letters.")
+        topic = parse(content)
+        if len(self._topics) >= MAX_TOPICS and topic.name not in self._topics:
+            raise NaoqiRefused(f"ALDialog: {MAX_TOPICS} topics are loaded already; unload some.")
+        self._topics[topic.name] = topic
+        self._turns["proposal", topic.name] = 0
+        return topic.name
+
+    def _loaded(self, name: Any) -> str:
+        topic = text(name, "ALDialog: topic")
+        if topic not in self._topics:
+            raise NaoqiRefused(f"ALDialog: {unknown_name('topic', topic, self._topics)}.")
+        return topic
+
+    @offers("ALDialog.activateTopic")
+    def _activate(self, name: Any) -> None:
+        if self._loaded(name) not in self._active:
+            self._active.append(name)
+            self._raise("ActivateTopic", name)
+
+    @offers("ALDialog.deactivateTopic")
+    def _deactivate(self, name: Any) -> None:
+        if self._loaded(name) in self._active:
+            self._active.remove(name)
+            self._raise("DeactivateTopic", name)
+
+    @offers("ALDialog.unloadTopic")
+    def _unload(self, name: Any) -> None:
+        self._deactivate(name)
+        del self._topics[name]
+
+    @offers(
+        "ALDialog.subscribe", partly="text of forceInput and NaoHil.hear is answered, not sound; and events"
+    )
+    def _subscribe(self, name: str) -> None:
+        if len(self._subscribers) >= MAX_TOPICS:
+            raise NaoqiRefused(f"ALDialog.subscribe: {MAX_TOPICS} have subscribed already.")
+        self._subscribers.add(name)
+        self._raise("IsStarted", 1)
+
+    @offers("ALDialog.unsubscribe")
+    def _unsubscribe(self, name: str) -> None:
+        self._subscribers.discard(name)
+        if not self._subscribers:
+            self._within = ("", [])
+            self._raise("IsStarted", 0)
+
+    @offers("ALDialog.setLanguage", partly=KEPT)
+    def _set_language(self, language: str) -> None:
+        if language not in LANGUAGES:
+            raise NaoqiRefused(f"ALDialog.setLanguage: {unknown_name('language', language, LANGUAGES)}.")
+        self._language = language
+
+    @offers("ALDialog.setASRConfidenceThreshold", partly=KEPT)
+    def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)], *_: Any) -> None:
+        self._threshold = value
+
+    def _key(self, concept: Any, language: Any) -> tuple[str, str]:
+        key = text(concept, "ALDialog: concept"), text(language, "ALDialog: language")
+        if key not in self._concepts and len(self._concepts) >= MAX_CONCEPTS:
+            raise NaoqiRefused(f"ALDialog: {MAX_CONCEPTS} concepts are kept already.")
+        return key
+
+    @offers("ALDialog.setConcept")
+    def _set_concept(self, concept: Any, language: Any, words: Any, *_: Any) -> None:
+        key = self._key(concept, language)
+        self._keep(key, _words(words))
+
+    def _keep(self, key: tuple[str, str], words: list[str]) -> None:
+        self._concepts[key] = words
+        self._patterns[key] = Pattern("choice", parts=tuple(_of_words(word) for word in words))
+
+    @offers("ALDialog.addToConcept")
+    def _add_to_concept(self, concept: Any, language: Any, words: Any) -> None:
+        key = self._key(concept, language)
+        kept = self._concepts.get(key, [])
+        self._keep(key, [*kept, *(word for word in _words(words) if word not in kept)][:MAX_CONCEPTS])
+
+    @offers("ALDialog.clearConcepts")
+    def _clear_concepts(self) -> None:
+        self._concepts.clear()
+        self._patterns.clear()
+
+    @offers("ALDialog.resetAll")
+    def _reset(self) -> None:
+        self._within, self._focus = ("", []), ""
+        self._blocked.clear()
+        self._turns.clear()
+
+    @offers("ALDialog.getLoadedTopics")
+    def _get_loaded_topics(self, of: Any) -> Any:
+        return [t.name for t in self._topics.values() if t.language in _codes(of)]
+
+    @offers("ALDialog.getConcept")
+    def _get_concept(self, concept: Any, language: Any) -> Any:
+        return self._concepts.get(self._key(concept, language), [])
+
+    answers = Answers(
+        {
+            "ALDialog.getAllLoadedTopics": lambda self: list(self._topics),
+            "ALDialog.getActivatedTopics": lambda self: list(self._active),
+            "ALDialog.getFocus": lambda self: self._focus,
+            "ALDialog.getASRConfidenceThreshold": lambda self: self._threshold,
+        }
+    )
+
+    answers2 = Answers(
+        {
+            "ALDialog.compileAll": lambda self: None,
+        },
+        partly="without effect: topics are ready when they are loaded",
+    )
+
+
+def _of_words(words: str) -> Pattern:
+    return Pattern("sequence", parts=tuple(Pattern("word", word) for word in plain_words(words)))
+
+
+def _words_of(pattern: Pattern) -> list[str]:
+    """Words of a pattern, of choices the first."""
+    parts = pattern.parts[:1] if pattern.kind == "choice" else pattern.parts
+    return [pattern.text] if pattern.kind == "word" else [word for part in parts for word in _words_of(part)]
+
+
+def _with_kept(answer: str, kept: tuple[str, ...]) -> str:
+    """An answer with the words that were kept in place of `$1`, `$2`, ..."""
+    return re.sub(r"\$(\d)", lambda m: kept[int(m[1]) - 1] if 0 < int(m[1]) <= len(kept) else "", answer)
+
+
+def _typed(value: str) -> Any:
+    """A variable's value: a number if it is one."""
+    if re.fullmatch(r"-?\d+", value):
+        return int(value[:18])
+    return float(value) if re.fullmatch(r"-?\d+\.\d+", value) else value
+
+
+def _words(words: Any) -> list[str]:
+    if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+        raise NaoqiRefused(f"ALDialog: {words!r:.60} was given; a list of words is expected.")
+    return words[:MAX_CONCEPTS]
+
+
+def _codes(language: Any) -> set[str]:
+    """How topics name a language: by its name, or by a code."""
+    name = text(language, "ALDialog.getLoadedTopics: language")
+    return {name, _THREE.get(name, name)}

@@ -1,0 +1,134 @@
+"""ALSpeechRecognition: recognizes words of its vocabulary in what is said to the robot, as text."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.sensing import Extractor
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    OneOf,
+    Setting,
+    number,
+    offers,
+)
+from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.errors import NaoqiRefused
+
+NOTHING: Final[list[Any]] = ["", -3.0]
+"""`WordRecognized` before anything was recognized (assumed)."""
+MAX_WORDS: Final = 10_000
+_STATUS: Final = "ALSpeechRecognition/Status"
+_PARAMETERS: Final = {"Sensitivity": (0.0, 1.0, 0.4), "NbHypotheses": (1.0, 10.0, 1.0)}
+"""Parameter -> smallest value, largest, and that at the start."""
+
+
+Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
+
+
+class SpeechRecognition:
+    """Listens while it has subscribers and is not paused; not thread-safe, the caller locks.
+
+    Args:
+        events: to be raised.
+    """
+
+    language = Setting("ALSpeechRecognition.Language", "English", Annotated[str, OneOf("language", LANGUAGES)])
+    audio_expression = Setting("ALSpeechRecognition.AudioExpression", True, bool, KEPT)
+
+    def __init__(self, events: Events) -> None:
+        self._events = events
+        self.extractor = Extractor(
+            "ALSpeechRecognition",
+            events,
+            ["WordRecognized", "LastWordRecognized", "SpeechDetected"],
+            left_out="it recognizes text that NaoHil.hear gives, not sound",
+        )
+        events.declare("WordRecognized", "ALSpeechRecognition", list(NOTHING))
+        events.declare("SpeechDetected", "ALSpeechRecognition", False)
+        events.declare(_STATUS, "ALSpeechRecognition", "Idle")
+        self._words: list[str] = []
+        self._spots, self._paused = False, False
+        self._pushed: list[tuple[list[str], bool]] = []
+        """Vocabularies that were put aside."""
+        self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
+
+    def hear(self, said: str) -> list[str]:
+        """Somebody says something; the words of the vocabulary that were recognized, best first.
+
+        Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
+        """
+        if not self.extractor.running or self._paused:
+            return []
+        self._events.raise_event(_STATUS, "SpeechDetected")
+        self._events.raise_event("SpeechDetected", True)
+        plain = _plain(said)
+        known = {_plain(word): word for word in self._words}
+        if self._spots:
+            found = [word for key, word in known.items() if re.search(rf"\b{re.escape(key)}\b", plain)]
+        else:
+            found = [known[plain]] if plain in known else []
+        found.sort(key=len, reverse=True)
+        found = found[: round(self._parameters["NbHypotheses"])]
+        if found:
+            shown = [f"<...> {word} <...>" if self._spots else word for word in found]
+            value = [item for i, word in enumerate(shown) for item in (word, 1.0 - 0.1 * i)]
+            self._events.raise_event("WordRecognized", value)
+            self._events.raise_event("LastWordRecognized", value)
+        self._events.raise_event("SpeechDetected", False)
+        self._events.raise_event(_STATUS, "EndOfProcess")
+        return found
+
+    @offers("ALSpeechRecognition.setVocabulary", partly="compared as text")
+    @offers("ALSpeechRecognition.setWordListAsVocabulary")
+    def _set_words(self, words: list[str], spots: bool = False) -> None:
+        if not words:
+            raise NaoqiRefused("ALSpeechRecognition.setVocabulary: the list of words is empty.")
+        if self.extractor.running and not self._paused and not self._pushed:
+            raise NaoqiRefused(
+                "ALSpeechRecognition.setVocabulary: it is running; pause(True) first, and pause(False) after."
+            )
+        self._spots = spots
+        self._words = words[:MAX_WORDS]
+
+    @offers("ALSpeechRecognition.pause")
+    def _pause(self, paused: bool) -> None:
+        self._paused = paused
+        self._events.raise_event(_STATUS, "ListenOff" if self._paused else "ListenOn")
+
+    @offers("ALSpeechRecognition.setParameter", partly="the sensitivity is without effect")
+    def _set_parameter(self, parameter: Parameter, value: float) -> None:
+        lower, upper, _ = _PARAMETERS[parameter]
+        self._parameters[parameter] = number(value, f"ALSpeechRecognition: {parameter}", lower, upper)
+
+    @offers("ALSpeechRecognition.pushContexts")
+    def _push(self) -> None:
+        if len(self._pushed) < MAX_WORDS:
+            self._pushed.append((self._words, self._spots))
+
+    @offers("ALSpeechRecognition.popContexts")
+    def _pop(self) -> None:
+        if self._pushed:
+            self._words, self._spots = self._pushed.pop()
+
+    @offers("ALSpeechRecognition.getParameter")
+    def _get_parameter(self, parameter: Parameter) -> float:
+        return self._parameters[parameter]
+
+    @offers("ALSpeechRecognition.setVisualExpression", partly=KEPT)
+    def _show(self, enabled: bool) -> None:
+        """Without effect."""
+
+    answers = Answers(
+        {
+            "ALSpeechRecognition.getAvailableLanguages": lambda self: list(LANGUAGES),
+            "ALSpeechRecognition._enableFreeSpeechToText": lambda self: None,
+        }
+    )
+
+
+def _plain(words: str) -> str:
+    return " ".join(re.findall(r"\w+", words.casefold()))

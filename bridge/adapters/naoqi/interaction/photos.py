@@ -1,0 +1,314 @@
+"""ALPhotoCapture and ALVideoRecorder: pictures of the cameras as files (vendor's pages on both)."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.cameras import Eyes
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.core.video import RESOLUTIONS
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    Range,
+    new_file,
+    offers,
+)
+from bridge.errors import NaoqiRefused
+from bridge.validation import unknown_name
+
+FORMATS: Final = {
+    **dict.fromkeys(("bmp", "dib"), "bmp"),
+    **dict.fromkeys(("jpeg", "jpg", "jpe"), "jpeg"),
+    **dict.fromkeys(("pbm", "pgm", "ppm"), "ppm"),
+    **dict.fromkeys(("tiff", "tif"), "tiff"),
+    "png": "png",
+}
+"""Extension of a file -> its kind."""
+GREY, COLOUR = 0, 13
+"""Colour spaces of files."""
+SIZES: Final = (0, 1, 2)
+"""Resolutions of files."""
+MAX_PICTURES: Final = 9000
+"""Of one call, or of one film."""
+
+
+class _Setup:
+    """Which pictures are taken; what is set before a program does so is assumed, but for the interval.
+
+    Args:
+        service: that takes them.
+    """
+
+    def __init__(self, service: str) -> None:
+        self.service = service
+        self.camera, self.resolution, self.space = 0, 1, COLOUR
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Columns and rows."""
+        width = RESOLUTIONS[self.resolution]
+        return width, 3 * width // 4
+
+    def file(self, folder: str, name: str, overwrite: bool, method: str) -> Path:
+        """A file to be written; its folder is made if it is below the robot's home.
+
+        Raises:
+            NaoqiRefused: it cannot be, or it is there and must not be replaced.
+        """
+        where = f"{self.service}.{method}"
+        path = new_file(f"{folder}/{name}", f"{where}: file")
+        if os.path.exists(path) and not overwrite:
+            raise NaoqiRefused(f"{where}: {path} is there already; another name or overwrite is expected.")
+        return path
+
+    def _put(self, name: str, value: Any, allowed: Sequence[int]) -> None:
+        if isinstance(value, bool) or value not in list(allowed):
+            numbers = ", ".join(map(str, allowed))
+            raise NaoqiRefused(f"{self.service}: {name} is {value!r:.40}; {numbers} are there.")
+        setattr(self, name, value)
+
+    @offers(".setCameraID")
+    def _set_camera_id(self, camera: Any) -> Any:
+        return self._put("camera", camera, (0, 1))
+
+    @offers(".setResolution")
+    def _set_resolution(self, resolution: Any) -> Any:
+        return self._put("resolution", resolution, SIZES)
+
+    @offers(".setColorSpace")
+    def _set_color_space(self, space: Any) -> Any:
+        return self._put("space", space, (GREY, COLOUR))
+
+    answers = Answers(
+        {
+            ".getCameraID": lambda self: self.camera,
+            ".getResolution": lambda self: self.resolution,
+            ".getColorSpace": lambda self: self.space,
+        }
+    )
+
+
+class PhotoCapture:
+    """Methods of `ALPhotoCapture`; not thread-safe, the caller locks.
+
+    Args:
+        eyes: that see.
+        tasks: run the pictures of a series.
+        now: the robot's clock, ms.
+    """
+
+    def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
+        self._eyes, self._tasks, self._now = eyes, tasks, now
+        self.setup = _Setup("ALPhotoCapture")
+        self._format, self._interval, self._half = "jpg", 200, False
+
+    @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
+    def _take(self, folder: str, name: str, overwrite: bool = True) -> Future[Any]:
+        path = self.setup.file(folder, f"{_bare(name, self._format)}.{self._format}", overwrite, "takePicture")
+        return self._written(path, [str(path)])
+
+    @offers("ALPhotoCapture.takePictures", partly="as takePicture")
+    def _take_some(
+        self, count: Annotated[float, Range(1, MAX_PICTURES)], folder: str, name: str, overwrite: bool = True
+    ) -> Future[Any]:
+        series = round(count)
+        bare, names = _bare(name, self._format), list[str]()
+
+        def task() -> MotionTask:
+            """One picture after the other, at the interval that is set."""
+            for i in range(series):
+                begun, file = self._now(), f"{bare}_{i}.{self._format}"
+                path = self.setup.file(folder, file, overwrite, "takePictures")
+                done = self._written(path, None)
+                while not done.done() or (i < series - 1 and self._now() - begun < self._interval):
+                    yield self._now() + 1
+                done.result()
+                names.append(str(path))
+            return [names]
+
+        return self._tasks.begin(task())
+
+    def _written(self, path: Path, result: Any) -> Future[Any]:
+        """A picture of now as a file; the result comes when it is written."""
+        written: Future[Any] = Future()
+
+        def write(taken: Future[Any]) -> None:
+            """In the thread of the cameras."""
+            error = taken.exception()
+            if error is not None:
+                written.set_exception(error)
+                return
+            try:
+                path.write_bytes(taken.result()[1])
+            except OSError as failure:
+                written.set_exception(_unwritten("takePicture", path, failure))
+            else:
+                written.set_result(result)
+
+        setup = self.setup
+        taken = self._eyes.picture(setup.camera, *setup.size, setup.space, FORMATS[self._format])
+        taken.add_done_callback(write)
+        return written
+
+    @offers("ALPhotoCapture.setPictureFormat")
+    def _set_format(self, form: str) -> None:
+        if form not in FORMATS:
+            raise NaoqiRefused(f"ALPhotoCapture.setPictureFormat: {unknown_name('format', form, FORMATS)}.")
+        self._format = form
+
+    @offers("ALPhotoCapture.setCaptureInterval")
+    def _set_interval(self, milliseconds: Annotated[float, Range(0, 3.6e6)]) -> None:
+        self._interval = round(milliseconds)
+
+    @offers("ALPhotoCapture.setHalfPressEnabled", partly=KEPT)
+    def _set_half(self, enabled: bool) -> bool:
+        self._half = enabled
+        return True
+
+    answers = Answers(
+        {
+            "ALPhotoCapture.getPictureFormat": lambda self: self._format,
+            "ALPhotoCapture.getCaptureInterval": lambda self: self._interval,
+            "ALPhotoCapture.isHalfPressEnabled": lambda self: self._half,
+            "ALPhotoCapture.isHalfPressed": lambda self: self._half,
+        }
+    )
+
+    answers2 = Answers(
+        {
+            "ALPhotoCapture.halfPress": lambda self: self._set_half(not self._half),
+        },
+        partly=KEPT,
+    )
+
+
+class VideoRecorder:
+    """Methods of `ALVideoRecorder`; not thread-safe, the caller locks.
+
+    Args:
+        eyes: that see.
+        tasks: run the recording.
+        now: the robot's clock, ms.
+    """
+
+    def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
+        self._eyes, self._tasks, self._now = eyes, tasks, now
+        self.setup, self._rate = _Setup("ALVideoRecorder"), 15
+        self._path: Path | None = None
+        self._taken: list[Future[Any]] = []
+        self._writer = ThreadPoolExecutor(1, "film")
+
+    @offers("ALVideoRecorder.startRecording", partly="the pictures of ALVideoDevice, 9000 at most")
+    def _start(self, folder: str, name: str, overwrite: bool = True) -> None:
+        if self._path is not None:
+            raise NaoqiRefused(f"ALVideoRecorder: {self._path} is being recorded; stop that first.")
+        path = self.setup.file(folder, f"{_bare(name, 'avi')}.avi", overwrite, "startRecording")
+        self._taken = [self._shot()]
+        self._path = path
+        self._tasks.begin(self._recording(path, self._rate))
+
+    def _shot(self) -> Future[Any]:
+        return self._eyes.picture(self.setup.camera, *self.setup.size, self.setup.space, "jpeg")
+
+    def _recording(self, path: Path, rate: int) -> MotionTask:
+        begun, taken = self._now(), self._taken
+        while self._path is path and len(taken) < MAX_PICTURES:
+            yield begun + round(1000.0 * len(taken) / rate)
+            if self._path is path and taken[-1].done():
+                taken.append(self._shot())
+            elif self._path is path:
+                taken.append(taken[-1])  # the drawing is late: the picture stays
+
+    @offers("ALVideoRecorder.stopRecording")
+    def _stop(self) -> Future[Any]:
+        path, self._path = self._path, None
+        if path is None:
+            raise NaoqiRefused(
+                "ALVideoRecorder.stopRecording: nothing is being recorded; startRecording begins."
+            )
+        return self._writer.submit(_write_film, path, list(self._taken), self.setup.size, self._rate)
+
+    @offers("ALVideoRecorder.setVideoFormat", partly="MJPG")
+    def _set_format(self, form: Any) -> None:
+        if form != "MJPG":
+            raise NaoqiRefused(f"ALVideoRecorder.setVideoFormat: {form!r:.40} is not written; MJPG is.")
+
+    @offers("ALVideoRecorder.setFrameRate")
+    def _set_rate(self, rate: Annotated[float, Range(3, 30)]) -> None:
+        if self._path is not None:
+            raise NaoqiRefused("ALVideoRecorder.setFrameRate: a recording runs; stop that first.")
+        self._rate = round(rate)
+
+    answers = Answers(
+        {
+            "ALVideoRecorder.isRecording": lambda self: self._path is not None,
+            "ALVideoRecorder.getFrameRate": lambda self: self._rate,
+            "ALVideoRecorder.getVideoFormat": lambda self: "MJPG",
+        }
+    )
+
+
+def _bare(name: str, extension: str) -> str:
+    """A file's name without its extension, if it has that."""
+    return name.removesuffix(f".{extension}")
+
+
+def _unwritten(method: str, path: Path, error: OSError) -> NaoqiRefused:
+    return NaoqiRefused(f"{method}: {path} cannot be written ({error.strerror}).")
+
+
+def _write_film(path: Path, taken: Sequence[Future[Any]], size: tuple[int, int], rate: int) -> list[Any]:
+    """`[pictures, path]` of a film, once its last picture is drawn."""
+    pictures = [one.result(_LONGEST)[1] for one in taken]
+    try:
+        path.write_bytes(avi(pictures, size, rate))
+    except OSError as error:
+        raise _unwritten("stopRecording", path, error) from None
+    return [len(pictures), str(path)]
+
+
+_LONGEST: Final = 60.0
+"""s that a picture may take."""
+
+
+def avi(pictures: Sequence[bytes], size: tuple[int, int], rate: int) -> bytes:
+    """A film in motion JPEG (AVI RIFF, Microsoft's reference: `avih`, `strh`, `strf`, `movi`, `idx1`).
+
+    Args:
+        pictures: JPEG files.
+        size: columns and rows.
+        rate: pictures a second.
+    """
+    width, height = size
+    count, most = len(pictures), max(map(len, pictures))
+    film = struct.pack(
+        "<14I", 1_000_000 // rate, most * rate, 0, 0x10, count, 0, 1, most, width, height, 0, 0, 0, 0
+    )
+    stream = struct.pack(
+        "<4s4s10I4H", b"vids", b"MJPG", 0, 0, 0, 1, rate, 0, count, most, 0xFFFFFFFF, 0, 0, 0, width, height
+    )
+    format_ = struct.pack("<IiiHH4sIiiII", 40, width, height, 1, 24, b"MJPG", 3 * width * height, 0, 0, 0, 0)
+    head = _list(
+        b"hdrl", _chunk(b"avih", film), _list(b"strl", _chunk(b"strh", stream), _chunk(b"strf", format_))
+    )
+    chunks = [_chunk(b"00dc", picture) for picture in pictures]
+    index, place = b"", 4
+    for picture, chunk in zip(pictures, chunks, strict=True):
+        index += struct.pack("<4sIII", b"00dc", 0x10, place, len(picture))
+        place += len(chunk)
+    body = b"AVI " + head + _list(b"movi", *chunks) + _chunk(b"idx1", index)
+    return _chunk(b"RIFF", body)
+
+
+def _chunk(name: bytes, data: bytes) -> bytes:
+    return name + struct.pack("<I", len(data)) + data + b"\0" * (len(data) % 2)
+
+
+def _list(name: bytes, *chunks: bytes) -> bytes:
+    return _chunk(b"LIST", name + b"".join(chunks))

@@ -1,0 +1,349 @@
+r"""ALTextToSpeech and ALAnimatedSpeech: speech goes to the log and to events, and takes its time.
+
+Marks in a text: `\\pau=500\\` (ms), `\\rspd=80\\` (per cent), `\\mrk=1\\`, and those of animated speech,
+as `^start(...)`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import re
+import subprocess
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    NewFile,
+    OneOf,
+    Range,
+    Setting,
+    offers,
+    text,
+)
+from bridge.adapters.naoqi.interaction.voice import LANGUAGES, Voice
+from bridge.errors import NaoqiRefused
+
+LETTERS_PER_SECOND: Final = 14.0
+"""Of speech at speed 100 (assumed: a hundred and fifty words a minute)."""
+SENTENCE_PAUSE: Final = 0.3
+"""s after a full stop (assumed)."""
+SPEEDS: Final = (50.0, 400.0)
+"""Range of the speed, per cent (confirmed: vendor's page)."""
+_MARK: Final = re.compile(r"\\+(\w+)=([^\\]*)\\+|\\+\w+\\+")
+_ANIMATION: Final = re.compile(r"\^\w+(?:\([^)]*\))?")
+
+
+@dataclass(frozen=True)
+class Word:
+    """One word of an utterance."""
+
+    text: str
+    begin: float
+    """s after the begin of the utterance at which it is spoken."""
+    place: int
+    """Of its first letter in the text without marks."""
+    bookmark: int | None = None
+    """Number of a bookmark right before it."""
+
+
+@dataclass(frozen=True)
+class Utterance:
+    """What is spoken, and when."""
+
+    plain: str
+    """The text without marks."""
+    words: tuple[Word, ...]
+    seconds: float
+
+
+def utterance(text: str, speed: float = 100.0) -> Utterance:
+    """Read the marks of a text and time its words.
+
+    Args:
+        text: with marks.
+        speed: where no mark says another, per cent.
+    """
+    now, place, pieces, bookmark = 0.0, 0, [], None
+    words: list[Word] = []
+    percent = speed
+    cut = 0
+    text = _ANIMATION.sub("", text)
+    for mark in [*_MARK.finditer(text), None]:
+        piece = text[cut : mark.start() if mark else len(text)]
+        for found in re.finditer(r"\S+", piece):
+            words.append(Word(found[0], now, place + found.start(), bookmark))
+            bookmark = None
+            now += (len(found[0]) + 1) / (LETTERS_PER_SECOND * percent / 100.0)
+            now += SENTENCE_PAUSE if found[0][-1] in ".!?" else 0.0
+        pieces.append(piece)
+        place += len(piece)
+        if mark is None:
+            break
+        cut = mark.end()
+        value = _number(mark[2])
+        if mark[1] == "pau":
+            now += min(max(value, 0.0), 60_000.0) / 1000.0
+        elif mark[1] == "rspd":
+            percent = min(max(value, SPEEDS[0]), SPEEDS[1])
+        elif mark[1] == "mrk":
+            bookmark = int(value)
+    return Utterance("".join(pieces).strip(), tuple(words), now)
+
+
+def _number(text: str | None) -> float:
+    try:
+        return min(max(float(text or ""), -1e9), 1e9)
+    except ValueError:
+        return 0.0
+
+
+logger = logging.getLogger(__name__)
+
+VOICES: Final = ("naoenu", "naofrf", "Kenny22Enhanced", "Julie22Enhanced")
+"""Names of the vendor's voices, under any of which the one voice speaks."""
+MAX_WAITING: Final = 100
+"""Sentences that wait to be spoken."""
+MAX_TEXT: Final = 20_000
+"""Letters of one text."""
+_POLL: Final = 50
+"""ms between two looks whether the voice has ended."""
+_PARAMETERS: Final[dict[str, tuple[float, float, float]]] = {
+    "speed": (*SPEEDS, 100.0),
+    "defaultVoiceSpeed": (*SPEEDS, 100.0),
+    "pitchShift": (0.0, 4.0, 0.0),
+    "doubleVoice": (0.0, 4.0, 0.0),
+    "doubleVoiceLevel": (0.0, 4.0, 0.0),
+    "doubleVoiceTimeShift": (0.0, 0.5, 0.0),
+}
+"""Parameter -> smallest value, largest, and that at the start (confirmed: vendor's page)."""
+_MODES: Final = {0: "disabled", 1: "random", 2: "contextual"}
+SPOKEN: Final = "the robot speaks:"
+"""Begins the log's line of each text."""
+_PREFIX: Final = "ALTextToSpeech"
+
+
+Language = Annotated[str, OneOf("language", LANGUAGES)]
+Parameter = Annotated[str, OneOf("parameter", _PARAMETERS)]
+
+
+def _mode(mode: Any, _: str = "") -> int:
+    """A mode of body language by its number or its name."""
+    for code, name in _MODES.items():
+        if mode == name or (mode == code and not isinstance(mode, bool)):
+            return code
+    raise NaoqiRefused(f"ALAnimatedSpeech: {mode!r:.40} is no mode; {', '.join(_MODES.values())} are.")
+
+
+Mode = Annotated[int, _mode]
+
+
+class Speech:
+    """Speaks one text after the other; not thread-safe, the caller locks.
+
+    Args:
+        tasks: for calls that end when the speech does; those that a stop of all motions leaves alone.
+        events: to be raised.
+        now: the robot's clock, ms.
+    """
+
+    language = Setting("ALTextToSpeech.Language", "English", Language)
+    volume = Setting("ALTextToSpeech.Volume", 1.0, Annotated[float, Range(0.0, 1.0)])
+    voice = Setting(
+        "ALTextToSpeech.Voice",
+        VOICES[0],
+        Annotated[str, OneOf("voice", VOICES)],
+        "one voice speaks, under any of the vendor's names",
+    )
+
+    def __init__(self, tasks: MotionTasks, events: Events, now: Callable[[], int]) -> None:
+        self._tasks, self._events, self._now = tasks, events, now
+        self._voice = Voice()
+        self._writer = ThreadPoolExecutor(1)
+        """Writes files, which must not hold up the robot's cycle."""
+        self._numbers = itertools.count(1)
+        self._waiting: list[int] = []
+        """Numbers of the texts that are spoken (the first) or wait for it."""
+        self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
+        self._mode = 2
+        self._notifies = True
+        for event, value in (
+            ("Status", [0, "done"]),
+            ("TextStarted", 0),
+            ("TextDone", 1),
+            ("TextInterrupted", 0),
+            ("CurrentSentence", ""),
+            ("CurrentWord", ""),
+            ("PositionOfCurrentWord", 0),
+            ("CurrentBookMark", 0),
+        ):
+            events.declare(f"{_PREFIX}/{event}", _PREFIX, value)
+        events.declare("ALAnimatedSpeech/EndOfAnimatedSpeech", "ALAnimatedSpeech")
+
+    @offers(
+        "ALTextToSpeech.say",
+        partly="heard where espeak-ng is installed; elsewhere it takes the time of 14 letters a second",
+    )
+    def say(self, sentence: Any, language: Language | None = None) -> Future[Any]:
+        """Speak a text; waits for its end."""
+        spoken = self._text(sentence, "ALTextToSpeech.say")
+        return self._begin(spoken, language or self.language)
+
+    @offers("ALAnimatedSpeech.say", partly="the text is spoken, its animations are left out")
+    def say_animated(self, sentence: Any, settings: Any = None) -> Future[Any]:
+        """Speak a text; its animations are left out. Waits for its end."""
+        spoken = self._text(sentence, "ALAnimatedSpeech.say")
+        if settings is not None and not isinstance(settings, dict):
+            raise NaoqiRefused(
+                f"ALAnimatedSpeech.say: {settings!r:.60} was given; a configuration as "
+                '{"bodyLanguageMode": "disabled"} is expected.'
+            )
+        if settings and "bodyLanguageMode" in settings:
+            _mode(settings["bodyLanguageMode"])
+        return self._begin(spoken, self.language, "ALAnimatedSpeech/EndOfAnimatedSpeech")
+
+    def _text(self, sentence: Any, method: str) -> Utterance:
+        spoken = text(str(sentence) if isinstance(sentence, int | float) else sentence, f"{method}: text")
+        if len(spoken) > MAX_TEXT or len(self._waiting) >= MAX_WAITING:
+            raise NaoqiRefused(
+                f"{method} takes {MAX_TEXT} letters at once, and {MAX_WAITING} texts that wait to be spoken."
+            )
+        return utterance(spoken, self._parameters["speed"])
+
+    def _begin(self, spoken: Utterance, language: str, event: str = "") -> Future[Any]:
+        number_ = next(self._numbers)
+        self._waiting.append(number_)
+        self._raise("Status", [number_, "enqueued"])
+        return self._tasks.begin(self._spoken(number_, spoken, language, event))
+
+    def _spoken(self, number_: int, spoken: Utterance, language: str, event: str) -> MotionTask:
+        while self._waiting and self._waiting[0] != number_ and number_ in self._waiting:
+            yield self._now() + _POLL
+        if number_ not in self._waiting:
+            return None
+        logger.info("%s %.500r", SPOKEN, spoken.plain)
+        self._raise("CurrentSentence", spoken.plain)
+        self._raise("TextStarted", 1)
+        self._raise("Status", [number_, "started"])
+        process = self._voice.speak(spoken.plain, language, self._parameters["speed"], self.volume)
+        try:
+            ended = yield from self._words(number_, spoken, process)
+        finally:
+            if process is not None and process.poll() is None:
+                process.kill()
+            if number_ in self._waiting:
+                self._waiting.remove(number_)
+        self._raise("TextDone" if ended else "TextInterrupted", 1)
+        self._raise("Status", [number_, "done" if ended else "stopped"])
+        if event:
+            self._events.raise_event(event, number_)
+        return None
+
+    def _words(
+        self, number_: int, spoken: Utterance, process: subprocess.Popen[bytes] | None
+    ) -> Generator[int, None, bool]:
+        """Raise the words' events at their times; whether all were spoken."""
+        began = self._now()
+        for word in spoken.words:
+            due = began + round(1000.0 * word.begin)
+            while self._now() < due:
+                yield min(due, self._now() + _POLL)
+                if number_ not in self._waiting:
+                    return False
+            if word.bookmark is not None:
+                self._raise("CurrentBookMark", word.bookmark)
+            self._raise("CurrentWord", word.text)
+            self._raise("PositionOfCurrentWord", word.place)
+        end = began + round(1000.0 * spoken.seconds)
+        while self._sounds(process, end):
+            yield self._now() + _POLL
+            if number_ not in self._waiting:
+                return False
+        return True
+
+    def _sounds(self, process: subprocess.Popen[bytes] | None, end: int) -> bool:
+        """Whether the voice still speaks; without one, or where it failed, whether it would."""
+        state = None if process is None else process.poll()
+        return self._now() < end if process is None or state else state is None
+
+    def _raise(self, event: str, value: Any) -> None:
+        if self._notifies:
+            self._events.raise_event(f"{_PREFIX}/{event}", value)
+
+    @offers("ALTextToSpeech.setParameter", partly="only the speed has an effect")
+    def _set_parameter(self, parameter: Parameter, value: float) -> None:
+        lower, upper, _ = _PARAMETERS[parameter]
+        if not (lower <= value <= upper or (value == 0.0 and parameter != "speed")):
+            raise NaoqiRefused(
+                f"ALTextToSpeech.setParameter: {parameter} is {value:g}; {lower:g} to {upper:g} is expected."
+            )
+        self._parameters[parameter] = value
+
+    @offers("ALTextToSpeech.sayToFile", partly="where espeak-ng is installed")
+    def _to_file(self, sentence: Any, path: NewFile) -> Future[Any]:
+        spoken = self._text(sentence, "ALTextToSpeech.sayToFile")
+        settings = (self.language, self._parameters["speed"], self.volume)
+        return self._writer.submit(self._voice.write, spoken.plain, *settings, path)
+
+    @offers("ALTextToSpeech.stopAll")
+    def stop_all(self) -> None:
+        """Stop the text that is spoken and forget those that wait; their calls return."""
+        self._waiting.clear()
+
+    def _notify(self, enabled: bool) -> None:
+        self._notifies = enabled
+
+    @offers("ALTextToSpeech.getParameter")
+    def _get_parameter(self, parameter: Parameter) -> float:
+        return self._parameters[parameter]
+
+    @offers("ALTextToSpeech.loadVoicePreference", partly=KEPT)
+    def _load_voice(self, name: str) -> None:
+        """Without effect."""
+
+    @offers("ALAnimatedSpeech.setBodyLanguageMode", "ALAnimatedSpeech.setBodyLanguageModeFromStr", partly=KEPT)
+    def _set_body_language_mode(self, mode: Mode) -> None:
+        self._mode = mode
+
+    @offers("ALAnimatedSpeech.setBodyLanguageEnabled", "ALAnimatedSpeech.setBodyTalkEnabled", partly=KEPT)
+    def _set_body_language_enabled(self, enabled: bool) -> Any:
+        self._mode = 2 if enabled else 0
+
+    @offers(
+        "ALAnimatedSpeech.addTagsToWords",
+        "ALAnimatedSpeech.declareTagForAnimations",
+        "ALAnimatedSpeech.addTagForAnimations",
+        partly=KEPT,
+    )
+    def _keep_tags(self, tags: Any) -> None:
+        """Check tags of animations or words; there are no animations."""
+        if not isinstance(tags, dict) or not all(isinstance(names, list) for names in tags.values()):
+            raise NaoqiRefused(f"ALAnimatedSpeech: {tags!r:.60} was given; {{tag: [name, ...]}} is expected.")
+
+    answers = Answers(
+        {
+            "ALTextToSpeech.getSupportedLanguages": lambda self: list(LANGUAGES),
+            "ALTextToSpeech.getAvailableVoices": lambda self: list(VOICES),
+            "ALTextToSpeech.resetSpeed": lambda self: self._set_parameter("speed", 100.0),
+            "ALTextToSpeech.locale": lambda self: LANGUAGES[self.language],
+            "ALTextToSpeech.enableNotifications": lambda self: self._notify(True),
+            "ALTextToSpeech.disableNotifications": lambda self: self._notify(False),
+            "ALAnimatedSpeech.getBodyLanguageMode": lambda self: self._mode,
+            "ALAnimatedSpeech.getBodyLanguageModeToStr": lambda self: _MODES[self._mode],
+            "ALAnimatedSpeech.isBodyLanguageEnabled": lambda self: self._mode != 0,
+            "ALAnimatedSpeech.isBodyTalkEnabled": lambda self: self._mode != 0,
+        }
+    )
+
+    languages = Answers(
+        {
+            "ALTextToSpeech.getAvailableLanguages": lambda self: list(LANGUAGES),
+        },
+        partly="the languages that espeak-ng may have",
+    )

@@ -1,0 +1,449 @@
+"""ALTracker: following what the cameras see, and looking and pointing at places."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+import numpy as np
+
+from bridge.adapters.naoqi.core.cameras import CAMERAS
+from bridge.adapters.naoqi.core.cartesian import look_angles, pointing_angles
+from bridge.adapters.naoqi.core.frames import RobotFrames
+from bridge.adapters.naoqi.core.joint_motion import JointMotion
+from bridge.adapters.naoqi.core.joints import Joints
+from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.declared import (
+    KEPT,
+    Answers,
+    OneOf,
+    Range,
+    Vector,
+    flag,
+    fraction,
+    number,
+    offers,
+    text,
+)
+from bridge.adapters.naoqi.interaction.detection import Sighting, Stage
+from bridge.body.cameras import cameras
+from bridge.errors import NaoqiRefused
+from bridge.messages.world import ThingKind
+from bridge.types import Array, Vec3
+
+PERIOD: Final = 100
+"""ms between two looks (assumed)."""
+SPEED: Final = 0.3
+"""Fraction of the head's largest speed (assumed)."""
+_WALK_EVERY: Final = 400
+"""ms between two orders to the walker."""
+_FASTEST: Final = (0.10, 0.4)
+"""m/s ahead and rad/s of a walk to a target (assumed)."""
+_GAIN: Final = 0.5
+"""1/s from distance and angle to the walk's velocity (assumed)."""
+Walk = Callable[[float, float, float], Future[Any]]
+
+
+@dataclass(frozen=True)
+class FollowedTarget:
+    """What is followed."""
+
+    name: str
+    """ALTracker's, for example `RedBall`; or an event's."""
+    kind: ThingKind | None
+    """None: not seen, but told by the event."""
+    size: float
+    """Diameter, m."""
+    marks: tuple[str, ...] = ()
+    """Numbers of the landmarks that count; empty: all."""
+
+
+class Following:
+    """Follows one target; not thread-safe, the caller locks.
+
+    Args:
+        stage: has the things to be seen.
+        frames: of the robot.
+        motion: turns its head.
+        events: told that a target is lost or reached.
+        neck: height of the head's joints in the Torso frame, m.
+        walk: walks at a velocity; None: nobody can.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        frames: RobotFrames,
+        motion: JointMotion,
+        events: Events,
+        neck: float,
+        walk: Walk | None,
+    ) -> None:
+        self._stage, self._frames, self._motion, self._events = stage, frames, motion, events
+        self._neck, self._walk = neck, walk
+        self._cameras = [camera.name for camera in cameras(frames.body)]
+        self.target: FollowedTarget | None = None
+        self.walks, self.time_out = False, 2000
+        """Whether the robot walks to the target; and ms after which it is lost."""
+        self.relative: Sequence[float] = (0.0,) * 6
+        """Where the target is to be reached, x, y (m) and angle (rad) of the robot from it, and how nearly."""
+        self._place: Array | None = None
+        """FRAME_WORLD, (4,)."""
+        self.arms: Sequence[str] = ()
+        """Arms that point at it."""
+        self._told: list[list[Any]] = []
+        """What the event told before."""
+        self._due = self._seen = self._ordered = 0
+        self._lost, self._reached, self._walking = True, False, False
+        for event in ("TargetLost", "TargetReached", "TargetDetected", "ActiveTargetChanged"):
+            events.declare(f"ALTracker/{event}", "ALTracker")
+
+    @property
+    def lost(self) -> bool:
+        """Whether the target is not seen."""
+        return self.target is None or self._lost
+
+    def begin(self, target: FollowedTarget) -> None:
+        """Follow this one from now on."""
+        self.end()
+        self.target, self._place, self._due = target, None, 0
+        self._lost, self._reached, self._seen = True, False, -1
+        self._told = self._events.history(target.name)
+        self._events.raise_event("ALTracker/ActiveTargetChanged", target.name)
+
+    def end(self) -> None:
+        """Follow nothing; a walk to a target ends."""
+        if self.target is not None:
+            self._events.raise_event("ALTracker/ActiveTargetChanged", "")
+        self.target = None
+        self._order((0.0, 0.0, 0.0))
+
+    def position(self, space: Any) -> list[float]:
+        """Where the target was seen last, in a space, m; empty: never."""
+        if self._place is None:
+            return []
+        links = self._frames.measured_links()
+        to_torso = self._frames.space(1, links, True)
+        in_space = np.linalg.inv(self._frames.space(space, links, True)) @ to_torso @ self._place
+        return [float(x) for x in in_space[:3]]
+
+    def update(self, now: int) -> None:
+        """One cycle, at `now` of the robot's clock, ms."""
+        if self.target is None or now < self._due:
+            return
+        self._due = now + PERIOD
+        if self._seen < 0:
+            self._seen = now
+        found = self._find(self.target)
+        if found is None:
+            if not self._lost and now - self._seen > self.time_out:
+                self._lost = True
+                self._order((0.0, 0.0, 0.0))
+                self._events.raise_event("ALTracker/TargetLost", self.target.name)
+            return
+        if self._lost:
+            self._events.raise_event("ALTracker/TargetDetected", self.target.name)
+        self._lost, self._seen = False, now
+        self._look(found)
+        if self.walks:
+            self._approach(now)
+
+    def _find(self, target: FollowedTarget) -> Array | None:
+        """The target in the Torso frame, (4,), m; None: no camera sees it."""
+        if target.kind is None:
+            return self._tell(target.name)
+        for i, name in enumerate(self._cameras):
+            for sighting in self._stage.seen(target.kind, i):
+                if not target.marks or sighting.name in target.marks:
+                    point: Array = self._frames.in_torso(name, sighting.links) @ point_of(sighting, target.size)
+                    self._place = np.linalg.inv(self._frames.space(1, sighting.links, True)) @ point
+                    return point
+        return None
+
+    def _tell(self, event: str) -> Array | None:
+        """What an event told since the last look, as `_find` gives it; None: nothing, or no place."""
+        told, before = self._events.history(event), self._told
+        self._told = told
+        place = told[-1][0] if told and told != before else None
+        while isinstance(place, list) and place and isinstance(place[0], list):
+            place = place[0]
+        if not isinstance(place, list) or len(place) < 3 or not all(map(_is_length, place[:3])):
+            return None
+        self._place = np.array((*place[:3], 1.0))
+        point: Array = self._frames.space(1, self._frames.measured_links(), True) @ self._place
+        return point
+
+    def _look(self, point: Array) -> None:
+        camera, place = self._frames.effectors[self._cameras[0]].fixed, [float(x) for x in point[:3]]
+        angles = look_angles(place, self._neck, camera)
+        self._motion.set_angles(["HeadYaw", "HeadPitch"], list(angles), SPEED)
+        for arm in self.arms:
+            pointing = pointing_angles(place, arm, self._frames.body.lengths)
+            self._motion.set_angles(list(pointing), list(pointing.values()), SPEED)
+
+    def _approach(self, now: int) -> None:
+        x, y, _ = self.position(2)
+        near_x, near_angle = self.relative[3] or 0.1, self.relative[5] or 0.3
+        ahead, angle = x + self.relative[0], math.atan2(y, x) + self.relative[2]
+        if abs(ahead) < near_x and abs(angle) < near_angle:
+            self._order((0.0, 0.0, 0.0))
+            if not self._reached:
+                self._events.raise_event("ALTracker/TargetReached", self.target.name if self.target else "")
+            self._reached = True
+            return
+        self._reached = False
+        if now - self._ordered >= _WALK_EVERY:
+            self._ordered = now
+            most, turn = _FASTEST
+            speed = max(-most, min(most, _GAIN * ahead)) if abs(angle) < 2.0 * near_angle else 0.0
+            self._order((speed, 0.0, max(-turn, min(turn, _GAIN * angle))))
+
+    def _order(self, velocity: Vec3) -> None:
+        walking = any(velocity)
+        if self._walk is not None and (walking or self._walking):
+            self._walk(*velocity)
+        self._walking = walking
+
+
+def _is_length(x: Any) -> bool:
+    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e3
+
+
+def point_of(sighting: Sighting, size: float) -> Array:
+    """Where a thing is, in the camera's frame, homogeneous, (4,), m.
+
+    Args:
+        sighting: Its angles and its angular size in the picture, rad.
+        size: Its diameter, m.
+    """
+    distance = 0.5 * size / math.sin(0.5 * sighting.size)
+    across, down = math.tan(sighting.alpha), math.tan(sighting.beta)
+    depth = distance / math.sqrt(1.0 + across * across + down * down)
+    return np.array((depth, depth * across, -depth * down, 1.0))
+
+
+TARGETS: Final = ("RedBall", "Face", "LandMark", "LandMarks", "People", "Sound")
+_KINDS: Final[dict[str, ThingKind]] = {
+    "RedBall": "ball",
+    "Face": "face",
+    "LandMark": "landmark",
+    "LandMarks": "landmark",
+}
+MODES: Final = ("Head", "WholeBody", "Move")
+EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
+
+
+Target = Annotated[str, OneOf("target", TARGETS)]
+Position = Annotated[list[float], Vector("x, y, z", -1e3, 1e3, "m")]
+
+
+class Tracker:
+    """Methods of `ALTracker`; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+        motion: moves them.
+        frames: of the robot.
+        following: its loop.
+    """
+
+    def __init__(self, joints: Joints, motion: JointMotion, frames: RobotFrames, following: Following) -> None:
+        self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
+        self._initialize()
+
+    @offers("ALTracker.initialize")
+    def _initialize(self) -> None:
+        self._following.end()
+        self._targets: dict[str, FollowedTarget] = {}
+        self._mode, self._effector = "Head", "None"
+        self._distance = 1.0
+        self._following.walks, self._following.time_out = False, 2000
+        self._following.relative, self._following.arms = (0.0,) * 6, ()
+
+    def _point(self, position: Sequence[float], space: Any) -> Sequence[float]:
+        """A point in the Torso frame, m."""
+        links = self._frames.measured_links()
+        x, y, z, _ = self._frames.space(space, links, True) @ (*position, 1.0)
+        return float(x), float(y), float(z)
+
+    @offers("ALTracker.lookAt", kind="joints", partly="by the head only")
+    def look_at(self, position: Position, *arguments: Any) -> Future[Any]:
+        """Turn the head so that a camera's axis goes through a point; waits for the end.
+
+        Args:
+            position: m.
+            arguments: `(space, fraction of the largest speed, whole body)`, after the camera's number if given.
+                Without a space the torso's is meant (assumed). The head alone turns.
+        """
+        if len(arguments) == 2:
+            arguments = (0, *arguments)
+        camera, rest = (arguments[0], arguments[1:]) if len(arguments) == 4 else (0, arguments)
+        if len(rest) != 3 or isinstance(camera, bool) or camera not in (0, 1):
+            raise NaoqiRefused("ALTracker.lookAt takes ([x, y, z], space, fractionMaxSpeed, useWholeBody).")
+        flag(rest[2], "ALTracker.lookAt: useWholeBody")
+        share = fraction(rest[1], "ALTracker.lookAt: fractionMaxSpeed")
+        point = self._point(position, rest[0])
+        place = self._frames.effectors[CAMERAS[camera]].fixed
+        angles = look_angles(point, self._joints.body.lengths.NeckOffsetZ, place)
+        return self._motion.interpolation_with_speed(["HeadYaw", "HeadPitch"], list(angles), share)
+
+    @offers(
+        "ALTracker.pointAt",
+        kind="joints",
+        partly="with a straight arm, and the elbow's offset of 15 mm left out",
+    )
+    def point_at(
+        self, effector: Annotated[str, OneOf("arm", ("LArm", "RArm"))], position: Position, *arguments: Any
+    ) -> Future[Any]:
+        """Stretch an arm towards a point; waits for the end.
+
+        Args:
+            effector: `LArm` or `RArm`.
+            position: m.
+            arguments: `(space, fraction of the largest speed)`; the space as for `look_at`.
+        """
+        if len(arguments) not in (1, 2):
+            raise NaoqiRefused("ALTracker.pointAt takes (effector, [x, y, z], space, fractionMaxSpeed).")
+        space, speed = (0, *arguments)[-2:]
+        share = fraction(speed, "ALTracker.pointAt: fractionMaxSpeed")
+        point = self._point(position, space)
+        angles = pointing_angles(point, effector, self._joints.body.lengths)
+        return self._motion.interpolation_with_speed(list(angles), list(angles.values()), share)
+
+    @offers("ALTracker.registerTarget", partly="RedBall, Face and LandMark can be followed")
+    def _register(self, name: Target, parameters: Any = None) -> None:
+        self._targets[name] = _target(name, parameters)
+
+    @offers("ALTracker.track", kind="joints")
+    def track(self, name: Target) -> None:
+        """Follow a registered target.
+
+        Raises:
+            NaoqiRefused: it is not registered.
+        """
+        if name not in self._targets:
+            raise NaoqiRefused(f"ALTracker.track: {name} is not registered; call registerTarget first.")
+        self._following.begin(self._targets[name])
+
+    @offers(
+        "ALTracker.trackEvent",
+        kind="joints",
+        partly="the first three numbers are a place in FRAME_WORLD; the rest of the event is not used",
+    )
+    def track_event(self, event: str) -> None:
+        """Follow the places that an event of ALMemory gives: `[[x, y, z, ...], ...]`, FRAME_WORLD, m."""
+        self._following.begin(FollowedTarget(event, None, 0.0))
+
+    @offers("ALTracker.unregisterAllTargets")
+    def _clear(self) -> None:
+        self._following.end()
+        self._targets.clear()
+
+    @offers("ALTracker.getActiveTarget")
+    def _active(self) -> str:
+        return self._following.target.name if self._following.target else ""
+
+    @offers("ALTracker.unregisterTarget", "ALTracker.unregisterTargets")
+    def _unregister(self, names: Any) -> None:
+        for name in names if isinstance(names, list) else [names]:
+            self._targets.pop(text(name, "ALTracker: target"), None)
+
+    @offers("ALTracker.setMode", partly="Head and Move; in Move the head rests while the robot walks")
+    def _set_mode(self, mode: Annotated[str, OneOf("mode", MODES)]) -> None:
+        if mode == "WholeBody":
+            raise NaoqiRefused("ALTracker.setMode: WholeBody is not offered; Head and Move are.")
+        self._mode, self._following.walks = mode, mode == "Move"
+
+    @offers(
+        "ALTracker.setEffector",
+        partly="the arm points with a straight elbow, and the elbow's offset of 15 mm left out",
+    )
+    def _set_effector(self, effector: Annotated[str, OneOf("effector", EFFECTORS)]) -> None:
+        self._effector = effector
+        self._following.arms = EFFECTORS[self._effector]
+
+    @offers("ALTracker.setRelativePosition", partly="x, the angle and their thresholds, in mode Move")
+    def _set_relative(self, position: Annotated[list[float], Vector("x, y, theta, dx, dy, dtheta")]) -> None:
+        self._following.relative = position
+
+    @offers("ALTracker.setTimeOut")
+    def _set_time_out(self, milliseconds: Annotated[float, Range(0.0, 1e9)]) -> None:
+        self._following.time_out = round(milliseconds)
+
+    @offers("ALTracker.setMaximumDistanceDetection", partly=KEPT)
+    def _set_distance(self, distance: Annotated[float, Range(0.0, 1e3)]) -> None:
+        self._distance = distance
+
+    @offers("ALTracker.getTargetPosition")
+    def _get_target_position(self, space: Any = 0) -> Any:
+        return self._following.position(space)
+
+    answers = Answers(
+        {
+            "ALTracker.getRegisteredTargets": lambda self: list(self._targets),
+            "ALTracker.getManagedTargets": lambda self: list(self._targets),
+            "ALTracker.getSupportedTargets": lambda self: list(TARGETS),
+            "ALTracker.getTargetNames": lambda self: list(TARGETS),
+            "ALTracker.getAvailableModes": lambda self: list(MODES),
+            "ALTracker.getMode": lambda self: self._mode,
+            "ALTracker.getEffector": lambda self: self._effector,
+            "ALTracker.getRelativePosition": lambda self: list(self._following.relative),
+            "ALTracker.getTimeOut": lambda self: self._following.time_out,
+            "ALTracker.getMaximumDistanceDetection": lambda self: self._distance,
+            "ALTracker.stopTracker": lambda self: self._following.end(),
+            "ALTracker.isActive": lambda self: self._following.target is not None,
+            "ALTracker.isTargetLost": lambda self: self._following.lost,
+            "ALTracker.isNewTargetDetected": lambda self: not self._following.lost,
+        }
+    )
+
+
+class OldTracker:
+    """A tracker of NAOqi 1.14, which follows one kind of target with the head.
+
+    Args:
+        target: ALTracker's name of it.
+        size: diameter, m.
+        following: the loop.
+    """
+
+    def __init__(self, target: str, size: float, following: Following) -> None:
+        self.service = f"AL{target}Tracker"
+        self._target, self._following = _target(target, size), following
+
+    def _active(self) -> bool:
+        return self._following.target == self._target
+
+    def _place(self) -> list[float]:
+        """Where it was seen last in FRAME_TORSO, m; zeros: never (assumed)."""
+        return (self._following.position(0) if self._active() else []) or [0.0, 0.0, 0.0]
+
+    answers = Answers(
+        {
+            ".stopTracker": lambda self: self._following.end(),
+            ".isActive": lambda self: self._active(),
+            ".isNewData": lambda self: self._active() and not self._following.lost,
+            ".getPosition": lambda self: self._place(),
+        }
+    )
+    start = Answers({".startTracker": lambda self: self._following.begin(self._target)}, kind="joints")
+
+    @offers(".setWholeBodyOn", partly="without effect: the head alone turns")
+    def _set_whole_body(self, on: bool) -> None:
+        """Without effect."""
+
+
+def _target(name: str, parameters: Any) -> FollowedTarget:
+    """A target by its name and what `registerTarget` takes for it: a diameter, or that and numbers of marks."""
+    if name not in _KINDS:
+        raise NaoqiRefused(f"ALTracker.registerTarget: {name} cannot be perceived; {', '.join(_KINDS)} can.")
+    kind = _KINDS[name]
+    size, marks = parameters, []
+    if isinstance(parameters, list) and parameters:
+        size = parameters[0]
+        marks = parameters[1] if len(parameters) > 1 and isinstance(parameters[1], list) else []
+    diameter = number(size, f"ALTracker.registerTarget: size of {name}", 0.001, 10.0)
+    return FollowedTarget(name, kind, diameter, tuple(str(mark) for mark in marks))
