@@ -8,6 +8,7 @@ change its controllers; what comes of it depends on the frame before which it wa
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +30,7 @@ from walker.states import Approaching, Fallen, Moving, Resting, Standing, State,
 from walker.states.ready import ReadyWalk, ready_walk
 from walker.states.recovery import Recovery
 from walker.states.upper_body import UpperBodyOrders
+from walker.transitions import ENDINGS, TRANSITIONS, WALKING, Situation, Transition, Verb
 
 __all__ = ["Controller", "WalkOrder"]
 
@@ -62,7 +64,7 @@ class Controller:
     ) -> None:
         p = parameters or controller_parameters(gait.name)
         walk = self._walk = ready_walk(body, gait, order or WalkOrder(), cycle, p)
-        self._body, self._cycle, self._serves = body, cycle, order is None
+        self._body, self._cycle, self._waits_for_orders = body, cycle, order is None
         self._planner = WalkPlanner(gait, walk.order)
         self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer)
         after = self._walking if order is not None else Standing(walk.goal, walk.stabilizer, Corrections())
@@ -72,6 +74,8 @@ class Controller:
         self._fell = False
         """Since the last walk began."""
         self._recovery = Recovery(body, after_falls=recover)
+        self._resumes = False
+        """The robot walked when it fell: its order goes on once it stands."""
         self._player: MotionPlayer | GetUp | None = None
         """Of an ordered motion that has not begun."""
         self._began = self.plan
@@ -83,13 +87,29 @@ class Controller:
         self._walk_end = WalkEnd(p.deviation.latency, cycle)
         self._steering: Steering | None = None
         """To the order's target, once the walk has begun."""
-        self.here = Foothold()
+        self.odometry_pose = Foothold()
         """Middle between the feet by the odometry since the first tick."""
         self._estimator = self._make_estimator()
         self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
         self._seq: int | None = None
-        self.below: Lying = "upright"
-        """What of the robot is below."""
+        self.lying_side: Lying = "upright"
+        """Side on which the robot lies."""
+        self._verbs: Mapping[Verb, Callable[[SensorFrame], None]] = {
+            "get up": self._get_up,
+            "stop": lambda _: self.stop(),
+            "fall": self._fall,
+            "resume": self._resume,
+            "stand up": self._stand_up,
+            "lie": lambda frame: self._lie(frame),
+            "rest": self._rest,
+            "interrupt": self._interrupt,
+            "capture step": self._begin_capture_step,
+            "play": self._play,
+            "begin": self._begin,
+            "steer": self._steer_to_target,
+            "arrive": self._arrive,
+            "stand": self._stand,
+        }
 
     @property
     def motion_waits(self) -> bool:
@@ -108,7 +128,7 @@ class Controller:
         Never, while the controller waits for orders.
         """
         state = self._state
-        if self._serves or state.name not in ("stand", "fallen") or self._recovery.pending(state):
+        if self._waits_for_orders or state.name not in ("stand", "fallen") or self._recovery.pending(state):
             return False
         return state.settled >= self._planner.order.settle
 
@@ -138,7 +158,7 @@ class Controller:
         return self._estimate.delay
 
     @property
-    def place(self) -> Foothold:
+    def planned_pose(self) -> Foothold:
         """Middle between the planned feet since the first tick: the origin of plans, not of the world."""
         return self.plan.middle
 
@@ -189,17 +209,17 @@ class Controller:
         self._planner.velocity = velocity
         self._walk = replace(self._walk, velocity=velocity)
 
-    def _steer_to_target(self) -> None:
+    def _steer_to_target(self, _: SensorFrame) -> None:
         """The velocity towards the order's target; at the target the feet close."""
         order, limits = self._planner.order, self._walk.gait.limits
         if order.target is None or limits is None:
             return
         if self._steering is None:
             x, y, turn = order.target
-            goal = Foothold(*self.here.point(x, y), self.here.yaw + turn)
+            goal = Foothold(*self.odometry_pose.point(x, y), self.odometry_pose.yaw + turn)
             self._steering = Steering(limits, goal, order.share)
             self._walk_end = WalkEnd(self._walk.parameters.deviation.latency, self._cycle)
-        ends = self._walk_end.update(self.here, self.plan)
+        ends = self._walk_end.update(self.odometry_pose, self.plan)
         if ends and self._steering.arrived(*ends):
             self._walking.stop()
         elif ends:
@@ -219,7 +239,7 @@ class Controller:
             player: at the beginning of its motion.
         """
         self.stop()
-        self._player, self._recovery.resume = player, False
+        self._player, self._resumes = player, False
 
     def tick(self, frame: SensorFrame) -> ActuatorFrame:
         """One cycle.
@@ -229,75 +249,86 @@ class Controller:
                 Where the robot had no new answer for longer than `ControllerParameters.max_gap`, the walk
                 goes on from a stand.
         """
-        self.below = lying(frame.angle)
-        if self._seq is None and self._recovery.begins_down(frame, self.below):
-            self._state = self._recovery.get_up(self._state, frame, self.below)
-        dt = self._elapsed(frame.seq)
-        self.here = middle_of_soles(self._kinematics, self._odometry.update(frame))
-        walking = isinstance(self._state, Walking)
+        first, dt = self._seq is None, self._elapsed(frame.seq)
+        self.lying_side = lying(frame.angle)
+        # The odometry before the estimates: heading and velocity are compared with it.
+        self.odometry_pose = middle_of_soles(self._kinematics, self._odometry.update(frame))
+        walking = self._state.name in WALKING
+        # The corrections are those of the last cycle, from before a transition.
         self._estimate = self._estimator.update(
-            frame, dt, self.plan, self._state.corrections, self.here, walking=walking
+            frame, dt, self.plan, self._state.corrections, self.odometry_pose, walking=walking
         )
         if walking:
             self._hold -= dt
-            if self._hold <= 0.0:
-                self.stop()
-        if self._estimate.falling and self._state.name not in ("fallen", "motion", "rest"):
-            self._next = self._player = None
-            self._recovery.fell(walked=self._is_under_way())
-            self._state = self._fallen(frame, braces=self._recovery.after_falls)
-        else:
-            self._recover(frame)
-            if self._serves and self._recovery.put_up(self._state, frame, self._walk.parameters.fall.angle):
-                self._stand_again()
-            if isinstance(self._state, Walking) and self._estimate.gap > self._walk.parameters.max_gap:
-                self._interrupt(self._state)
-            if self._state.name == "stand" and self._estimate.feedback.capture_step is not None:
-                self._begin_capture_step(self._state)
-            if self._player is not None and self._state.name in ("stand", "rest", "fallen"):
-                self._state, self._player = Moving(self._player, frame.position), None
-            elif self._next is not None and self._may_begin():
-                self._start(self._next)
-            if self._state.name == "walk":
-                self._steer_to_target()
-            self._state = self._state.advance(frame, self._estimate, dt)
+        if self._change_state(TRANSITIONS, frame, first=first):
+            self._state.advance(frame, self._estimate, dt)
+            self._change_state(ENDINGS, frame)
+        # Last: an order for head and arms stands over whatever the state asks for.
         position, stiffness = self.upper_body.merged(self._state, dt)
         return ActuatorFrame(reply_to=frame.seq, position=position, stiffness=stiffness)
+
+    def _change_state(self, table: Sequence[Transition], frame: SensorFrame, *, first: bool = False) -> bool:
+        """Carry out the rows that hold; whether the state is to answer this frame."""
+        situation = self._situation(frame, first=first)
+        for row in table:
+            if situation.state.name in row.states and row.condition(situation):
+                self._verbs[row.next](frame)
+                if row.last:
+                    return False
+                situation = self._situation(frame, first=first)
+        return True
+
+    def _situation(self, frame: SensorFrame, *, first: bool) -> Situation:
+        return Situation(
+            state=self._state,
+            frame=frame,
+            estimate=self._estimate,
+            parameters=self._walk.parameters,
+            recovery=self._recovery,
+            lying_side=self.lying_side,
+            first=first,
+            hold_over=self._hold <= 0.0,
+            motion_ordered=self._player is not None,
+            walk_ordered=self._next is not None,
+            target_ordered=self._planner.order.target is not None,
+            goes_on=self._next is None and (self._resumes or not self._waits_for_orders),
+            waits_for_orders=self._waits_for_orders,
+            fell=self._fell,
+        )
 
     def _make_estimator(self) -> Estimator:
         """One that remembers nothing; a robot that can get up foresees its falls."""
         p = self._walk.parameters
         return Estimator(self._kinematics, p, self._cycle, p.switches, foresees=self._recovery.after_falls)
 
-    def _is_under_way(self) -> bool:
-        """Whether the robot walks, or approaches the stand before its walk."""
-        state = self._state
-        to_stand = isinstance(state, Approaching) and isinstance(state.successor, Standing)
-        return state.name in ("walk", "approach") and not to_stand
+    def _get_up(self, frame: SensorFrame) -> None:
+        lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
+        self._state = self._recovery.get_up(frame, from_lying=lies)
 
-    def _fallen(self, frame: SensorFrame, *, braces: bool = False) -> Fallen:
-        return Fallen(frame, self._walk.parameters.fall, braces=braces)
+    def _fall(self, frame: SensorFrame) -> None:
+        """Give way, and drop what was ordered; a walk under way may go on later."""
+        state, self._next, self._player = self._state, None, None
+        self._resumes = state.name == "walk" or (isinstance(state, Approaching) and not state.to_stand)
+        self._state = Fallen(frame, self._walk.parameters.fall, braces=self._recovery.after_falls)
 
-    def _recover(self, frame: SensorFrame) -> None:
-        """Begin to get up, or go on after a motion."""
-        state, recovery = self._state, self._recovery
-        if isinstance(state, Moving) and state.player.done:
-            end = recovery.end(state, frame)
-            if end == "on its feet":
-                self._go_on()
-            elif end == "stands":
-                self._stand_again()
-            else:
-                self._state = self._fallen(frame) if end == "lies" else Resting(state.position)
-        elif recovery.due(state, ordered=self._next is not None):
-            self._state = recovery.get_up(state, frame, self.below)
+    def _lie(self, frame: SensorFrame) -> None:
+        self._state = Fallen(frame, self._walk.parameters.fall, gave_up=True)
 
-    def _go_on(self) -> None:
-        """On its feet again: to the end of the order, or stand and wait."""
-        if self._next is None and (self._recovery.resume or not self._serves):
-            self._begin_anew(self._walking)
-        else:
-            self._stand_again()
+    def _rest(self, _: SensorFrame) -> None:
+        self._state = Resting(self._state.position)
+
+    def _play(self, frame: SensorFrame) -> None:
+        lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
+        assert self._player is not None
+        self._state, self._player = Moving(self._player, frame.position, from_lying=lies), None
+
+    def _arrive(self, _: SensorFrame) -> None:
+        assert isinstance(self._state, Approaching)
+        self._state = self._state.successor
+
+    def _stand(self, _: SensorFrame) -> None:
+        assert isinstance(self._state, Walking)
+        self._state = self._state.standing()
 
     def _elapsed(self, seq: int) -> float:
         """Time since the last frame, s."""
@@ -315,65 +346,84 @@ class Controller:
             and (walk.step == now.step or now.gait.adjustable)
         )
 
-    def _may_begin(self) -> bool:
-        state = self._state
-        if isinstance(state, Approaching) and isinstance(state.successor, Standing):
-            return self._serves and not self._fell and state.near
-        return state.name == "stand" or (state.name == "fallen" and not self._estimate.falling)
+    def _restart_walk(
+        self,
+        planner: WalkPlanner,
+        approach: Callable[[SensorFrame], tuple[float, ...]] | None,
+        *,
+        to_stand: bool = False,
+        blend: State | None = None,
+        walked: float = 0.0,
+        forget: bool = False,
+    ) -> None:
+        """Begin at a plan: the one way into a walk or a stand.
 
-    def _stand_again(self) -> None:
+        Args:
+            planner: at the beginning of its walk.
+            approach: first joint angles of a slow way into the stand; None: no such way, walk at once.
+            to_stand: stand afterwards; otherwise walk.
+            blend: state from whose joint angles the walk is blended in; None: begin at the plan.
+            walked: time that the order was walked before, s.
+            forget: estimate from this frame on, with nothing left of what was before.
+        """
+        walk, self._planner = self._walk, planner
+        successor: Walking | Standing
+        if to_stand:
+            successor = Standing(walk.goal, walk.stabilizer, Corrections())
+        else:
+            machine = walk.support_machine()
+            successor = self._walking = Walking(planner, machine, walk.stabilizer, blend, walked)
+        self._state = successor if approach is None else Approaching(walk.goal, successor, approach)
+        if forget:
+            self._estimator = self._make_estimator()
+
+    def _stand_up(self, _: SensorFrame) -> None:
         """From wherever the joints are into the stand, with nothing left of the walk that ended in a fall."""
-        self._estimator = self._make_estimator()
-        self._planner = WalkPlanner(self._walk.gait, self._walk.order, self.place, self.plan.step)
-        walk = self._walk
-        standing = Standing(walk.goal, walk.stabilizer, Corrections())
-        self._state, self._fell = Approaching(walk.goal, standing, walk.stabilizer.holding), True
+        self._recovery.note_end(self._state)
+        walk, self._fell = self._walk, True
+        planner = WalkPlanner(walk.gait, walk.order, self.planned_pose, self.plan.step)
+        self._restart_walk(planner, walk.stabilizer.holding, to_stand=True, forget=True)
 
-    def _interrupt(self, walking: Walking) -> None:
+    def _resume(self, _: SensorFrame) -> None:
+        """From wherever the joints are into the stand, and from there walk on to the end of the order."""
+        self._recovery.note_end(self._state)
+        walk = self._walk = self._walk.with_fresh_controllers(self._body, self._cycle)
+        now, before, stops = self._planner, self._walking, self._walking.name == "stopping"
+        planner = WalkPlanner(walk.gait, now.order, self.planned_pose, self.plan.step, now.velocity)
+        self._restart_walk(planner, walk.stabilizer.holding, walked=before.walked, forget=True)
+        if stops:
+            self._walking.stop()
+
+    def _interrupt(self, frame: SensorFrame) -> None:
         """A gap that was too long to go on in stride."""
-        self._begin_anew(walking)
-        self._estimate = self._estimate._replace(delay=0.0)  # the mean begins anew
+        self._resume(frame)
+        self._estimate = self._estimate._replace(delay=0.0)  # so does the mean of the new estimator
         self.interruptions += 1
 
-    def _begin_anew(self, walking: Walking) -> None:
-        """From wherever the joints are into the stand, and from there walk on to the end of the order."""
-        walk = self._walk = self._walk.anew(self._body, self._cycle)
-        before = self._planner
-        self._planner = WalkPlanner(walk.gait, before.order, self.place, self.plan.step, before.velocity)
-        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, walked=walking.walked)
-        if walking.name == "stopping":
-            self._walking.stop()
-        self._state = Approaching(walk.goal, self._walking, walk.stabilizer.holding)
-        self._estimator = self._make_estimator()
-
-    def _start(self, walk: ReadyWalk) -> None:
-        """Begin a walk where the robot is: from its stand, or by way of the new gait's."""
+    def _begin(self, _: SensorFrame) -> None:
+        """Begin the walk that waits where the robot is: from its stand, or by way of the new gait's."""
+        assert self._next is not None
+        walk, before, state = self._next, self._walk, self._state
         self._next = self._steering = None
-        before, lay = self._walk, self._state.name == "fallen"
-        fell, self._fell = lay or self._fell, False
+        lies = state.name == "fallen"
+        fell, self._fell = lies or self._fell, False
         same = walk.parameters == before.parameters and walk.goal == before.goal and not fell
         if same:  # the corrections that were found for this ground stay
             walk = replace(walk, stabilizer=before.stabilizer)
         self._walk = walk
-        self._planner = WalkPlanner(walk.gait, walk.order, self.place)
-        self._began = self.plan
-        state = self._state
-        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, state if same else None)
-        self._state = self._walking
-        if not same:
-            held = state.position
-            begin = walk.stabilizer.holding if lay else lambda _: held
-            self._state = Approaching(walk.goal, self._walking, begin)
-        if fell:
-            self._estimator = self._make_estimator()
+        planner, held = WalkPlanner(walk.gait, walk.order, self.planned_pose), state.position
+        self._began = planner.plan
+        if same:
+            self._restart_walk(planner, None, blend=state)
+        else:
+            approach = walk.stabilizer.holding if lies else lambda _: held
+            self._restart_walk(planner, approach, forget=fell)
 
-    def _begin_capture_step(self, state: State) -> None:
+    def _begin_capture_step(self, _: SensorFrame) -> None:
         """Make a capture step, and stand again."""
-        walk = self._walk
-        self._planner = WalkPlanner(walk.gait, self._planner.order, self.place, self.plan.step)
-        self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer, state)
+        planner = WalkPlanner(self._walk.gait, self._planner.order, self.planned_pose, self.plan.step)
+        self._restart_walk(planner, None, blend=self._state)
         self._walking.stop()
-        self._state = self._walking
 
     @property
     def telemetry(self) -> WalkTelemetry:
@@ -382,7 +432,7 @@ class Controller:
         return WalkTelemetry(
             seq=self._seq or 0,
             state=self._state.name,
-            place=self.here,
+            place=self.odometry_pose,
             phase=p.phase,
             step=p.step,
             steps=self._planner.order.steps,

@@ -361,7 +361,7 @@ class WalkerProcess:
             body=self._walks,
             state=controller.state if controller else "waiting",
             steps=controller.telemetry.step if controller else 0,
-            displacement=controller.here if controller else (0.0, 0.0, 0.0),
+            displacement=controller.odometry_pose if controller else (0.0, 0.0, 0.0),
             late=self._late,
             fell=controller is not None and controller.state == "fallen",
             done=controller is not None and controller.done and not self._late,

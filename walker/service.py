@@ -61,8 +61,8 @@ class _Seen(NamedTuple):
     status: WalkStatus
     lies: bool
     """Fell, and is not upright again."""
-    below: Lying
-    """What of the robot is below."""
+    lying_side: Lying
+    """Side on which the robot lies."""
     motion_waits: bool
     """An ordered motion has not begun yet."""
 
@@ -158,9 +158,9 @@ class WalkService:
             velocity=walk.velocity if moving else (0.0, 0.0, 0.0),
             steps=controller.plan.step,
             distance=controller.walked,
-            position=controller.here,
+            position=controller.odometry_pose,
         )
-        self._seen = _Seen(status, controller.lies, controller.below, controller.motion_waits)
+        self._seen = _Seen(status, controller.lies, controller.lying_side, controller.motion_waits)
         self._taken.set()
         for order in self._due:
             order.taken.set()
@@ -237,7 +237,7 @@ class WalkService:
 
     def _play(self, command: WalkCommand) -> WalkStatus:
         assert self._robot is not None and self._seen is not None
-        body, name, below = self._robot[0], command.motion, self._seen.below
+        body, name, below = self._robot[0], command.motion, self._seen.lying_side
         player: GetUp | MotionPlayer
         if name is None:
             raise WalkRefused("`motion` takes the name of a motion, for example `sit-down`.")

@@ -88,7 +88,7 @@ def sit(config: RunConfig) -> Sit:
             elif controller.state != before and controller.state == "rest":
                 seated = robot.time
             if not sat and robot.time >= seated + SEATED:
-                sat = controller.below == "upright" and robot.truth().fell and not fell
+                sat = controller.lying_side == "upright" and robot.truth().fell and not fell
                 controller.play(up)
         stands = stood < math.inf and not robot.truth().fell
     return Sit(

@@ -191,7 +191,7 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
     for _ in repeat_while(lambda: controller.telemetry.step < 2):
         controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
         seq += 1
-    last, place = seq - 1, controller.place
+    last, place = seq - 1, controller.planned_pose
     for seq in range(last + 1, last + silent + 1):
         if heard:
             controller.tick(msgspec.structs.replace(frame(seq), command=last))
@@ -199,7 +199,7 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
     command = controller.tick(msgspec.structs.replace(frame(seq), command=last))
     assert (controller.state == "approach") == stands == bool(controller.interruptions)
     if stands:
-        assert controller.place == pytest.approx(place, abs=0.06)
+        assert controller.planned_pose == pytest.approx(place, abs=0.06)
         assert controller.delay == 0.0
         # from where the joints are, by a command that is ahead of them by what they yield: 4 degrees at most
         assert command.position == pytest.approx(frame(seq).position, abs=0.07)

@@ -106,7 +106,7 @@ def test_a_distance_is_met_exactly_by_the_plan(served: Served, gait: str, distan
     served.until("stand", 5000)
     status = served.ask(op="status")
     assert status.distance == pytest.approx(distance, abs=1e-9)
-    assert served.controller.place == pytest.approx((distance, 0.0, 0.0), abs=1e-9)
+    assert served.controller.planned_pose == pytest.approx((distance, 0.0, 0.0), abs=1e-9)
     assert status.gait == gait
 
 
@@ -114,14 +114,14 @@ def test_one_walk_follows_another_where_the_first_ended(served: Served) -> None:
     served.ask(op="walk", steps=2)
     served.until("walk")
     served.until("stand")
-    first = served.controller.place[0]
+    first = served.controller.planned_pose[0]
     served.ask(op="walk", steps=3)
     served.until("walk")
     served.until("stand")
     status = served.ask(op="status")
     assert status.steps == 3
     assert first == pytest.approx(0.06, abs=1e-9)
-    assert served.controller.place[0] == pytest.approx(0.06 + 2 * 0.06, abs=1e-9)
+    assert served.controller.planned_pose[0] == pytest.approx(0.06 + 2 * 0.06, abs=1e-9)
     assert served.telemetry[-1].left[0] == pytest.approx(0.18, abs=1e-9)
 
 

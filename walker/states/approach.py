@@ -10,7 +10,7 @@ from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
 from walker.states.joint_interpolation import JointInterpolation
 from walker.states.stand import Standing
-from walker.states.state import State, StateName
+from walker.states.state import StateName
 from walker.states.walk import Walking
 
 NEAR: Final = 0.35
@@ -52,12 +52,19 @@ class Approaching:
             return False
         return max(abs(self._goal[i] - self.position[i]) for i in LEGS) <= NEAR
 
-    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
+    @property
+    def to_stand(self) -> bool:
+        """Whether no walk follows."""
+        return isinstance(self.successor, Standing)
+
+    @property
+    def done(self) -> bool:
+        """The successor's pose is reached."""
+        return self._approach is not None and self._approach.done
+
+    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """One cycle."""
         if self._approach is None:
             self._approach = JointInterpolation(self._begin(frame), self._goal)
-        elif self._approach.done:
-            return self.successor.advance(frame, estimate, dt)
         self.position = self._approach.advance(dt)
         self.successor.settle(estimate)
-        return self

@@ -9,7 +9,7 @@ from bridge.body.joints import INDEX
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
 from walker.estimation.fall import FallParameters
-from walker.states.state import State, StateName
+from walker.states.state import StateName, legs_hold
 
 _SQUAT: Final = {"HipPitch": -0.9, "KneePitch": 1.8, "AnklePitch": -0.9}
 """Of both legs: the mass falls less far, and the soles stay level. AnkleRoll and HipYawPitch stay."""
@@ -51,21 +51,28 @@ class Fallen:
         frame: as the fall was noticed.
         parameters: stiffness, and how long to brace.
         braces: first go into the pose of `brace`.
+        gave_up: getting up failed; it is not tried again.
     """
 
     name: Final[StateName] = "fallen"
     corrections: Final = Corrections()
 
-    def __init__(self, frame: SensorFrame, parameters: FallParameters, *, braces: bool = False) -> None:
+    def __init__(
+        self, frame: SensorFrame, parameters: FallParameters, *, braces: bool = False, gave_up: bool = False
+    ) -> None:
         self._p, self._braces = parameters, braces
         self.position = brace(frame) if braces else frame.position
         self.stiffness = parameters.brace_stiffness if braces else parameters.stiffness
         self.settled = 0.0
+        self.gave_up = gave_up
+        """Getting up failed."""
+        self.went_limp = False
+        """The legs were no stiffer than asked for."""
 
-    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
+    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """Go into the pose, then lie where the joints are; getting up is not begun here."""
         self.settled += dt
+        self.went_limp = self.went_limp or not legs_hold(frame, self.stiffness)
         if not self._braces or self.settled >= self._p.brace_time:
             self._braces = False
             self.position, self.stiffness = frame.position, self._p.stiffness
-        return self

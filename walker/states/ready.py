@@ -33,7 +33,7 @@ class ReadyWalk:
     velocity: Vec3 = (0.0, 0.0, 0.0)
     """Mean velocity that the gait's parameters mean, m/s, m/s, rad/s."""
 
-    def anew(self, body: Body, cycle: float) -> ReadyWalk:
+    def with_fresh_controllers(self, body: Body, cycle: float) -> ReadyWalk:
         """The same walk with controllers that remember nothing.
 
         Args:

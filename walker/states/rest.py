@@ -6,7 +6,7 @@ from typing import Final
 
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
-from walker.states.state import State, StateName
+from walker.states.state import StateName, legs_hold
 
 STIFFNESS: Final = 0.1
 """Of all joints. With none an emulated robot tips over in the crouch: its thighs do not rest on its calves."""
@@ -26,8 +26,10 @@ class Resting:
         self.position = position
         self.stiffness = STIFFNESS
         self.settled = 0.0
+        self.went_limp = False
+        """The legs were no stiffer than asked for."""
 
-    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
+    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """Rest on."""
         self.settled += dt
-        return self
+        self.went_limp = self.went_limp or not legs_hold(frame, self.stiffness)

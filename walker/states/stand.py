@@ -7,7 +7,7 @@ from typing import Final
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
 from walker.stabilization.stabilizer import Stabilizer
-from walker.states.state import State, StateName
+from walker.states.state import StateName
 
 
 class Standing:
@@ -32,8 +32,7 @@ class Standing:
         """One cycle before the robot stands; see `Stabilizer.settle`."""
         self._stabilizer.settle(estimate)
 
-    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
+    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """Stand on."""
         self.settled += dt
         self._stabilizer.settle(estimate)
-        return self

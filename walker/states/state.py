@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, Protocol
 
+from bridge.body.joints import LEG_SLOTS
 from bridge.messages import SensorFrame
 from walker.estimation import Corrections, Estimate
 
@@ -11,7 +12,7 @@ StateName = Literal["approach", "walk", "stopping", "stand", "fallen", "motion",
 
 
 class State(Protocol):
-    """Answers sensor frames until another state takes over."""
+    """Answers sensor frames; `walker.transitions` says when another state takes over."""
 
     @property
     def name(self) -> StateName:
@@ -38,15 +39,22 @@ class State(Protocol):
         """What of `position` is not the plan's."""
         ...
 
-    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
+    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """One cycle.
 
         Args:
             frame: newest sensor frame.
             estimate: what it tells.
             dt: time since the last one, s.
-
-        Returns:
-            The state whose answer is in force now: this one, or its successor.
         """
         ...
+
+
+def legs_hold(frame: SensorFrame, stiffness: float) -> bool:
+    """Whether all joints of the legs are stiffer than a state that gives way has them.
+
+    Args:
+        frame: newest sensor frame.
+        stiffness: that the state asks for.
+    """
+    return min(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) > 2.0 * stiffness

@@ -54,11 +54,20 @@ class Walking:
         """Wish for no further step: the feet come together, then the robot stands."""
         self.name = "stopping"
 
+    @property
+    def feet_closed(self) -> bool:
+        """The plan is at rest: the walk is over."""
+        return self._planner.plan.phase == "stand"
+
+    def standing(self) -> Standing:
+        """The stand that the walk ends in."""
+        return Standing(self.position, self._stabilizer, self.corrections)
+
     def switch(self, stabilizer: Stabilizer, support_machine: SupportStateMachine) -> None:
         """Go on with other controllers from the next cycle on, without a jump."""
         self._successor = stabilizer, support_machine
 
-    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> State:
+    def advance(self, frame: SensorFrame, estimate: Estimate, dt: float) -> None:
         """One cycle."""
         self.walked += dt
         plan = self._planner.plan
@@ -67,9 +76,6 @@ class Walking:
             plan = self._planner.step(dt, walk=self._wants_step(), feedback=estimate.feedback)
         self._support_state = self._support_machine.update(plan, estimate.contacts, dt)
         self.position = self._angles(frame, estimate, dt)
-        if self.name == "stopping" and plan.phase == "stand":
-            return Standing(self.position, self._stabilizer, self.corrections)
-        return self
 
     def _angles(self, frame: SensorFrame, estimate: Estimate, dt: float) -> tuple[float, ...]:
         plan = self._planner.plan
