@@ -15,7 +15,7 @@ SEEDS = (500, 501)
 def test_without_torso_control_the_static_gait_pitches_further_with_every_step_until_it_falls(
     seed: int,
 ) -> None:
-    """Figure 4.9: with the admittances alone the robot falls after about 20 s; torso control ends the growth."""
+    """Figure 4.9: with the admittances alone the robot falls after about 20 s; torso control holds it."""
     outcomes = {
         name: walk(
             Walk(
