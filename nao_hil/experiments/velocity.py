@@ -21,9 +21,9 @@ from nao_hil.experiments.velocity_measure import Straight, VelocityCell, cell, s
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.planning import gait_parameters
 
-FASTEST: Final = {"nao-v6": 0.35}
+FASTEST: Final = {"nao-v6": 0.40}
 """Forward speed to reach, m/s, by body; of the others `FORWARD`."""
-FORWARD: Final = 0.28
+FORWARD: Final = 0.32
 STANDS: Final = wilson(95, 100)[0]
 """A share stands for "95 of 100 stand" when the lower bound of its interval is at least that one's."""
 STANDS_CHANGES: Final = wilson(47, 50)[0]
@@ -57,7 +57,7 @@ class VelocitySetup:
     def fastest(self, robot: str) -> tuple[Vec3, ...]:
         """Commands at which 95 of 100 walks are to stand."""
         ahead, aside, turn = self.full(robot)
-        return (ahead, 0.0, 0.0), (-0.20, 0.0, 0.0), (0.0, aside, 0.0), (0.0, 0.0, turn)
+        return (ahead, 0.0, 0.0), (-0.25, 0.0, 0.0), (0.0, aside, 0.0), (0.0, 0.0, turn)
 
     def commands(self, robot: str) -> tuple[Vec3, ...]:
         """Single axes, then mixtures."""
@@ -67,7 +67,7 @@ class VelocitySetup:
             (0.20, 0.0, 0.0),
             (ahead, 0.0, 0.0),
             (-0.10, 0.0, 0.0),
-            (-0.20, 0.0, 0.0),
+            (-0.25, 0.0, 0.0),
             (0.0, 0.10, 0.0),
             (0.0, aside, 0.0),
             (0.0, 0.0, 0.75),
@@ -131,7 +131,7 @@ def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
         title=f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
         source=(
             "Commanded and measured velocity of a NAO's walk have not been published together; limits of "
-            "commands are 0.27 to 0.35 m/s forward."
+            "commands are 0.27 to 0.40 m/s forward."
         ),
         setup=setup_rows(
             context,

@@ -132,10 +132,10 @@ class LiveRun:
                 self._prints.extend(prints)
                 messages.append({"prints": prints})
             if self.rows.due(moment.sensors.time):
-                row = self.rows.row(balance, self._latest_late)
+                row = self.rows.row(balance, self._latest_late).astype("<f4")
                 self._latest_late = math.nan
                 self._table.append(row)
-                messages.append(row.astype("<f4").tobytes())
+                messages.append(row.tobytes())
         return messages
 
     def _add_symptoms(self, found: list[Symptom]) -> dict[str, Any]:

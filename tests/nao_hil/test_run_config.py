@@ -33,9 +33,9 @@ def test_a_velocity_has_three_numbers() -> None:
 
 
 def test_a_velocity_beyond_the_limits_of_the_gait_is_told() -> None:
-    """Limit of 0.35 m/s forward (gait.toml)."""
+    """Limit of 0.40 m/s forward (gait.toml)."""
     told = clipped_velocity(RunConfig(gait="omni", velocity=(5.0, 0.0, 0.0)))
-    assert "5 m/s" in told and "0.35 m/s" in told
+    assert "5 m/s" in told and "0.4 m/s" in told
     assert not clipped_velocity(RunConfig(gait="omni", velocity=(0.2, 0.0, 0.0)))
 
 

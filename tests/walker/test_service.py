@@ -331,7 +331,7 @@ def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word(
     served.run(300)
     step = served.telemetry[-1].step
     reply = served.ask(op="walk", velocity=(-1.0, 0.0, 0.0))
-    assert re.search(r"at -0\.200 m/s.*-1 m/s, 0 m/s and 0 rad/s are beyond", reply.text)
+    assert re.search(r"at -0\.250 m/s.*-1 m/s, 0 m/s and 0 rad/s are beyond", reply.text)
     served.run(300)
     assert {t.state for t in served.telemetry[-600:]} == {"walk"}
     assert served.telemetry[-1].step > step
