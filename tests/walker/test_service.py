@@ -335,7 +335,7 @@ def test_a_velocity_in_any_direction_is_taken_in_stride_and_clipped_with_a_word(
     served.run(300)
     assert {t.state for t in served.telemetry[-600:]} == {"walk"}
     assert served.telemetry[-1].step > step
-    assert served.ask(op="status").velocity == pytest.approx((-0.2, 0.0, 0.0))
+    assert served.ask(op="status").velocity == pytest.approx((-0.25, 0.0, 0.0))
     ahead = [0.5 * (t.left[0] + t.right[0]) for t in served.telemetry]
     assert max(ahead) > 0.05
     assert ahead[-1] < max(ahead) - 0.05
