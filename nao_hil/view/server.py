@@ -203,6 +203,8 @@ def door(access: Access, file: Callable[[str], Answer]) -> Callable[[Any, Any], 
     """
 
     def check(_: Any, request: Any) -> Any:
+        """Refuse a request from elsewhere, or answer it with a file; None: a WebSocket may open."""
+
         def only(name: str) -> str:
             values = request.headers.get_all(name)
             return values[0] if len(values) == 1 else ""
