@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import queue
 import signal
 import sys
 import threading
@@ -15,23 +14,26 @@ from nao_hil.runs.supervisor import SUPERVISED
 def on_signals(stop: Callable[[], None]) -> None:
     """Call `stop` at the first Ctrl-C or SIGTERM; a second one ends the process at once.
 
-    It is called in a thread of its own: a handler runs between two lines of whatever the main thread does, and
-    to set a `threading.Event` there that the main thread begins to wait for would wait for ever.
+    A thread of its own calls it. Python runs a handler in the main thread, between two lines: to set a
+    `threading.Event` there that the main thread begins to wait for would wait for ever, and a signal that comes
+    while the main thread goes to sleep on a lock does not run its handler at all. The number that Python
+    writes to the wakeup descriptor arrives in either case.
 
     A child of `nao-hil up` takes the end of its stdin, which a killed parent leaves behind, for a Ctrl-C.
     """
-    came: queue.SimpleQueue[int] = queue.SimpleQueue()
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
 
     def handle(number: int, _frame: object) -> None:
         signal.signal(number, signal.SIG_DFL)
-        came.put(number)
 
     def await_signal() -> None:
-        came.get()
+        os.read(reading, 1)
         stop()
 
     threading.Thread(target=await_signal, name="signals", daemon=True).start()
 
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     signal.signal(signal.SIGINT, handle)
     signal.signal(signal.SIGTERM, handle)
     if SUPERVISED in os.environ:

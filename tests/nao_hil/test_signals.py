@@ -18,8 +18,10 @@ HELD_UP = 5.0
 @pytest.fixture
 def handlers() -> Iterator[None]:
     """The handlers of this test are gone after it."""
+    descriptor = signal.set_wakeup_fd(-1)
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield
+    signal.set_wakeup_fd(descriptor)
     for number, handler in before.items():
         signal.signal(number, handler)
 
@@ -42,3 +44,13 @@ def test_a_signal_comes_through_while_the_main_thread_has_the_lock_that_stop_nee
     assert stopped.wait(TIMEOUT)
     assert taken == [True]
     assert signal.getsignal(number) == signal.SIG_DFL  # a second one ends the process at once
+
+
+def test_a_signal_comes_through_while_the_main_thread_sleeps_on_a_lock(handlers: None) -> None:
+    """The kernel gives it to another thread, which does not wake the main one."""
+    stopped = threading.Event()
+    on_signals(stopped.set)
+    other = threading.Timer(0.2, lambda: signal.pthread_kill(threading.get_ident(), signal.SIGINT))
+    other.start()
+    assert stopped.wait(HELD_UP)
+    other.join()
