@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bridge.messages.world_state import HeightGrid, Terrain, Tile
-from emulator.poses import Pose
 from emulator.scenarios.ground import Heightfield, Tiles
 from emulator.scenarios.model import Scenario
-from emulator.world.world import World
+
+if TYPE_CHECKING:  # the page draws terrain, and no engine is loaded for that
+    from emulator.world.world import World
 
 _FOUNDATION = 0.02
 """Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
@@ -68,6 +70,8 @@ def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:
 
 def lay_terrain(world: World, terrain: Terrain) -> None:
     """Fix tiles and heightfield on the floor of a world."""
+    from emulator.poses import Pose  # here: it compiles machine code
+
     scene = world.engine.scene
     if terrain.grid is not None:
         grid = terrain.grid

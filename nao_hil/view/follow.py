@@ -19,7 +19,7 @@ import numpy as np
 
 from bridge.body import BODIES, load_body
 from bridge.errors import NaoHilError
-from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.elements import ELEMENTS
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkStatus
@@ -55,9 +55,6 @@ from walker.planning.catalogue import GAITS, gait_parameters
 
 RATE: Final = 40.0
 """Looks for new messages per second."""
-BEHIND: Final = 400
-"""Messages, of a second, that a page works through; one that is further behind skips the frames before."""
-SKIPPED: Final = (SensorFrame, TruthFrame, ActuatorFrame, WalkTelemetry)
 WATCH_EVERY: Final = 0.15
 """s between two questions for the walker's status and the world."""
 KEPT: Final = 10_000
@@ -200,10 +197,8 @@ class Follower:
         builder, due = MomentBuilder(), time.monotonic()
         try:
             while not self._stop.is_set():
-                messages = self._subscriber.take()
-                for i, message in enumerate(messages):
-                    if len(messages) - i < BEHIND or not isinstance(message, SKIPPED):
-                        self._take(message, builder)
+                for message in self._subscriber.take():
+                    self._take(message, builder)
                 self._publish_state()
                 due = max(due + 1.0 / RATE, time.monotonic())
                 self._stop.wait(due - time.monotonic())
