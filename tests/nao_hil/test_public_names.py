@@ -45,9 +45,15 @@ def test_an_example_imports_what_it_uses(name: str) -> None:
     assert {node.id for node in used} <= made | imported | {"nao_hil", *dir(builtins)}
 
 
-def test_the_import_loads_no_library() -> None:
-    heavy = ["numpy", "scipy", "pybullet", "zenoh", "msgspec", "bridge"]
-    script = f"import sys, nao_hil; print([name for name in {heavy} if name in sys.modules])"
+@pytest.mark.parametrize(
+    ("module", "heavy"),
+    [
+        ("nao_hil", ["numpy", "scipy", "pybullet", "zenoh", "msgspec", "bridge"]),
+        ("nao_hil.view.follow", ["numba", "pybullet", "mujoco", "matplotlib"]),
+    ],
+)
+def test_an_import_loads_no_library_that_it_does_not_need(module: str, heavy: list[str]) -> None:
+    script = f"import sys, {module}; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT
     )
