@@ -93,7 +93,8 @@ class Chaos:
         self._violations: list[str] = []
         self._last = "the start"
         self._full_until = -UNHEARD
-        self._stopped: set[int] = set()
+        self._stopped: dict[int, int] = {}
+        """Robots that rest after a stop: the cycle in which they said so."""
         self._recordings = 0
         self._growth: dict[str, float] = {}
         self._seen = [0.0, 0.0, 0.0]
@@ -236,11 +237,11 @@ class Chaos:
             if status.state not in ("rest", "idle") or status.armed:
                 self._violate(f"robot {number} does not rest 30 s after a stop: {status.text}")
             else:
-                self._stopped.add(number)
+                self._stopped[number] = status.seq
                 self._watch(4.0)
-                self._stopped.discard(number)
+                self._stopped.pop(number)
             guard.arm()
-        self._stopped.discard(number)
+        self._stopped.pop(number, None)
         return f"robot {number}"
 
     def walk(self) -> str:
@@ -288,7 +289,8 @@ class Chaos:
         tagged = abs(frame.position[INDEX["HeadYaw"]] - TAG) < 0.05
         if number != 1 and tagged and status.under_command:
             self._violate(f"robot {number} turns its head as only robot 1 is told to")
-        if number in self._stopped and frame.seq > status.seq + 100 and max(frame.stiffness) > LIMP:
+        rests = self._stopped.get(number, frame.seq)
+        if frame.seq > rests + 100 and max(frame.stiffness) > LIMP:
             self._violate(f"robot {number} has stiffness {max(frame.stiffness):.2f} after a stop")
 
     def _look_at_processes(self) -> None:
