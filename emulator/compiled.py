@@ -1,7 +1,7 @@
 """Numerical loops as machine code: numba compiles them at their first call, no compiler is needed.
 
 The machine code is kept beside the sources, or in the user's cache folder where the sources cannot be written;
-`NUMBA_CACHE_DIR` names another folder. Where no folder can be written, every process compiles anew.
+`NUMBA_CACHE_DIR` names another folder. Where no folder can be written, every process compiles again.
 
 The first start of a fresh installation waits until all are compiled. So they are written as loops: the first
 tuple assigned to a slice, the first expression of whole arrays and `np.interp` take one to two seconds each.
@@ -23,7 +23,7 @@ def compiled(function: Function, *, nogil: bool = False) -> Function:
     """The function as machine code, in strict IEEE arithmetic in the order in which it is written.
 
     Args:
-        function: What is compiled. The kept code is renewed when its own file changes, not when the file of a
+        function: To compile. The kept code is renewed when its own file changes, not when the file of a
             function that it calls does: delete `__pycache__` then.
         nogil: It runs without Python's lock, beside other threads.
     """

@@ -16,7 +16,7 @@ Handler = Callable[[bytes], bytes]
 
 
 class RobotWithDcm(Protocol):
-    """What the queries need of a robot."""
+    """Interface of a robot for the queries."""
 
     @property
     def dcm(self) -> Dcm:

@@ -125,7 +125,7 @@ class RobotProcess:
         self._world.close()
 
     def _run_events(self) -> None:
-        """Do what happens to the robot and its world between two cycles."""
+        """Carry out the events of robot and world between two cycles."""
         self._events.run()
         if self._world.began_anew:
             self._world.began_anew = False

@@ -89,7 +89,7 @@ class EmulatedRobot:
         self._build()
 
     def _build(self) -> None:
-        """Everything that a reset makes anew."""
+        """State that a reset replaces."""
         body, engine, wear = self.body, self.engine, self._wear
         self.random = np.random.default_rng(self._seed)
         """Source of all that is random in this robot; the ideal sensors and servos draw nothing from it."""

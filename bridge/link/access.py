@@ -1,4 +1,4 @@
-"""Who may do what on the link: access-control rules by key expression, in force at the robot's node.
+"""Rights on the link: access-control rules by key expression, in force at the robot's node.
 
 Everyone is a client of the robot's node, so that every message between two parties passes these rules. What no
 rule allows is dropped. A role is the common name of a certificate.

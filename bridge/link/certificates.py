@@ -30,7 +30,7 @@ _IN_WORDS: Final = {
     "certificate has expired": "it has expired; `nao-hil keys DIR --renew` makes a new one",
     "unsuitable certificate purpose": "it is made for another role",
 }
-"""OpenSSL's words for what people do."""
+"""OpenSSL's messages, with their causes."""
 _MAKE: Final = "`nao-hil keys DIR` makes them"
 _HANDSHAKE_TIMEOUT: Final = 1.0
 """s for a handshake that only asks why another one failed."""

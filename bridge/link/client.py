@@ -1,4 +1,4 @@
-"""What every client of a robot's queries has in common."""
+"""The common part of all clients of a robot's queries."""
 
 from __future__ import annotations
 

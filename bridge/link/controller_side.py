@@ -249,7 +249,7 @@ class ControllerLink:
         self._actuators.put(encode(stamped))
 
     def publish_telemetry(self, message: WalkTelemetry) -> None:
-        """Publish what the walker is doing."""
+        """Publish the walker's telemetry."""
         self._telemetry.put(encode(message))
 
     def publish_notice(self, notice: Notice) -> None:

@@ -40,7 +40,7 @@ class GuardClient(Client):
         super().__init__(robot, connect, connect_timeout, "controller")
 
     def status(self) -> GuardStatus:
-        """What the guard does.
+        """State of the guard.
 
         Raises:
             LinkError: nobody answered, or the robot could not; its own sentence.
@@ -56,7 +56,7 @@ class GuardClient(Client):
         return self._query(keys.ARM, encode(ArmRequest(who=who)), GuardStatus)
 
     def info(self) -> Info:
-        """What the robot is. Raises as `status`."""
+        """Description of the robot. Raises as `status`."""
         return self._query(keys.INFO, b"", Info)
 
     def holder(self) -> str:

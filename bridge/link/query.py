@@ -27,7 +27,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
         answer: called in a thread of its own with the query's payload (empty when there is none).
 
     Returns:
-        What must be kept for as long as queries are to be answered.
+        The queryable; keep it for as long as queries are to be answered.
     """
     limit = RateLimit(RATE, int(RATE))
 

@@ -50,7 +50,7 @@ class RobotLink:
     """Open link of a robot side; close it, or use it as a context manager.
 
     Args:
-        info: what the robot is; its `robot` is the id in every key.
+        info: of the robot; its `robot` is the id in every key.
         listen: Zenoh endpoint to listen on.
         announced: the robot is there at once; False: from `announce` on, after all its queries are served.
 
@@ -121,7 +121,7 @@ class RobotLink:
         self._truth.put(encode(frame))
 
     def publish_status(self, status: GuardStatus) -> None:
-        """Publish what the guard does and who holds the robot."""
+        """Publish the guard's state and the holder of the lease."""
         self._status.put(encode(status))
 
     @property
@@ -163,7 +163,7 @@ class RobotLink:
         self.publish_notice(Notice(seq=self._seq, level="warning", code=code, text=text))
 
     def publish_notice(self, notice: Notice) -> None:
-        """Tell everyone what happened in the world; each time it does."""
+        """Publish a notice of an event in the world."""
         self._notices.put(encode(notice))
 
     def require_lease(self, lease: int, what: str) -> None:
@@ -185,7 +185,7 @@ class RobotLink:
             self._complaints[code] = text
 
     def _tell(self) -> None:
-        """Publish what the receiving thread had to complain about."""
+        """Publish the complaints of the receiving thread."""
         with self._lock:
             complaints, self._complaints = self._complaints, {}
         for code, text in complaints.items():

@@ -243,7 +243,7 @@ def try_client(connect: str, role: str = "listener", *, timestamps: bool = False
 
 
 def require_seconds(name: str, value: object) -> None:
-    """Refuse what is no time to wait.
+    """Refuse a time to wait that is not positive and finite.
 
     Args:
         name: of the argument, for the message.

@@ -100,11 +100,11 @@ class WalkClient(Client):
         return self.send(WalkCommand(op="release"))
 
     def status(self) -> WalkStatus:
-        """What the walker does. Raises as `walk`."""
+        """State of the walker. Raises as `walk`."""
         return self.send(WalkCommand(op="status"))
 
     def send(self, command: WalkCommand, timeout: float = 10.0) -> WalkStatus:
-        """Any command; designing a torso controller anew takes a second or two.
+        """Send any command; a new design of the torso controller takes a second or two.
 
         Raises:
             WalkRefused: the walker refused; its own sentence.

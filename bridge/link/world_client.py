@@ -35,7 +35,7 @@ class WorldClient(Client):
         """Carry out a command, and say how the world is then.
 
         Args:
-            command: What to do.
+            command: To carry out.
             timeout: s to wait; a `Step` is answered when its cycles have run.
 
         Raises:

@@ -36,7 +36,7 @@ def decode(payload: bytes, kind: type[M]) -> M:
 
     Raises:
         FrameError: not msgpack, too long, a missing, ill-typed, wrongly sized or non-finite field, or another
-            schema version; the sentence names the field and says what is expected.
+            schema version; the sentence names the field and the expected value.
     """
     name = kind.__name__
     _require_short(payload, name)
@@ -65,7 +65,7 @@ def decode_command(payload: bytes, kind: Any, name: str) -> Any:
     Args:
         payload: one msgpack map.
         kind: msgspec struct, or a tagged union of some.
-        name: what the errors call it, for example `World command`.
+        name: of the message in errors, for example `World command`.
 
     Raises:
         FrameError: not a command of the kind; names the field, and the nearest one there is.

@@ -1,6 +1,6 @@
 """Messages of the `dcm/` queries: NAOqi's low-level module, reached through the contract.
 
-One key for each method. What a DCM program passes as an ALValue is passed here as the same list in msgpack
+One key for each method. An ALValue of a DCM program is passed as the same list in msgpack
 (strings, numbers, lists). `docs/dcm.md` is the specification for other languages.
 """
 

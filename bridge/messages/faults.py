@@ -1,6 +1,6 @@
 """Faults that an emulated robot can be given: in a scenario's TOML and, as part of a world command, live.
 
-Numbers are in the unit of what they disturb: rad, N, m/s^2, rad/s, degrees Celsius; durations in s.
+Numbers are in the unit of the disturbed quantity: rad, N, m/s^2, rad/s, degrees Celsius; durations in s.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Cycles = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 class _Fault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"):
     @property
     def name(self) -> str:
-        """What tells two faults apart; a fault that begins anew replaces the one of its name."""
+        """Kind and target; a new fault replaces the one with the same key."""
         kind = str(self.__struct_config__.tag)
         target = getattr(self, "sensor", None) or getattr(self, "joint", None)
         return f"{kind}:{target}" if target else kind
@@ -40,7 +40,7 @@ class CommandLate(_Fault, frozen=True, kw_only=True, tag="command-late"):
 
 
 class CommandDuplicated(_Fault, frozen=True, kw_only=True, tag="command-duplicated"):
-    """A command arrives, and arrives again some cycles later; what arrived last is in force."""
+    """A command arrives, and arrives again some cycles later; the last to arrive is in force."""
 
     cycles: Cycles = 1
     probability: Fraction = 1.0
@@ -125,7 +125,7 @@ class JointBacklash(_JointFault, frozen=True, kw_only=True, tag="joint-backlash"
 
 
 class InertialRezero(_Fault, frozen=True, kw_only=True, tag="inertial-rezero"):
-    """The inertial unit starts anew: it takes the attitude of this moment for upright until it knows better."""
+    """The inertial unit restarts: it takes the present attitude for upright until its filter has converged."""
 
 
 class DcmPause(_Fault, frozen=True, kw_only=True, tag="dcm-pause"):

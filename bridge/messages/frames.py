@@ -17,7 +17,7 @@ Fsr = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=8, max_length=8)]
 
 
 class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
-    """What the robot measures at the end of one DCM cycle (key `sensors`)."""
+    """Measurements at the end of one DCM cycle (key `sensors`)."""
 
     version: int = SCHEMA_VERSION
     seq: Count
@@ -56,7 +56,7 @@ class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ActuatorFrame(msgspec.Struct, frozen=True, kw_only=True):
-    """What the controller asks for (key `actuators`)."""
+    """Commands of the controller (key `actuators`)."""
 
     version: int = SCHEMA_VERSION
     reply_to: Count

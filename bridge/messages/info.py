@@ -1,4 +1,4 @@
-"""What a robot is (query `info`)."""
+"""Description of a robot (query `info`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bridge.types import Count, Finite
 
 
 class Info(msgspec.Struct, frozen=True, kw_only=True):
-    """What a robot is and how its clock runs (query `info`)."""
+    """Description of a robot and of its clock (query `info`)."""
 
     version: int = SCHEMA_VERSION
     robot: Name
@@ -25,7 +25,7 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     absent: tuple[str, ...]
     """Joints of the frame that this body does not have; their slots are ignored and read 0."""
     boot: Count
-    """Number of this start of the robot process; a new number means that everything began anew."""
+    """Number of this start of the robot process; a new number means that the robot restarted."""
     software: str
     limits: tuple[tuple[Finite, Finite], ...] = ()
     """Range of each slot of the frame, rad (hands: 0 to 1); 0, 0 for a joint that the body lacks."""

@@ -1,4 +1,4 @@
-"""Commands to a walker that serves (query `walk/command`), and what it answers.
+"""Commands to a walker that serves (query `walk/command`), and its replies.
 
 A walker started as a service stands, waits, and walks when it is told to. A command is a msgpack map; what it
 leaves out stays as it is. Lengths in m, velocities in m/s and rad/s, in the heading of the walk: x forward, y
@@ -23,7 +23,7 @@ TorsoName = Literal["none", "thesis", "robust"]
 
 
 class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
-    """What the walker is to do; None: leave as it is."""
+    """Order to the walker; None: unchanged."""
 
     version: int = SCHEMA_VERSION
     op: Literal["walk", "stop", "motion", "set", "status", "take", "release"]
@@ -78,11 +78,11 @@ class UpperBody(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
-    """What the walker does."""
+    """State of the walker."""
 
     version: int = SCHEMA_VERSION
     text: str
-    """What the command led to, in one sentence."""
+    """Effect of the command, in one sentence."""
     seq: Count
     """Newest sensor frame that the walker answered."""
     state: str
@@ -101,7 +101,7 @@ class WalkStatus(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
-    """What the walker is doing, for people and recordings (key `walk/telemetry`)."""
+    """Plan, estimates and corrections of a cycle, for display and recordings (key `walk/telemetry`)."""
 
     version: int = SCHEMA_VERSION
     seq: Count

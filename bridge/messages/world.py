@@ -48,14 +48,14 @@ class _Command(msgspec.Struct, frozen=True, kw_only=True, tag_field="op"):
 
 
 class Status(_Command, frozen=True, kw_only=True, tag="status"):
-    """Only tell what there is."""
+    """Report the world's state and change nothing."""
 
     terrain: bool = False
     """Tell `WorldReply.terrain` too; it does not change until a reset."""
 
 
 class Reset(_Command, frozen=True, kw_only=True, tag="reset"):
-    """Begin anew: same posture, same scenario, same seed, `seq` 0; what was done live is undone."""
+    """Restart: same posture, same scenario, same seed, `seq` 0; what was done live is undone."""
 
 
 class Pause(_Command, frozen=True, kw_only=True, tag="pause"):
@@ -109,7 +109,7 @@ class PlaceBox(_Command, frozen=True, kw_only=True, tag="place"):
     frame: Literal["floor", "robot"] = "floor"
     """`at` and `yaw` in the floor frame, or from the floor point under the torso in its heading."""
     height: Bounded | None = None
-    """Of its bottom over the floor, m; None: it lies on what is there."""
+    """Of its bottom over the floor, m; None: it lies on the ground or on an object."""
     mass: Mass = 0.0
     """kg; 0: fixed to the floor."""
     friction: Friction | None = None

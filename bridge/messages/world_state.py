@@ -58,7 +58,7 @@ class HeightGrid(msgspec.Struct, frozen=True):
 
 
 class Terrain(msgspec.Struct, frozen=True):
-    """What of the ground is not flat."""
+    """Uneven ground: tiles or a height grid."""
 
     tiles: tuple[Tile, ...] = ()
     grid: HeightGrid | None = None
@@ -69,7 +69,7 @@ class WorldReply(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int = SCHEMA_VERSION
     text: str
-    """What was done, in one sentence."""
+    """The action carried out, in one sentence."""
     seq: int
     """Of the boundary at which it was done, or until which it was."""
     time: Finite

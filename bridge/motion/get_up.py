@@ -1,4 +1,4 @@
-"""Getting up: looks what of the robot is below, plays the motion for that, and tries again until it stands."""
+"""Getting up: plays the motion for the side on which the robot lies, and tries again until the robot stands."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ that hooked into each other come free in the course of a motion."""
 
 
 def get_up_motions(body: Body) -> dict[Lying, Motion]:
-    """The motions that come with the package and get this body up, by what of it is below; {}: none."""
+    """The motions that come with the package and get this body up, by the side on which it lies; {}: none."""
     found: dict[Lying, Motion] = {}
     for motion in _shipped():
         if motion.gets_up and body.name in motion.bodies:
@@ -65,7 +65,7 @@ class GetUp:
     its motor may be broken.
 
     Args:
-        motions: by what of the robot is below.
+        motions: by the side on which the robot lies.
         body: whose joints.
         tries: at most.
     """
@@ -81,7 +81,7 @@ class GetUp:
         for slots in LEG_SLOTS.values():
             self._watched[list(slots)] = False
         self.began: list[Lying] = []
-        """What was below at the beginning of each try."""
+        """Side on which the robot lay at the beginning of each try."""
         self.stiffness = LIMP
         """Of all joints now."""
         self.done = False

@@ -1,4 +1,4 @@
-"""Key-frame motions: what a file of them holds, and the 25 angles it comes to on a body.
+"""Key-frame motions: their file format, and their 25 angles on a body.
 
 A motion goes from one frame to the next in straight lines in joint space, each in its time. Joints that a frame
 leaves out stay as they are. The first frame is approached from wherever the joints are.
@@ -22,7 +22,7 @@ from bridge.types import Fraction, NotNegative, Positive
 from bridge.validation import Invalid, convert, unknown_name
 
 Lying = Literal["back", "front", "left", "right", "upright"]
-"""What of the robot is below: its back, its front, its left or right side, its feet or seat."""
+"""Side on which the robot lies: back, front, left or right; `upright`: it stands or sits."""
 _FOLDER: Final = Path(__file__).parent
 _MIDLINE: Final = ("HeadPitch", "LHipYawPitch")
 """Joints without a side that stay as they are in a mirror; HeadYaw turns round."""
@@ -221,7 +221,7 @@ def _frame(row: dict[str, str], place: str) -> Frame:
     """
 
     def number(column: str, kind: Any) -> float:
-        """What stands in a column, as a number of a kind."""
+        """Value of a column, as a number of a kind."""
         try:
             value: float = convert(float(row[column]), kind)
         except Invalid as error:

@@ -18,7 +18,7 @@ SETTLE: Final = 0.3
 
 
 def lying(angle: tuple[float, float]) -> Lying:
-    """What of the robot is below, by the fused angle.
+    """Side on which the robot lies, by the fused angle.
 
     Args:
         angle: torso roll and pitch, rad.
@@ -37,7 +37,7 @@ class MotionPlayer:
     """Goes through the frames of a motion.
 
     Args:
-        motion: what to play.
+        motion: to play.
         body: whose joints.
     """
 

@@ -56,7 +56,7 @@ def draw(view: View, floor: Floor, solids: Sequence[Solid], width: int, height: 
     Args:
         view: from where.
         floor: under all.
-        solids: what stands there.
+        solids: of the scene.
         width: columns.
         height: rows.
     """

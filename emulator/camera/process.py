@@ -1,4 +1,4 @@
-"""The process that draws what a robot's cameras see, from the ground truth on the link.
+"""The process that draws the pictures of a robot's cameras, from the ground truth on the link.
 
 It is apart from the robot's process and below it in priority, so that a picture costs no cycle. Boxes and
 things are asked for `WORLD_RATE` times a second; the robot itself is where the newest ground truth has it.
@@ -34,7 +34,7 @@ from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, 
 from emulator.camera.shapes import NEAR
 
 WORLD_RATE: Final = 5.0
-"""Questions a second for what stands in the world."""
+"""Queries of the world's objects per second."""
 SIGHT_RATE: Final = 20.0
 """Reports a second of the things that the cameras see."""
 _CONNECT: Final = 10.0
@@ -42,7 +42,7 @@ _CONNECT: Final = 10.0
 
 
 class CameraProcess:
-    """Draws on request, and reports what can be seen.
+    """Draws on request, and reports visible things.
 
     Args:
         robot: id.
@@ -72,7 +72,7 @@ class CameraProcess:
             time.sleep(1.0 / WORLD_RATE)
 
     def _now(self) -> tuple[float, TruthFrame, WorldReply] | None:
-        """When the newest ground truth came (s since 1970), and what the world is like; None: unknown."""
+        """When the newest ground truth came (s since 1970), and the state of the world; None: unknown."""
         if self._truth is None or self._world is None:
             return None
         moment, payload = self._truth
@@ -93,7 +93,7 @@ class CameraProcess:
                     [
                         number,
                         False,
-                        "The robot tells nobody where it is; only an emulated one has cameras here.",
+                        "The robot does not publish its pose; only an emulated one has cameras here.",
                     ]
                 )
             else:

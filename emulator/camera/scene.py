@@ -1,4 +1,4 @@
-"""What the cameras of a robot see: its own limbs and the world, from ground truth.
+"""Scene of a robot's cameras: its own limbs and the world, from ground truth.
 
 Known weaknesses: tiles and heightfields are drawn as the flat floor under them; pictures have no noise, no
 distortion, no blur of motion, and the exposure is always right. Limbs are the contact shapes of the emulated

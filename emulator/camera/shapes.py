@@ -1,4 +1,4 @@
-"""Shapes that a picture is drawn of: where a ray meets each, and what colour it has there.
+"""Shapes of a picture: intersection of a ray with each, and its colour there.
 
 A ray is a point of the camera's plane at depth 1, so that the parameter of a hit is its depth.
 """
@@ -137,7 +137,7 @@ class Convex:
 
 
 class Paint(Protocol):
-    """What is painted on a disc."""
+    """Pattern of a disc."""
 
     def __call__(self, right: Array, up: Array) -> Array:
         """Colours (n, 3) at places of the disc (n,), in radii, as one sees it from its front."""
@@ -182,7 +182,7 @@ def window(solid: Solid, eye: Array, R: Array, slopes: Array) -> tuple[float, fl
     """Bounds of a solid in the camera's plane at depth 1: left, right, up and down; None: outside the picture.
 
     Args:
-        solid: what is seen.
+        solid: visible one.
         eye: the camera, world frame, m.
         R: camera to world.
         slopes: largest of the picture to the left and upward, (2,).

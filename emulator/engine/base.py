@@ -1,14 +1,13 @@
 """The interface of a physics engine: everything that the emulated robot needs from physics, and nothing else.
 
-Servos, sensors, scenarios, faults and the DCM are the same on every engine. What one engine needs to do its
-part well (where the rotor's inertia goes, how a joint stops, how a contact is softened) stays in its own
-package.
+Servos, sensors, scenarios, faults and the DCM are the same on every engine. Each engine's own means (the
+place of the rotor's inertia, the stop of a joint, the softness of a contact) stay in its package.
 
 SI units and radians. The world frame has z up; a scene's floor frame turns with the floor. Quaternions are x,
 y, z, w. No engine draws random numbers: the same calls after `reset` give the same bits.
 
-One engine holds one robot. What is called in every physics step or cycle (`run`, `contacts`, the robot's
-`position`, `velocity` and `torso`) takes and gives arrays and plain values and calls nothing back, so that an
+One engine holds one robot. The methods of every physics step or cycle (`run`, `contacts`, the robot's
+`position`, `velocity` and `torso`) take and give arrays and plain values and call nothing back, so that an
 engine of N robots can do the same with a leading axis of N.
 """
 
@@ -98,7 +97,7 @@ class Engine(ABC):
         Args:
             starts: World frame, (n, 3), m.
             ends: One for each start, likewise.
-            ground_only: Rays meet the floor and what is fixed on it, and nothing else.
+            ground_only: Rays meet the floor and objects fixed on it, and nothing else.
         """
 
     @abstractmethod
@@ -111,4 +110,4 @@ class Engine(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Free what the engine holds; harmless when called twice."""
+        """Free the engine's resources; harmless when called twice."""

@@ -21,7 +21,7 @@ MISSING: Final = {
     "(Python up to 3.11 on x86-64 Linux); --engine mujoco does without.",
     "mujoco": "MuJoCo is not installed: pip install 'nao-hil[emulator]' brings the emulated robot.",
 }
-"""What is said where an engine is missing."""
+"""Error of a missing engine."""
 AUTO: Final = "auto"
 """PyBullet where it is installed, else MuJoCo."""
 

@@ -1,4 +1,4 @@
-"""What the emulator needs to know of, and do to, the robot as a multibody system."""
+"""Interface of the robot as a multibody system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the emulator needs to do to the world around the robot."""
+"""Interface of the world around the robot."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Scene(ABC):
     """Floor and objects of an engine.
 
     The floor is an infinite plane, z = 0 of the floor frame, which begins as the world's frame. Objects are
-    called by names, each used once at a time. What is fixed on the floor moves with it. Everything here may be
+    called by names, each used once at a time. Objects fixed on the floor move with it. Everything here may be
     called between two physics steps of a running robot.
 
     The coefficient of friction between two things that touch is: sole and floor, box and floor: the floor's;
@@ -32,13 +32,13 @@ class Scene(ABC):
 
         Args:
             pose: Of the floor frame.
-            velocity: Of its origin until the next call, m/s; what stands on it is carried along.
+            velocity: Of its origin until the next call, m/s; objects on it are carried along.
             spin: Angular velocity until the next call, world frame, rad/s.
         """
 
     @abstractmethod
     def set_surface(self, surface: Surface) -> None:
-        """Set what the floor, and what is fixed on it, is to soles."""
+        """Set the contact properties of the floor and of objects fixed on it."""
 
     @abstractmethod
     def add_box(

@@ -41,7 +41,7 @@ SETTINGS: Final = PhysicsSettings()
 
 @dataclass(frozen=True)
 class Surface:
-    """What the floor, and all that is fixed on it, is to a sole.
+    """Contact properties of the floor and of objects fixed on it.
 
     Sole and floor together are a bed of independent springs (Winkler's foundation): the pressure at a place is
     the depth there times `stiffness_per_area`. So a sole sinks, tilts under a load off its middle, and resists

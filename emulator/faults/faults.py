@@ -42,7 +42,7 @@ class Faults:
     Args:
         robot: Whose faults.
         servo: Its drives.
-        rezero: Starts the inertial unit anew.
+        rezero: Restarts the inertial unit.
         planned: Faults of the scenario.
         random: Source of everything random in the faults.
         say: Told in one sentence when a fault begins and ends, with a short code.
@@ -76,7 +76,7 @@ class Faults:
         return tuple(self._running)
 
     def begin_cycle(self, time: float) -> None:
-        """What begins and ends with the cycle that begins now; `time` is robot time, s."""
+        """Begin and end the faults that are due in this cycle; `time` is robot time, s."""
         self._joints.hold_heat()
         if time + 1e-9 < self._next:
             return

@@ -37,7 +37,7 @@ class FrameFaults:
         """Values that a stuck sensor repeats, by fault."""
 
     def forget(self, name: str) -> None:
-        """A fault has ended, or begins anew."""
+        """A fault has ended, or restarts."""
         self._held.pop(name, None)
 
     def spoil(self, frame: SensorFrame, faults: Iterable[FrameFault]) -> SensorFrame:

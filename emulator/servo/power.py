@@ -1,4 +1,4 @@
-"""What the drives may do in a cycle, and what they have done in it, joint by joint as machine code."""
+"""Power of the drives: limits for a cycle and consumption in it, joint by joint as machine code."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ class Servo:
         self._queue.append((due, request, wanted))
 
     def start(self, position: Vector) -> None:
-        """Hold these angles (rad) from now on with full stiffness, at rest; what was on its way is dropped."""
+        """Hold these angles (rad) from now on with full stiffness, at rest; waiting commands are dropped."""
         self._queue.clear()
         self.drives["request"] = self.drives["motor_angle"] = position
         self.drives["twist"] = 0.0
@@ -178,7 +178,7 @@ class Servo:
 
     @property
     def stall_current(self) -> Vector:
-        """What each motor draws when its full voltage cannot turn it, A."""
+        """Stall current of each motor, A."""
         return np.asarray(self.stall * self._ampere, dtype=np.float64)
 
     def drawn(self) -> float:

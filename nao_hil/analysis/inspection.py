@@ -1,4 +1,4 @@
-"""What is in a recording, summed up."""
+"""Summary of a recording."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     """Largest tilt of the torso, rad: by the ground truth, or the robot's fused angle."""
     frames_sha256: str
     diagnosis: str | None
-    """What went wrong first, in a sentence; None for a robot that did not fall, or of a body nobody knows."""
+    """First event of the fall, in a sentence; None for a robot that did not fall, or of an unknown body."""
 
 
 class _Sum:
@@ -84,7 +84,7 @@ class _Sum:
             self.tilt = max(self.tilt, float(tilt(message.torso_orientation)))
         elif isinstance(message, WalkTelemetry):
             if self.frames and message.seq > self.frames[1].seq:
-                return  # said of the robot before it began anew
+                return  # of the robot before it restarted
             self.steps += message.step - self._step if message.step > self._step else 0
             self._step = message.step
             self._watch.telemetry(message)

@@ -3,7 +3,7 @@
 Blocks of a single robot, of a batch in one thread and of the same batch in all threads take turns, and beside
 each MuJoCo's own steps of the same robots in as many threads: its floor. Each robot is commanded to stand.
 Real-time factors are summed over the robots: by the wall clock, and per second of the processor, which tells
-what threads cost where others use the machine.
+the cost of threads where others use the machine.
 """
 
 from __future__ import annotations

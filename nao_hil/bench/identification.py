@@ -65,7 +65,7 @@ def measure(
 
 
 calibrate = functools.partial(measure, CALIBRATION, CALIBRATION_SEED)
-"""What `MODEL_ERROR` was taken from."""
+"""Robots on which `MODEL_ERROR` was calibrated."""
 
 
 def recover(member: int, seed: int, duration: float) -> Iterator[Recovered]:
@@ -98,7 +98,7 @@ def recover(member: int, seed: int, duration: float) -> Iterator[Recovered]:
 
 
 def true_value(body: Body, drives: ServoParameters, name: str) -> float:
-    """What a parameter of an identification really is.
+    """True value of a parameter of an identification.
 
     Args:
         body: Data sheet.

@@ -1,4 +1,4 @@
-"""LoLA: the beat of a served socket, the time for an answer, and what each hop between both ends costs.
+"""LoLA: the beat of a served socket, the time for an answer, and the cost of each hop between both ends.
 
 The client is a raw socket. Beat and time for an answer are measured with an emulated V6 in real time, beside a
 bare loop that sends as many bytes over a unix socket, and one that sends nothing. The hops are measured one by

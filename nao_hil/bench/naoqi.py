@@ -1,4 +1,4 @@
-"""NAOqi: what a call to a served robot costs beside a bare qi call, and what the way through both ends costs.
+"""NAOqi: cost of a call to a served robot beside a bare qi call, and of the way through both ends.
 
 The calls are made from a process of their own, in alternating blocks, to `nao-hil serve naoqi` and to a bare qi
 service that answers at once. The hops are measured with this process being the robot and the controller at both

@@ -1,4 +1,4 @@
-"""What the live page costs the robot's real-time cycle."""
+"""Cost of the live page for the robot's real-time cycle."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ BUSY: Final = (sys.executable, "-c", "while True: pass")
 def measure(seconds: float = 15.0, rounds: int = 2) -> dict[str, Any]:
     """A walking robot's recording process on each engine, in turn without a page, with one, and with a browser.
 
-    In the cases "page" somebody takes what is sent and draws nothing, as if a graphics card did that. The
+    In the cases "page" a client takes the rows and draws nothing, as if a graphics card did that. The
     browser draws in software, beside the robot. The floor is a process that makes the engine's own steps of a
     standing robot at the same pace and priority, and no other process runs.
 

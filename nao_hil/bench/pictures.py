@@ -1,4 +1,4 @@
-"""What the cameras' pictures cost the real-time cycle of a robot that walks for a NAOqi program."""
+"""Cost of the cameras' pictures for the real-time cycle of a robot that walks for a NAOqi program."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def program(url: str, seconds: float, looks: bool) -> None:
 
 
 def _next_number(lines: Any) -> int:
-    """The next number, past what qi writes."""
+    """The next number, past the output of qi."""
     for line in lines:
         if line.strip().isdecimal():
             return int(line)

@@ -2,7 +2,7 @@
 
 Both are measured in one run, in alternating blocks, against a peer in another process; once per 10 ms as the
 robot does it, and back to back as lockstep does it. The bare floor uses Zenoh's own channels, no schema and
-no lease; the difference to it is what the link and the walker's tick cost.
+no lease; the difference to it is the cost of the link and the walker's tick.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ from emulator.wear import load_wear
 from nao_hil.bench.floor import bare_cycle
 
 _Turn: TypeAlias = tuple[str, Callable[[], float]]
-"""Whose, and what steps once; gives the time of the processor, s."""
+"""Name, and a function that steps once and returns the processor time, s."""
 _FLOOR: Final = "floor, "
 
 

@@ -1,4 +1,4 @@
-"""Who looks at the live page in its benchmark: one who only takes what it sends, and a browser."""
+"""Viewers of the live page in its benchmark: a client that draws nothing, and a browser."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Campaigns that a person describes: files of axes, tuning, maps, and questions to what was walked."""
+"""Campaigns: files of axes, tuning, maps, and queries of stored walks."""

@@ -21,7 +21,7 @@ from nao_hil.runs.walk import Walk, WalkEnd
 
 
 class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What to walk: every combination of the axes' values, with every seed."""
+    """The walks of a campaign: every combination of the axes' values, with every seed."""
 
     base: dict[str, Any] = {}
     """As in a configuration file; `scenario` is the world."""

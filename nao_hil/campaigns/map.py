@@ -55,7 +55,7 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
 
     Args:
         campaign: To walk in.
-        task: What is changed.
+        task: To change.
         x: Quantity.
         y: Quantity.
         first_seed: All cells walk with the same seeds, from this one on.

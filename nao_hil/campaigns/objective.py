@@ -1,4 +1,4 @@
-"""What a study makes large: the lower bound of the mean score of an ensemble of walks."""
+"""Objective of a study: the lower bound of the mean score of an ensemble of walks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a campaign varies, by name: any number of configuration, world, wear profile or body."""
+"""Quantities of a campaign, by name: any number of configuration, world, wear profile or body."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _checked(name: str, value: Any, kind: Any) -> Any:
 
 
 def _set(struct: Any, what: str, path: str, value: Any, kind: type[Any]) -> Any:
-    """The struct, what a message calls it, with the value at a path of keys."""
+    """The struct with the value at a path of keys; `what` names it in errors."""
     table = msgspec.to_builtins(struct)
     *tables, last = path.split(".")
     at = table

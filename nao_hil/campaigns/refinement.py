@@ -20,7 +20,7 @@ Try = Callable[[Sequence[tuple[Cell, int]]], Iterable[bool]]
 
 @dataclass
 class Survey:
-    """What is known of a grid of cells; an island smaller than the first lattice's gaps may be missed."""
+    """Verdicts on a grid of cells; an island smaller than the first lattice's gaps may be missed."""
 
     shape: Cell
     test: Sprt = field(default_factory=Sprt)

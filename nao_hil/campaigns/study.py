@@ -39,7 +39,7 @@ def open_study(storage: str, space: Mapping[str, Range], ensemble: Ensemble) -> 
     Args:
         storage: URL of a database as SQLAlchemy has it, such as `sqlite:///study.db`.
         space: Ranges by quantity.
-        ensemble: What is walked.
+        ensemble: Of walks.
 
     Raises:
         ConfigurationError: the database cannot be opened.
@@ -101,7 +101,7 @@ def improve(
     Args:
         study: Of `open_study`.
         space: Ranges by quantity.
-        ensemble: What each point must walk.
+        ensemble: Of walks for each point.
         attempt: Walks some walks; raises `optuna.TrialPruned` when stopped.
         trials: Of the whole study, those before included.
         stopped: Whether to begin no further trial.

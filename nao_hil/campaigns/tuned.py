@@ -1,4 +1,4 @@
-"""What a study ends with: the parameters as TOML, what matters, and before and after on unseen seeds."""
+"""Results of a study: the parameters as TOML, their importance, and before and after on unseen seeds."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _arm(ends: Sequence[WalkEnd], duration: float) -> dict[str, Any]:
 
 
 def importances(study: optuna.Study) -> dict[str, float]:
-    """Share of each parameter in what tells good trials from the others (PED-ANOVA); empty for few trials."""
+    """Importance of each parameter for good trials (PED-ANOVA); empty for few trials."""
     done = study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,))
     if len(done) < 4 or len({trial.value for trial in done}) < 2:
         return {}

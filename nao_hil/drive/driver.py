@@ -1,4 +1,4 @@
-"""From keys and a stick to what the robot is to do: no terminal, no link, no clock."""
+"""From keys and a stick to commands: no terminal, no link, no clock."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ HELP: Final = {
     "m": "admittance on, off",
     "Q, Esc": "stop and leave",
 }
-"""Keys -> what they do."""
+"""Keys -> actions."""
 
 STOPS: Final = (" ", "x")
 """Keys that stop."""
@@ -41,7 +41,7 @@ _TORSOS: Final[tuple[TorsoName, ...]] = get_args(TorsoName)
 
 
 def keys_of(data: bytes) -> list[str]:
-    """Keys in what a terminal sent; an escape alone is `Esc`, other sequences are passed over."""
+    """Keys in a terminal's input; an escape alone is `Esc`, other sequences are passed over."""
     keys: list[str] = []
     while data:
         head = data[:3].replace(b"\x1bO", b"\x1b[")
@@ -67,7 +67,7 @@ def speed_steps(deflection: float) -> int:
 
 @dataclass(frozen=True)
 class DriveTarget:
-    """What the driver wants now."""
+    """Command in force."""
 
     gait: str
     torso: str
@@ -141,7 +141,7 @@ class Driver:
         return target.forward * step, target.sideways * SIDEWAYS, target.turn * TURN
 
     def command(self, before: DriveTarget, target: DriveTarget, key: str = "") -> WalkCommand | None:
-        """What to tell the walker after a key; None: nothing.
+        """Command to the walker after a key; None: none.
 
         A stop is always told: somebody else may have made the robot walk.
         """

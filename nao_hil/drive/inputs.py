@@ -25,7 +25,7 @@ _BUTTON_KEYS: Final = {0: " ", 1: "g", 2: "t", 3: "m"}
 
 
 class Input(NamedTuple):
-    """What came in."""
+    """Input."""
 
     keys: list[str]
     stick: float | None
@@ -59,7 +59,7 @@ class Inputs:
                 ) from None
 
     def wait(self, timeout: float) -> Input:
-        """What comes in within `timeout` s."""
+        """Input within `timeout` s."""
         devices = [self._terminal] + ([self._gamepad] if self._gamepad is not None else [])
         ready, _, _ = select.select(devices, [], [], timeout)
         keys: list[str] = []

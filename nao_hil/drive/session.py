@@ -16,20 +16,20 @@ SIGN: Final = 1.0
 
 
 class Walker(Protocol):
-    """What takes commands: a `bridge.link.walk_client.WalkClient`."""
+    """A client that takes commands: `bridge.link.walk_client.WalkClient`."""
 
     def send(self, command: WalkCommand) -> WalkStatus:
         """Carry out a command."""
 
     def status(self) -> WalkStatus:
-        """What it does."""
+        """State of the walker."""
 
     def stop(self) -> WalkStatus:
         """Let it close its feet."""
 
 
 class Session:
-    """What keys and a stick do to a walker.
+    """Drives a walker by keys and a stick.
 
     Args:
         walker: The one that is driven.
@@ -48,11 +48,11 @@ class Session:
         self.commands = self.refused = 0
         """Sent, and refused of them."""
         self.reply = ""
-        """What the walker said to the last command."""
+        """Reply of the walker to the last command."""
         self._last_sent = time.monotonic()
 
     def take(self, keys: list[str], stick: float | None = None) -> None:
-        """Carry out what came in, give a sign of life if one is due, and look how the robot is.
+        """Carry out the input, send a sign of life if one is due, and read the robot's state.
 
         Args:
             keys: As in `nao_hil.drive.driver.HELP`.
@@ -71,7 +71,7 @@ class Session:
             self._turn(self.driver.stick(self.target, stick))
         again = self.driver.again(self.target)
         if again is not None and time.monotonic() - self._last_sent > SIGN:
-            if not self._send(again):  # it fell, say: whoever wants to go on says so anew
+            if not self._send(again):  # after a fall, for one: a new order is needed
                 self.target = self.driver.press(self.target, "x")
         else:
             self.status = self._walker.status()

@@ -1,6 +1,6 @@
 """Gymnasium environments of the emulated robot; importing this package registers them.
 
-Observations are what the real robot measures. Ground truth is in `info`, and the rewards are made of it.
+Observations are the measurements of the real robot. Ground truth is in `info`, and the rewards are made of it.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class RobotEnv(gymnasium.Env[Observation, Observation]):
     """One cycle of the robot per step.
 
     Args:
-        task: What is asked.
+        task: Of the robot.
         robot: Name of a body (`nao-hil robots`), or path of a data sheet.
         wear: State of drives and sensors: `ideal`, `nominal`, `worn`, `ensemble:K`, or path of a profile.
         scenario: World: a name (`nao-hil scenarios`), or path of a scenario.

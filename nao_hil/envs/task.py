@@ -1,4 +1,4 @@
-"""What a robot is asked to do: from an action to a command, from measurements to an observation, the reward."""
+"""A task: from an action to a command, from measurements to an observation, the reward."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Task(ABC):
 
     @abstractmethod
     def begin(self, random: np.random.Generator) -> None:
-        """A new episode; draws what is random in the task."""
+        """A new episode; draws the random quantities of the task."""
 
     @abstractmethod
     def command(self, action: Array) -> tuple[Array, Array]:
@@ -103,7 +103,7 @@ class Task(ABC):
         return array
 
     def observe(self, frame: SensorFrame) -> NDArray[np.float32]:
-        """What the robot measures, within the sensors' ranges."""
+        """Measurements of the robot, within the sensors' ranges."""
         values = np.concatenate([getattr(frame, name) for name in self.MEASURED])
         observation: NDArray[np.float32] = np.clip(values, self._low, self._high).astype(np.float32)
         return observation

@@ -22,11 +22,11 @@ Observation = NDArray[np.float32]
 class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
     """`RobotEnv` of N robots; with equal seeds the numbers are those of N single environments, bit for bit.
 
-    A robot whose episode has ended begins anew in the next step, which ignores its action.
+    A robot whose episode has ended restarts in the next step, which ignores its action.
 
     Args:
         num_envs: N.
-        task: What is asked of each.
+        task: Of each robot.
         robot: Name of a body (`nao-hil robots`), or path of a data sheet.
         wear: State of drives and sensors: one for all, or a sequence of N.
         scenario: World: one for all, or a sequence of N.
@@ -108,13 +108,13 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
     def step(
         self, actions: Observation
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Run one cycle of all robots; those whose episode has ended begin anew."""
+        """Run one cycle of all robots; those whose episode has ended restart."""
         n, batch = self.num_envs, self.batch
         wide = self.tasks[0].checked(actions, n)
         commands = [task.command(row) for task, row in zip(self.tasks, wide, strict=True)]
-        anew = np.flatnonzero(self._ended).tolist()
+        ended = np.flatnonzero(self._ended).tolist()
         going = np.flatnonzero(~self._ended).tolist()
-        for i in anew:
+        for i in ended:
             batch.reset([robot_seed(self._random[i])], which=[i])
             self.tasks[i].begin(self._random[i])
         angles, stiffnesses = (np.array(part) for part in zip(*commands, strict=True))

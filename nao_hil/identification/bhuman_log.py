@@ -198,7 +198,7 @@ def _unified(kind: str) -> str:
 
 
 def _blocks(path: Path, stream: _Stream, *, compressed: bool) -> Iterator[memoryview]:
-    """Messages in a row; what is behind them in the file, an index, is left."""
+    """Messages in a row; the index behind them in the file is left."""
     if not compressed:
         size, rest = _HEADER.unpack(stream.bytes(_HEADER.size))
         left = len(stream.data) - stream.place

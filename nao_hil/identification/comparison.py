@@ -41,7 +41,7 @@ class JointComparison(msgspec.Struct, frozen=True, kw_only=True):
     floor: float
     """The same between two replays with different seeds, at least one step of the encoder, rad."""
     excess: float
-    """What of the difference the floor does not explain, rad."""
+    """Difference beyond the noise floor, rad."""
     recorded: JointFollowing
     replayed: JointFollowing
 
@@ -71,9 +71,9 @@ class Comparison(msgspec.Struct, frozen=True, kw_only=True):
     config: dict[str, Any]
     """Of the replay, with the seed."""
     notes: tuple[str, ...]
-    """What of the recording was converted or assumed, and what cannot be compared."""
+    """Conversions, assumptions, and signals that cannot be compared."""
     seconds: float
-    """Of what was compared."""
+    """Of the comparison."""
     first: str
     """The joint that differs most; empty: none is beyond the noise floor."""
     joints: tuple[JointComparison, ...]

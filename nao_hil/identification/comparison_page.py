@@ -14,7 +14,7 @@ from nao_hil.identification.signals import Signals
 _ABOUT = (
     "The commands of a recording, replayed open loop through the emulated robot. The noise floor of a joint is "
     "the difference of two such replays with different seeds, and at least one step of the encoder; the "
-    "excess is what of the difference it does not explain."
+    "excess is the difference beyond it."
 )
 _HEAD = (
     "joint",
@@ -33,7 +33,7 @@ def write_comparison(path: Path, result: Comparison, recorded: Signals, replayed
     Args:
         path: Of the HTML file.
         result: The numbers.
-        recorded: What they were measured on.
+        recorded: Signals of the recording.
         replayed: The same of the emulated robot.
 
     Raises:

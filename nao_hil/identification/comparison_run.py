@@ -17,7 +17,7 @@ from nao_hil.identification.signals import Signals
 from nao_hil.runs.config import RunConfig
 
 _READ = ("robot", "wear", "engine", "scenario", "start", "seed")
-"""What of a configuration a replay reads."""
+"""Fields of a configuration that a replay reads."""
 _LYING = 1.0
 """Roll or pitch from which on a torso lies, rad."""
 _NO_COMMANDS = (
@@ -89,11 +89,11 @@ def _fall(recorded: Signals, replayed: Signals) -> tuple[str, ...]:
     if not len(rows):
         return ()
     begin = replayed.time[rows[0]]
-    return (f"The emulated robot fell before {begin:.2f} s; compare what is before with --to.",)
+    return (f"The emulated robot fell before {begin:.2f} s; compare the time before with --to.",)
 
 
 def _comparable(recorded: RecordedSignals) -> tuple[RecordedSignals, RecordedSignals | None, tuple[str, ...]]:
-    """What to measure, what to replay (None: nothing), and a sentence if it is not the recording as it is."""
+    """Signals to measure, signals to replay (None: none), and a sentence if the recording was changed."""
     if recorded.commanded:
         return recorded, recorded, ()
     if recorded.has_angles:

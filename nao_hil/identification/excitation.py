@@ -1,4 +1,4 @@
-"""A motion that shows what the drives are like: slow triangles across the load's change of sign, then steps.
+"""A motion that identifies the drives: slow triangles across the load's change of sign, then steps.
 
 One joint of a limb moves at a time, the same one on both sides; limbs move together. A triangle shows backlash
 and friction as hysteresis, and stiffness by the slope of the lag over the load; steps show delay and the

@@ -99,7 +99,7 @@ def excite_emulated(
 def excite_linked(
     connection: Connection, start: str, duration: float, file: Path, progress: Progress = lambda _: None
 ) -> ExcitationResult:
-    """Move a robot on the link, from where it is; what its guard changes is not recorded.
+    """Move a robot on the link, from where it is; changes by its guard are not recorded.
 
     Args:
         connection: To the robot; holds the lease.

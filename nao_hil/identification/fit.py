@@ -79,7 +79,7 @@ MODEL_ERROR: Final = {
     "motor_time_constant": 0.05,
     "gear_relaxation": 0.06,
 }
-"""Standard deviation of the model's own error, what the residuals do not show; a fraction but for `ABSOLUTE`.
+"""Standard deviation of the model's own error, invisible in the residuals; a fraction but for `ABSOLUTE`.
 Three robots' `model_error` of `python -m nao_hil.bench experiments.calibration` times 1.6, by which the t
 distribution with 3 degrees of freedom is wider than the normal; backlash: RMS of HipYawPitch, the worst."""
 ABSOLUTE: Final = ("backlash", "delay", "lead")
@@ -109,7 +109,7 @@ class Fit:
 
     @property
     def _model_error(self) -> Array:
-        """Standard deviation of what the model adds to each value, (p,)."""
+        """Standard deviation of the model's own error of each value, (p,)."""
         kinds = [name.partition(".")[0] for name in self.names]
         return np.array(
             [

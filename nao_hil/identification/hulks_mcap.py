@@ -58,7 +58,7 @@ def read_hulks(path: Path) -> Readings:
                 messages[name].append((when, value))
     except (McapError, ZstdError, ValueError, msgpack.UnpackException) as error:
         raise ConfigurationError(
-            f"{path}: is damaged ({error}); take what can be read with `mcap recover` of the MCAP project."
+            f"{path}: is damaged ({error}); recover the readable part with `mcap recover` of the MCAP project."
         ) from None
     if len(messages[_SENSORS]) < 2:
         raise ConfigurationError(

@@ -42,7 +42,7 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     """File that was written."""
     confidence: float
     notes: tuple[str, ...]
-    """What of the recording was converted or assumed."""
+    """Conversions and assumptions about the recording."""
     seconds: float
     parameters: dict[str, Identified]
     """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
@@ -110,7 +110,7 @@ def result(
 
     Args:
         recorded: The recording.
-        found: What was fitted to it.
+        found: Fit to it.
         signals: The part of it that was used.
         base: The rest.
         recording: Its file.

@@ -19,7 +19,7 @@ from nao_hil.identification.signals import Signals
 
 _ABOUT: Final = (
     "The emulator's drives, fitted to the joint angles of a recording by robust least squares. The model has "
-    "one joint at a time, with the gravity and the inertia that the data sheet gives to what it carries. "
+    "one joint at a time, with the gravity and the inertia that the data sheet gives to its load. "
     "Intervals are from the scatter over stretches of motion, and allow for the model's own error."
 )
 _COLUMNS: Final = 4
@@ -32,7 +32,7 @@ def write_identification(path: Path, result: Identification, found: Fit, signals
         path: Of the HTML file.
         result: The numbers.
         found: The fit.
-        signals: What it was made on.
+        signals: Of the recording.
 
     Raises:
         ConfigurationError: jinja2 is not installed.
@@ -118,4 +118,4 @@ def _residuals(result: Identification) -> ReportTable:
     rows = [
         (joint, f"{math.degrees(value):.3f}") for joint, value in result.residual.items() if value is not None
     ]
-    return ReportTable("What the model leaves", ("joint", "RMS, deg"), tuple(rows))
+    return ReportTable("Residual of the model", ("joint", "RMS, deg"), tuple(rows))

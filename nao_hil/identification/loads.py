@@ -1,4 +1,4 @@
-"""What each joint of a robot with a held torso has to move: gravity and inertia of all links behind it.
+"""Load of each joint of a robot with a held torso: gravity and inertia of all links behind it.
 
 Other joints are taken where they are measured, and at rest.
 """

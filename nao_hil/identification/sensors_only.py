@@ -1,4 +1,4 @@
-"""Comparisons that need no commands: what a recording of sensors alone tells about the emulated robot."""
+"""Comparisons without commands: a recording of sensors alone against the emulated robot."""
 
 from __future__ import annotations
 

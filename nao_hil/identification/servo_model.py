@@ -1,6 +1,6 @@
 """The emulator's drives with one joint each behind them: no engine, no other joint, machine code.
 
-A joint has the inertia and the gravity of what it carries, see `loads`; the drive is `emulator.servo`'s.
+A joint has the inertia and the gravity of its load, see `loads`; the drive is `emulator.servo`'s.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a recording says of a robot, on a grid of one row per cycle."""
+"""Signals of a recording, on a grid of one row per cycle."""
 
 from __future__ import annotations
 

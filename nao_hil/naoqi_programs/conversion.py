@@ -30,11 +30,11 @@ _RENAMED: Final = (
     (r"\.async\b", ".runAsync"),
     (r"\basync(?=\s*=[^=])", "async_"),
 )
-"""Names of PIL, numpy and qi that have gone, and what they are called now; words that are reserved now."""
+"""Names of PIL, numpy and qi that have gone, and their present names; words that are reserved now."""
 
 
 def no_program(name: str, error: Any) -> ConfigurationError:
-    """The error of a file, with what Python's parser said, or one of lib2to3's two."""
+    """The error of a file, with the message of Python's parser or of lib2to3."""
     reason, line = getattr(error, "msg", str(error)), getattr(error, "lineno", None)
     if hasattr(error, "context"):  # its parser
         line = error.context[1][0]

@@ -1,4 +1,4 @@
-"""Errors of a program that runs, told as Python tells them, without the lines of what runs it."""
+"""Tracebacks of a program, without the lines of its runner."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import traceback
 from pathlib import Path
 
 _OWN = {str(Path(__file__).with_name(name)) for name in ("python2.py", "services.py")}
-"""Files between a program and what it calls."""
+"""Files between a program and its callees."""
 
 
 def print_error(error: BaseException, program: str) -> None:

@@ -1,6 +1,6 @@
 """The table of the vendor's methods in `docs/naoqi.md`, from the services themselves.
 
-`python -m nao_hil.naoqi_programs.method_table` writes it anew.
+`python -m nao_hil.naoqi_programs.method_table` writes it.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class _NoWalker:
 
 
 def services() -> Services:
-    """The services of a V5 that nobody moves."""
+    """The services of a V5 without a walker."""
     walking: Any = WalkingMethods
     return Services(
         RobotConfig(load_body("nao-v5"), "nao"),

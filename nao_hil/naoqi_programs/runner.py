@@ -27,7 +27,7 @@ from nao_hil.naoqi_programs.source import compiled, is_old, program_code
 ADDRESS: Final = "NAO_HIL_NAOQI"
 MODULES: Final = Path(__file__).parent / "modules"
 PATIENCE: Final = 20.0
-"""s that NAOqi has to answer, on a busy machine; qi itself would wait for ever for what is no NAOqi."""
+"""Timeout of NAOqi on a busy machine, s; qi itself would wait for ever for a server that is no NAOqi."""
 
 
 def _redirect(url: str) -> None:

@@ -11,7 +11,7 @@ _PICTURES: Final = ("getImageRemote", "getImageLocal")
 
 
 class Service:
-    """A service whose methods take what the vendor's SDK takes.
+    """A service whose methods take the arguments of the vendor's SDK.
 
     Args:
         service: qi's object.

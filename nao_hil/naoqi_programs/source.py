@@ -130,7 +130,7 @@ def _imports(tree: ast.Module, module: str) -> bool:
 
 
 def _is_old(tree: ast.Module) -> bool:
-    """Whether a source that Python 3 reads needs what only Python 2 has."""
+    """Whether a source that Python 3 reads needs a feature of Python 2."""
     own = own_names(tree)
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id in _OLD_NAMES - own:
@@ -153,7 +153,7 @@ _NEW_NODES: Final = (
 
 
 def _is_new(tree: ast.Module, text: str) -> bool:
-    """Whether a source has what only Python 3 reads, or means otherwise there: `print(a, b)`, `input()`."""
+    """Whether a source has syntax of Python 3, or one with another meaning there: `print(a, b)`, `input()`."""
     if text.startswith("#!") and "python3" in text.partition("\n")[0]:
         return True
     for node in ast.walk(tree):

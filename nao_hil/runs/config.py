@@ -1,4 +1,4 @@
-"""The configuration of a run: what the command line and `--config FILE` say, checked as one."""
+"""The configuration of a run: command line and `--config FILE`, checked together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A walk by a fixed plan, with a line of what to look at for each part: what `nao-hil demo` shows."""
+"""The walk of `nao-hil demo`: a fixed plan, with a caption for each part."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class DemoPart(NamedTuple):
     lasts: float
     """Robot time, s."""
     text: str
-    """What to look at."""
+    """Caption."""
     command: WalkCommand | Push | None = None
     """Given when it begins."""
 

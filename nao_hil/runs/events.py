@@ -1,4 +1,4 @@
-"""What happens in the course of a walk: in the world, pushes in the stride, new velocities; and a load."""
+"""Events of a walk: in the world, pushes in the stride, new velocities; and a load."""
 
 from __future__ import annotations
 

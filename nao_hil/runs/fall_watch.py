@@ -1,4 +1,4 @@
-"""Tells a fall from a robot that lies: it was on its feet, is down now, and nobody had it go down."""
+"""Distinguishes a fall from a robot that lies: it was on its feet, is down now, and was not ordered down."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class FallWatch:
         """On its feet in the last cycle."""
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Take in what the walker says."""
+        """Take in the walker's telemetry."""
         self.state = message.state
 
     def notice(self, message: Notice) -> None:
-        """Take in what the robot says: whether its guard sits it down."""
+        """Take in the robot's notices: its guard may sit it down."""
         if message.code in _GUARD_CODES:
             self._seated = message.code == "guard-sit"
 

@@ -32,7 +32,7 @@ def fingerprint(*parts: Any, sources: Sequence[str] = IN_PROCESS) -> str:
     """Hash of a task and of all that it depends on, 32 hexadecimal digits.
 
     Args:
-        parts: What the result depends on beside sources and libraries; values whose `repr` shows every field.
+        parts: Inputs of the result other than sources and libraries; values whose `repr` shows every field.
         sources: Files and folders that the task runs, relative to the root of the packages.
     """
     everything = (parts, source_hash(tuple(sources)), library_versions())
@@ -93,7 +93,7 @@ def numerics() -> str:
 
 
 def kernels() -> dict[str, str]:
-    """Names of what `numerics` depends on: processor, libm, OpenBLAS's kernel, NumPy's instruction sets."""
+    """Inputs of `numerics`: processor, libm, OpenBLAS's kernel, NumPy's instruction sets."""
     features = import_module("numpy._core._multiarray_umath").__cpu_features__  # loaded with NumPy; not public
     names = (
         line.partition(":")[2].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")

@@ -123,7 +123,7 @@ class RunDirectory:
             self._held = None
 
     def write_config(self, settings: msgspec.Struct | dict[str, Any]) -> None:
-        """Write the configuration, and beside it the versions of what ran and the robot's own files.
+        """Write the configuration, the versions of the software and the robot's own files.
 
         A data sheet, a wear profile or a scenario that is a file is copied, and the configuration names the
         copy: the run can be repeated when the file has changed or the folder is elsewhere.

@@ -1,4 +1,4 @@
-"""A key-frame motion on an emulated robot in this process, and what came of it."""
+"""A key-frame motion on an emulated robot in this process, and its result."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BEGINS: Final = {
     "right": "lie-side",
     "upright": "stand",
 }
-"""Start pose of a motion, by what of the robot is below."""
+"""Start pose of a motion, by the side on which the robot lies."""
 
 
 class MotionResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -32,7 +32,7 @@ class MotionResult(msgspec.Struct, frozen=True, kw_only=True):
 
     motion: str
     began: str
-    """What of the robot was below at the beginning: `back`, `front`, `left`, `right` or `upright`."""
+    """Side on which the robot lay at the beginning: `back`, `front`, `left`, `right` or `upright`."""
     ended: str
     stands: bool
     """Upright on its feet at the end, by the ground truth."""

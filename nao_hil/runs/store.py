@@ -30,7 +30,7 @@ def stored(file: Path, key: str, kind: type[Result], make: Callable[[], Result])
 
     Args:
         file: JSON.
-        key: Fingerprint of what the result depends on.
+        key: Fingerprint of the inputs of the result.
         kind: Type of the result.
         make: Computes the result.
     """

@@ -1,4 +1,4 @@
-"""What a run comes to: gathered frame by frame, the same in process and over the link."""
+"""Summary of a run: gathered frame by frame, the same in process and over the link."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def starved(cycles: int, missed: int, skipped: int) -> str:
 
 
 class _Sums(NamedTuple):
-    """What adds up from one reset to the next."""
+    """Sums from one reset to the next."""
 
     time: float = 0.0
     distance: float = 0.0
@@ -127,7 +127,7 @@ class RunStatistics(Observer):
         self._torso_max = 0.0
         self._hash = FrameHash()
         self._has_telemetry = False
-        """The controller says what it does."""
+        """Take in the controller's telemetry."""
         self._last_frame: SensorFrame | None = None
         self._begin()
 
@@ -138,7 +138,7 @@ class RunStatistics(Observer):
         self._way_begin: TruthFrame | None = None
         """Where the first walk began: on the way into its first posture the torso moves over the feet."""
         self._way_end: TruthFrame | None = None
-        """The last, or where it fell: what it slides after that is no walk."""
+        """The last, or where it fell: sliding after that is no walk."""
         self._turned_before = 0.0
         """Turn of the torso before the first walk, rad: of one that lies it says nothing."""
         self._way = 0.0
@@ -176,7 +176,7 @@ class RunStatistics(Observer):
         self._torso_max = max(self._torso_max, self._tilt)
 
     def _look(self, truth: TruthFrame) -> None:
-        """Take in what the ground truth shows of a walk that nobody tells of."""
+        """Take in the ground truth of a walk without telemetry."""
         event = self._seen.update(truth)
         if event == "lifted":
             self._walk = truth.time, truth.time
@@ -218,9 +218,9 @@ class RunStatistics(Observer):
         self._hash.add(frame)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Take in what the walker says of its walk."""
+        """Take in the walker's telemetry of its walk."""
         if self._last_frame is None or message.seq > self._last_frame.seq:
-            return  # said of the robot before it began anew
+            return  # of the robot before it restarted
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
         self._recoveries += gets_up and self._lay
@@ -244,7 +244,7 @@ class RunStatistics(Observer):
             self._walk = None
 
     def notice(self, message: Notice) -> None:
-        """Take in what the robot says: whether its guard sits it down."""
+        """Take in the robot's notices: its guard may sit it down."""
         self._watch.notice(message)
 
     def summary(self, wall_seconds: float) -> Summary:

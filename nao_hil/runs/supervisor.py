@@ -22,7 +22,7 @@ PORTS: Final = range(10_240, 32_768)
 
 
 def free_port() -> int:
-    """A port of loopback that nobody listens on now.
+    """A free port of loopback.
 
     It is none that the system gives to outgoing connections: one of these could take it before its use.
 

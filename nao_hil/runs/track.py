@@ -1,4 +1,4 @@
-"""What is kept of a walk, cycle by cycle: enough for every figure of the thesis and the evidence beside it."""
+"""The record of a walk, cycle by cycle: enough for every figure of the thesis and its evidence."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ CHANNELS: Final[dict[str, int]] = {
 }
 """Name -> width. `time` is that of the walk, s. World frame: torso's place and orientation (x, y, z, w),
 vertical `force` on both feet, `zmp`, `com`. As the walker has it: `place` (x, y and yaw by the odometry),
-`angle` (torso roll and pitch), the plan in the walk frame, `lift` of the feet, what was added to the ankles,
+`angle` (torso roll and pitch), the plan in the walk frame, `lift` of the feet, corrections of the ankles,
 torso `control`. Leg motors: true and requested angles, rad."""
 _STARTS: Final = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
 WIDTH: Final = sum(CHANNELS.values())

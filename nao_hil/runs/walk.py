@@ -35,7 +35,7 @@ Ending = Literal["walked", "fell", "gave up"]
 
 
 class Walk(msgspec.Struct, frozen=True, kw_only=True):
-    """What to walk: a configuration with its seed, and a world."""
+    """A walk to carry out: a configuration with its seed, and a world."""
 
     name: str
     """For people: experiment, arm and seed."""
@@ -45,7 +45,7 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     """Time of the walk, s."""
     scenario: Scenario = Scenario()
     world_events: tuple[tuple[float, WorldEvent], ...] = ()
-    """What happens in the world by time of the walk, s; events of the scenario count from the first frame."""
+    """Events of the world by time of the walk, s; events of the scenario count from the first frame."""
     pushes: tuple[StridePush, ...] = ()
     velocities: tuple[tuple[float, Vec3], ...] = ()
     """New ones by time of the walk, s; m/s, m/s, rad/s. For gaits that change theirs in stride."""

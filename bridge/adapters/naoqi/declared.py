@@ -2,7 +2,7 @@
 
 `@offers("ALMotion.setAngles", kind="joints")` offers a method of a class under its NAOqi name; its parameters'
 annotations are the checks. A name that begins with a dot belongs to the service that `self.service` names.
-Methods that the vendor has and nobody offers are in `refused.toml`.
+Methods of the vendor that are not offered are in `refused.toml`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ ROBOT_HOME: Final = Path("/home/nao")
 HOME: Final = Path(tempfile.gettempdir()) / "nao-hil-home"
 """The robot's home on a machine without one of that name."""
 KEPT: Final = "remembered and read back, without effect"
-"""What is left out of a setting."""
+"""Omissions of a setting."""
 
 
 class Range(NamedTuple):
@@ -141,7 +141,7 @@ def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool
     Args:
         names: service and method; `.method` belongs to the object's own `service`.
         kind: which robot it needs.
-        partly: what it leaves out or assumes; empty: nothing.
+        partly: omissions and assumptions; empty: none.
         begins_walk: the conditions of a walk apply.
     """
 
@@ -158,7 +158,7 @@ class Answers:
 
     Args:
         table: `{"ALTouch.getStatus": lambda self: ...}`.
-        partly: what they leave out or assume.
+        partly: omissions and assumptions.
         kind: as of `offers`.
     """
 
@@ -177,7 +177,7 @@ class Setting:
         kind: its type with its range, as an annotation.
         partly: of the setter.
         reader: `get`, or `is`.
-        returns: what the setter returns.
+        returns: result of the setter.
         of_part: a part's name comes first; each part has its own value.
     """
 
@@ -331,7 +331,7 @@ def as_vendor(words: str) -> str:
 
 
 def describe(kind: Any) -> str:
-    """What an annotation takes, for the help."""
+    """Description of an annotation, for the help."""
     if get_origin(kind) is Annotated:
         return ", ".join(
             str(part) if not inspect.isfunction(part) else part.__name__ for part in get_args(kind)[1:]
@@ -349,7 +349,7 @@ def _check(kind: Any, owner: object) -> Check:
         steps = [step.of(owner) if isinstance(step, Own) else step for step in args[1:]]
         if all(
             isinstance(step, Range | OneOf) for step in args[1:]
-        ):  # they refine what a type's own check gives
+        ):  # they refine the result of the type's own check
             steps.insert(0, _check(args[0], owner))
 
         def all_steps(value: Any, what: str) -> Any:
@@ -465,7 +465,7 @@ def text(value: Any, what: str) -> str:
 
 
 def robot_file(value: Any, what: str) -> Path:
-    """A path of the robot's: what is below its home is below `HOME` where this machine has no such folder."""
+    """A path of the robot's: its home is `HOME` where this machine has no such folder."""
     file = Path(text(value, what))
     inside = file.is_relative_to(ROBOT_HOME) and ".." not in file.parts and "\0" not in str(file)
     return HOME / file.relative_to(ROBOT_HOME) if inside and not ROBOT_HOME.is_dir() else file

@@ -64,7 +64,7 @@ class Message:
 
 
 class Listener(Protocol):
-    """Takes what arrives on a connection."""
+    """Handles the messages of a connection."""
 
     def handle(self, connection: Connection, message: Message) -> None:
         """A call or a post; may raise `QiError`."""

@@ -29,7 +29,7 @@ def check_url(url: str) -> tuple[str, int]:
 
 
 def require_free(url: str) -> None:
-    """See that nobody listens there: qi itself would abort the whole process.
+    """Check that the address is free: qi itself would abort the whole process.
 
     Raises:
         ConfigurationError: not an address.

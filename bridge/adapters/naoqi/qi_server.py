@@ -57,7 +57,7 @@ _LEVELS: Final = {logging.CRITICAL: 1, logging.ERROR: 2, logging.WARNING: 3, log
 
 
 class LogEvents(logging.Handler):
-    """Sends what this process logs as events of the listener; its settings have no effect.
+    """Sends the log of this process as events of the listener; its settings have no effect.
 
     Args:
         send: an event's object, action and payload, in any thread.

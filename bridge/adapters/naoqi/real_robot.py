@@ -62,7 +62,7 @@ class FrameReader:
         ]
         self._sizes = [len(group) for group in groups]
         self.keys = [key for group in groups for key in group]
-        """What to ask `ALMemory.getListData` for."""
+        """Keys for `ALMemory.getListData`."""
 
     def time(self, values: Sequence[Any]) -> int:
         """The DCM's clock among the values, ms."""
@@ -159,7 +159,7 @@ class NaoqiDevice:
 
     Args:
         url: of the robot's NAOqi, `tcp://HOST:9559`.
-        body: Data sheet; None: by what the robot says it is.
+        body: Data sheet; None: by the robot's own version.
         look_ahead: s from a frame to the time of the command that answers it.
 
     Raises:
@@ -246,7 +246,7 @@ class NaoqiDevice:
         moment = self._reader.time(values)
         passed = self._cycle if self._moment is None else wrapped(moment - self._moment)
         if passed < 0:
-            raise LinkError(f"The clock of the robot at {self._url} went back: its NAOqi was started anew.")
+            raise LinkError(f"The clock of the robot at {self._url} went back: its NAOqi restarted.")
         if self._due is not None:
             # At most a cycle from here, so that a clock that was held up and hurries is followed, too.
             ahead = self._due + passed / 1000.0 - _CREEP

@@ -137,7 +137,7 @@ class NaoqiServer:
         return DrawnEyes([*self._cameras, info.robot, self._link.endpoint, info.body])
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> None:
-        """Answer frames until stopped, or until the robot goes away or begins anew."""
+        """Answer frames until stopped, or until the robot leaves or restarts."""
         while not self._stop():
             try:
                 frame = receive(_SILENCE)
@@ -157,7 +157,7 @@ class NaoqiServer:
                         services.hold()  # the walker moves them: what was sent is where they are
                 self._send(services)
             elif frame.seq < services.joints.frame.seq:
-                logger.warning("the robot began anew")
+                logger.warning("the robot restarted")
                 return
             else:
                 self._send(services)  # the robot asks again: the answer was lost

@@ -65,10 +65,10 @@ from bridge.validation import unknown_name
 logger = logging.getLogger(__name__)
 
 STAGE = "NaoHil"
-"""Service that the vendor does not have: what is around the robot."""
+"""Service that the vendor does not have: the robot's surroundings."""
 _MOVES = {"lookAt": ["Head"], "startTracker": ["Head"]}
 _MOVES |= {m: list(GESTURE_CHAINS) for m in ("run", "runTag", "runBehavior", "startBehavior")}
-"""What methods move whose first argument is no name of a joint."""
+"""Joints moved by methods whose first argument is no name of a joint."""
 
 
 class Services:
@@ -404,6 +404,6 @@ class _Module:
 
 
 def _log_error(done: Future[Any]) -> None:
-    """Log the error of a call that nobody waits for."""
+    """Log the error of a call without a waiting caller."""
     if (error := done.exception()) is not None:
         logger.warning("%s", error)

@@ -1,4 +1,4 @@
-"""What went wrong first, from frames alone: pure, the same live, on a recording and in a test."""
+"""Diagnosis of a fall, from frames alone: pure, the same live, on a recording and in a test."""
 
 from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, PlannedStand, Stand
 from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, recorded_body, symptoms_of

@@ -49,7 +49,7 @@ class Stand(NamedTuple):
 
 
 class PlannedStand(NamedTuple):
-    """What the walker meant, in the world."""
+    """Plan of the walker, in the world."""
 
     zmp: Point
     com: Point
@@ -105,7 +105,7 @@ class BalanceEstimator:
         self._seq = -1
 
     def update(self, moment: Moment) -> Balance:
-        """One moment, later than the last one; an earlier one begins anew."""
+        """One moment, later than the last one; an earlier one restarts."""
         frame = moment.sensors
         if frame.seq < self._seq:
             self._begin()

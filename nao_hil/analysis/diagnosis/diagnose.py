@@ -1,4 +1,4 @@
-"""What went wrong first: the chain of symptoms that ended in a fall."""
+"""Diagnosis: the chain of symptoms that ended in a fall."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nao_hil.analysis.diagnosis.symptom import Symptom
 from nao_hil.analysis.diagnosis.symptoms import Symptoms, first_of
 
 SYMPTOM_GAP: Final = 1.5
-"""Time without a symptom that separates what led to a fall from what was overcome, s."""
+"""Time without a symptom that separates the symptoms of a fall from earlier ones, s."""
 CAUSE_WINDOW: Final = 5.0
 """How long before the first symptom something done to the robot is named with it, s."""
 
@@ -27,12 +27,12 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
     fell: float
     """When, robot time, s."""
     chain: tuple[Symptom, ...]
-    """What led to the fall, in order of time, the fall and what was done to the robot included; signs that were
+    """Symptoms up to the fall, in order of time, the fall and disturbances included; signs that were
     overcome are not in it."""
     first: Symptom | None
     """The first that was the robot's own; None when it fell without a sign."""
     before: Symptom | None
-    """What had been done to the robot before, if anything."""
+    """Disturbances before, if any."""
     torso_off: bool = False
     """Its walk was known to do without torso control."""
 
@@ -53,7 +53,7 @@ class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def explain(symptoms: Sequence[Symptom], *, torso_off: bool = False) -> Diagnosis | None:
-    """The first fall among symptoms in any order, explained; None when nobody fell.
+    """The first fall among symptoms in any order, explained; None without a fall.
 
     Args:
         symptoms: of a run.
@@ -100,7 +100,7 @@ def diagnose(recording: str | Path) -> Diagnosis | None:
     """Why the robot of a recording fell; None when it did not.
 
     Raises:
-        ConfigurationError: not a recording, or of a body nobody knows.
+        ConfigurationError: not a recording, or of an unknown body.
     """
     return explain(symptoms_of(moments(read_recording(recording)), recorded_body(recording)))
 

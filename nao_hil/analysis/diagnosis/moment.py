@@ -11,7 +11,7 @@ from bridge.recording.playback import Recorded
 
 
 class Moment(NamedTuple):
-    """One sensor frame and what belongs to it."""
+    """One sensor frame with the messages that belong to it."""
 
     sensors: SensorFrame
     truth: TruthFrame | None = None
@@ -19,7 +19,7 @@ class Moment(NamedTuple):
     walk: WalkTelemetry | None = None
     """The newest word of the walker up to the next frame; None before its first."""
     notices: tuple[Notice, ...] = ()
-    """What the robot's side said since the frame before."""
+    """Notices of the robot's side since the frame before."""
     asked: ActuatorFrame | None = None
     """The newest command up to the next frame; None before the first."""
 
@@ -40,7 +40,7 @@ class MomentBuilder:
         if isinstance(message, SensorFrame):
             complete = self.rest()
             if complete is not None and message.seq < complete.sensors.seq:
-                self._walk = self._asked = None  # the robot began anew
+                self._walk = self._asked = None  # the robot restarted
             self._sensors, self._truth = message, None
         elif isinstance(message, TruthFrame):
             self._truth = message

@@ -19,7 +19,7 @@ LOST: Final = 0.03
 
 
 FALLEN: Final = math.radians(45.0)
-"""Tilt at which a robot counts as fallen where nobody says it."""
+"""Tilt at which a robot counts as fallen without a report."""
 
 
 GAP: Final = 0.05
@@ -33,7 +33,7 @@ class Symptom(NamedTuple):
     """When it began, robot time, s."""
     kind: Kind
     text: str
-    """What a person should read, without the time."""
+    """Text for people, without the time."""
 
 
 class LastingSign:

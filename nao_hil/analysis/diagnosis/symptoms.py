@@ -1,6 +1,6 @@
 """Signs of trouble in a walk, each with the time it began.
 
-The bounds are set from recorded walks: what an untroubled gait does every step, feet on their edges and a
+The bounds are set from recorded walks: an untroubled gait's every step, feet on their edges and a
 capture point outside the support polygon for a moment included, is no symptom.
 """
 
@@ -25,7 +25,7 @@ MEANING: Final[dict[Kind, str]] = {
     "missed": "No commands came in time: the joints held their last ones in mid-motion.",
     "tilt": "The torso leans further than this walk ever does when it goes well.",
 }
-"""What a sign of the robot's own means, for somebody who sees it for the first time."""
+"""Meaning of a symptom, for a first reader."""
 
 
 TIPPING: Final = {True: 0.1, False: 0.2}
@@ -115,7 +115,7 @@ class Symptoms:
         return last - max(self._controlled, began) > UNUSED
 
     def update(self, balance: Balance) -> list[Symptom]:
-        """What is new at this moment."""
+        """New symptoms at this moment."""
         if self._last is not None and balance.moment.sensors.seq < self._last.moment.sensors.seq:
             self._begin()
         self._note_control(balance)
@@ -126,7 +126,7 @@ class Symptoms:
             *(s for side in SIDES for s in self._foot(balance, side)),
             *self._posture(balance),
         ]
-        if self._lies:  # what a robot does that lies there is no sign of anything
+        if self._lies:  # motions of a robot that lies are no symptom
             found = [s for s in found if s.kind == "world"]
         lean = lean_angle(balance)
         self._lies = fallen(balance, lean) or (self._lies and lean > TILT)

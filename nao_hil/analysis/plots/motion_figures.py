@@ -47,7 +47,7 @@ def cells(t: Tables, figure: Figure) -> None:
 
 
 def admittance(t: Tables, figure: Figure) -> None:
-    """What admittances and swing-foot orientation control add to the plan."""
+    """Offsets of admittances and swing-foot orientation control."""
     axes = time_axes(t, figure, ("lift of the foot, mm", "on AnkleRoll, deg", "on AnklePitch, deg"))
     fields = (("foot_lift", MM), ("ankle_roll", 180.0 / math.pi), ("ankle_pitch", 180.0 / math.pi))
     for ax, (field, scale) in zip(axes, fields, strict=True):
@@ -56,7 +56,7 @@ def admittance(t: Tables, figure: Figure) -> None:
 
 
 def control(t: Tables, figure: Figure) -> None:
-    """Torso control beside what it controls."""
+    """Torso control and the torso's pitch."""
     axes = time_axes(t, figure, ("torso's pitch, deg", "on AnklePitch, deg"))
     plot_line(axes[0], t.telemetry_time, np.degrees(column(t.telemetry, "angle", 2)[:, 1]), "", lw=0.9)
     _both(t, axes[1], "torso_control", 180.0 / math.pi)
@@ -82,7 +82,7 @@ def joints(t: Tables, figure: Figure) -> None:
 
 
 def error(t: Tables, figure: Figure) -> None:
-    """Leg joints: by how much they miss what was asked for in the same cycle."""
+    """Leg joints: difference from the command of the same cycle."""
     asked = {frame.reply_to: frame.position for frame in t.actuators}
     pairs = [(f.time, f.position, asked[f.command]) for f in t.sensors if f.command in asked]
     time = np.array([pair[0] for pair in pairs])

@@ -12,8 +12,8 @@ PLOTS: Final[dict[str, str]] = {
     "com": "centre of mass: planned and ground truth",
     "fsr": "sums of both feet's force sensors, and contacts",
     "cells": "the eight force sensors",
-    "admittance": "lift of the feet, and what the ankle admittances and swing-foot orientation control add",
-    "control": "what the torso control adds to the ankles, beside the torso's pitch",
+    "admittance": "lift of the feet, and the angles of ankle admittances and swing-foot orientation control",
+    "control": "the torso control's angles of the ankles, and the torso's pitch",
     "joints": "leg joints: commanded and measured",
     "error": "leg joints: measured minus commanded",
     "current": "motor currents and temperatures of the legs",
@@ -21,4 +21,4 @@ PLOTS: Final[dict[str, str]] = {
     "path": "path over ground: the torso's, and the plan's odometry",
     "cycle": "age of the command in force, and cycles missed",
 }
-"""Name -> what it shows."""
+"""Name -> content."""

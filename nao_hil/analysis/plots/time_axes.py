@@ -16,7 +16,7 @@ from nao_hil.analysis.plots.tables import SINGLE, Array, Tables
 _SHADE: Final = {"SSL": "tab:blue", "SSR": "tab:red"}
 _TIME: Final = "time, s"
 _BEFORE_FALL: Final = 0.2
-"""What comes later than this before a fall does not widen an axis, s: it would hide the walk."""
+"""Values from this time before a fall on do not widen an axis, s: they would hide the walk."""
 _ROOM: Final = 0.05
 """Share of its range that an axis has above and below."""
 
@@ -67,7 +67,7 @@ def explain_marks(t: Tables, figure: Figure) -> None:
 
 
 def fit_to_walk(t: Tables, figure: Figure) -> None:
-    """Ranges of the axes over time by what was before the fall."""
+    """Ranges of the axes over time by the values before the fall."""
     if t.fell is None:
         return
     for ax in figure.axes:

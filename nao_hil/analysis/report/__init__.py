@@ -1,1 +1,1 @@
-"""The report: one HTML file with every claim beside what was measured, nothing loaded from elsewhere."""
+"""The report: one HTML file with every claim and its measurement, nothing loaded from elsewhere."""

@@ -1,4 +1,4 @@
-"""What an experiment comes to, for people: claims beside what was measured, figures, setup, findings."""
+"""The page of an experiment: claims with measured values, figures, setup, findings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import msgspec
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence that may be wrong, and what was found."""
+    """A claim with its measured value."""
 
     text: str
     measured: str
@@ -19,7 +19,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure's file and what it shows."""
+    """A figure's file and caption."""
 
     file: Path
     title: str
@@ -43,9 +43,9 @@ class ReportPage:
     name: str
     title: str
     source: str
-    """What the thesis says and shows, and where."""
+    """Statement and place in the thesis."""
     setup: tuple[tuple[str, str], ...]
-    """What was done here: name and value."""
+    """Conditions: name and value."""
     claims: tuple[Claim, ...]
     pictures: tuple[Picture, ...] = ()
     tables: tuple[ReportTable, ...] = ()

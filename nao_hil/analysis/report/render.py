@@ -33,7 +33,7 @@ class Report:
     missing: Sequence[tuple[str, str]] = ()
     """Experiments that were not done, and why."""
     about: str = ""
-    """What the pages have in common, and how to read them."""
+    """The common part of the pages, and how to read them."""
 
     @property
     def has_claims(self) -> bool:
@@ -42,7 +42,7 @@ class Report:
 
 
 class Stored(msgspec.Struct, frozen=True, kw_only=True):
-    """The JSON: a report, when it was made and with what. Pictures are named from its folder."""
+    """The JSON: a report, its time and versions. Pictures are named from its folder."""
 
     report: Report
     made: str

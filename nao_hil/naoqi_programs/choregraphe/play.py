@@ -20,7 +20,7 @@ from nao_hil.naoqi_programs.runner import load_modules
 
 
 def play(file: Path, report: Path, idle: float) -> None:
-    """Play one behaviour to its end, and write what was not done."""
+    """Play one behaviour to its end, and list omitted steps."""
     session = qi.Session()
     session.connect(os.environ["NAO_HIL_NAOQI"])
     folder = file.resolve().parent

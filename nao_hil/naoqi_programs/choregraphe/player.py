@@ -28,8 +28,8 @@ class Player:
 
     Args:
         services: a service of the robot by its name; raises RuntimeError.
-        names: what scripts find as globals.
-        session: what `self.session()` gives scripts.
+        names: globals of scripts.
+        session: result of `self.session()` in scripts.
         folder: of the behaviour, with its resources.
         register: offers an object as a service of the session under a name.
     """
@@ -45,7 +45,7 @@ class Player:
         self.services, self._names, self.session, self.folder = services, names, session, folder
         self._register = register
         self.could_not: list[str] = []
-        """What was not done, one sentence each."""
+        """Omitted steps, one sentence each."""
         self.ended = threading.Event()
         """The outermost box was left, or the player was stopped."""
         self._lock = threading.Lock()
@@ -77,7 +77,7 @@ class Player:
             self._last = time.monotonic()
 
     def cannot(self, sentence: str) -> None:
-        """Note what was not done, once."""
+        """Note an omitted step, once."""
         with self._lock:
             if sentence not in self.could_not:
                 self.could_not.append(sentence)
@@ -155,7 +155,7 @@ class RunningBox:
 
     Args:
         player: plays it.
-        box: what it is.
+        box: its description.
         emit: told of each output by name, with its value.
         parent: box around it; None: it is the outermost.
     """
@@ -219,7 +219,7 @@ class RunningBox:
             self.emit("onStopped")
 
     def _stop(self) -> None:
-        """End what is inside; a box without a script of its own is left then."""
+        """End the boxes inside; a box without a script of its own is left then."""
         if self.timeline is not None:
             self.timeline.stop()
         for inner in list(self._inner.values()):
@@ -282,7 +282,7 @@ class RunningBox:
                 self.emit("onStopped")
 
     def follow(self, number: int, diagram: Diagram, source: int, output: str, value: Any) -> None:
-        """Stimulate what a box's output is linked to; of the parent its inputs are the outputs here."""
+        """Stimulate the inputs linked to a box's output; the parent's inputs are outputs here."""
         names = self.box.inputs if source == PARENT else diagram.boxes[source].outputs
         for link in diagram.links:
             if link.source != source or names.get(link.output) != output:

@@ -1,4 +1,4 @@
-"""What the vendor's runtime offers the script of a box, as far as boxes of its library use it."""
+"""The vendor's runtime for the script of a box, as far as boxes of its library use it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The module `naoqi` of the vendor's Python SDK, over qi: `ALProxy`, `ALBroker`, `ALModule` and `ALBehavior`.
 
-Any address leads to the robot that `nao-hil run-naoqi` serves. `import *` brings what the SDK's brings.
+Any address leads to the robot that `nao-hil run-naoqi` serves. `import *` brings the names of the SDK.
 """
 
 from __future__ import annotations
@@ -225,7 +225,7 @@ def _forward(method: Callable[..., Any]) -> Callable[..., Any]:
             ]  # the server has sent text
         try:
             return sendable(method(*map(of_robot, taken) if old else taken))
-        except Exception as error:  # of the program; ALMemory, which called, has nobody to tell of it
+        except Exception as error:  # of the program; ALMemory, which called, cannot pass it on
             print_error(error, str(getattr(sys.modules["__main__"], "__file__", "")))
             raise
 

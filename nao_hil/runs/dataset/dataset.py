@@ -27,7 +27,7 @@ _EMPTY: Final = Track(np.zeros((0, WIDTH), dtype=np.float32))
 class Dataset:
     """Walks, each once.
 
-    A row is on the disk when `put` returns. What a killed writer left is taken in when the folder
+    A row is on the disk when `put` returns. Rows of a killed writer are taken in when the folder
     is next opened.
 
     Args:

@@ -1,4 +1,4 @@
-"""A row: what was walked, with what, and how it ended."""
+"""A row: configuration, versions and end of a walk."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     configuration: str
     """JSON of the whole walk but its name and seed."""
     sources: str
-    """SHA-256 of what a walk runs."""
+    """SHA-256 of the sources that a walk runs."""
     versions: str
     """JSON: Python, machine, libraries."""
     ending: Ending

@@ -1,4 +1,4 @@
-"""What carries out jobs, whatever it is: the interface, and the call itself with its check of the sources."""
+"""Executors of jobs: the interface, and the call itself with its check of the sources."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ class Executor(Protocol):
         ...
 
     def close(self) -> None:
-        """Give up what is under way."""
+        """Give up running jobs."""
         ...
 
 
 class Versions(NamedTuple):
-    """What a result depends on beside its job."""
+    """Inputs of a result other than its job."""
 
     sources: str
     """SHA-256 of all packages."""
@@ -84,7 +84,7 @@ def carry_out(place: int, job: Job, asked: Versions) -> Finished:
 
     Args:
         place: Of the job among those asked for.
-        job: What to call.
+        job: To call.
         asked: Versions of the command that asks.
 
     Raises:

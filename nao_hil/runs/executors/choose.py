@@ -29,8 +29,8 @@ def open_executor(
     Args:
         cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
             the scheduler of a dask cluster.
-        stop: Once set, what is under way is given up.
-        say: Told in a sentence what is waited for.
+        stop: Once set, running jobs are given up.
+        say: Gets a sentence that names the cause of a wait.
 
     Raises:
         ConfigurationError: none of these, or dask is not installed.

@@ -50,12 +50,12 @@ class SchedulerConnection(Protocol):
         ...
 
     def close(self) -> None:
-        """End what was started here, and whatever it does."""
+        """End the started processes and their jobs."""
         ...
 
 
 def _silence() -> None:
-    """What a person must know is raised; dask's own log would go between the lines of the progress."""
+    """Faults are raised; dask's own log would interrupt the progress display."""
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(_QUIET)

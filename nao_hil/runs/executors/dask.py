@@ -46,8 +46,8 @@ class DaskExecutor:
 
     Args:
         connection: To the scheduler.
-        stop: Once set, what is under way is given up.
-        say: Told in a sentence what is waited for.
+        stop: Once set, running jobs are given up.
+        say: Gets a sentence that names the cause of a wait.
     """
 
     def __init__(

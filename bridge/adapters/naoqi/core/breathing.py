@@ -26,7 +26,7 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = {
     "Arms": ("LArm", "RArm"),
     **{part: (part,) for part in ("Head", "LArm", "RArm", "Legs")},
 }
-"""Chains that can breathe (confirmed: vendor's page), and what moves on its own in each."""
+"""Chains that can breathe (confirmed: vendor's page), and the joints that move in each."""
 SLOWEST: Final = 5.0
 FASTEST: Final = 30.0
 """Breaths a minute (confirmed: vendor's page)."""

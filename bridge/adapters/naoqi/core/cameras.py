@@ -1,4 +1,4 @@
-"""The cameras of an emulated robot, from the process that draws what they see.
+"""The cameras of an emulated robot, from the process that draws their pictures.
 
 Messages, over a pipe: to it `[number, camera, width, height, colour space, file]`; from it `[number, true,
 [time, bytes]]` or `[number, false, sentence]`, and `[0, sights]`. A sight is `[camera, kind, name, place,
@@ -102,7 +102,7 @@ _END: Final = 3.0
 
 
 class Eyes(Protocol):
-    """What a robot's cameras see."""
+    """Pictures of a robot's cameras."""
 
     def picture(self, camera: int, width: int, height: int, space: int, file: str = "") -> Future[Any]:
         """A picture of now: `[time in s since 1970, bytes]`.

@@ -126,7 +126,7 @@ class Cartesian:
             values: positions (6 numbers) or transforms (12 or 16), one or one for each effector.
             speed: fraction of the joints' largest.
             masks: of the axes that count, one or one for each.
-            transforms: of what kind the values are.
+            transforms: the values are transforms, not positions.
         """
         effectors = _effectors(names)
         count = len(effectors)
@@ -257,7 +257,7 @@ class Cartesian:
             masks: one, or one for each.
             times: for each effector a list of times, s; for one effector that list, or one time.
             absolute: whether the places are absolute; otherwise they are relative to where the effector is.
-            transforms: of what kind the places are.
+            transforms: the places are transforms, not positions.
         """
         effectors = _effectors(names)
         count = len(effectors)

@@ -45,7 +45,7 @@ _GROUPS: Final[dict[str, tuple[str, ...]]] = {
 
 
 class JointNames:
-    """Resolves what ALMotion's methods take as `names` for one body."""
+    """Resolves the argument `names` of ALMotion's methods for one body."""
 
     def __init__(self, body: Body) -> None:
         self._body = body.name
@@ -141,7 +141,7 @@ class Joints:
         self._last_frame, self.frame = self.frame, frame
 
     def answer(self) -> ActuatorFrame:
-        """What the robot is to do in the cycle that begins with the newest frame, by the calls so far.
+        """Command for the cycle that begins with the newest frame, by the calls so far.
 
         The robot takes the newest answer at the end of that cycle, so one call changes it until then.
         """
@@ -210,7 +210,7 @@ class Joints:
         self.put(actuator(joint, "Hardness"), points)
 
     def stop(self, joints: Sequence[str]) -> None:
-        """Forget what waits for these joints; they stay where they were sent last."""
+        """Delete waiting commands of these joints; they hold the last command."""
         for joint in joints:
             self.put_position(joint, [])
 

@@ -227,7 +227,7 @@ class Events:
         """Event -> the extractor that raises it, or nothing."""
         self._micro: set[str] = set()
         self._subscriptions: dict[str, dict[str, _EventSubscription]] = {}
-        """Event -> module -> what it asked for."""
+        """Event -> module -> its subscription."""
         self._history: dict[str, deque[list[Any]]] = {}
 
     def declare(self, name: Any, extractor: Any = "", value: Any = None) -> None:

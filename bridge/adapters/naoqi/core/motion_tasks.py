@@ -63,7 +63,7 @@ class MotionTasks:
         """Run a task to its first wait; the future gets its result or its exception.
 
         Args:
-            task: what it does.
+            task: to run.
             name: of the method that begins it; nothing: not a motion of joints.
             joints: that it moves or stiffens.
             locks: it waits for the end of earlier tasks that lock one of its joints, and locks them (vendor's
@@ -176,13 +176,13 @@ class AsyncCalls:
         self._tasks, self._numbers, self._end_motion = tasks, numbers, end_motion
         self._running: dict[int, Future[Any]] = {}
         self._ends: dict[int, Callable[[], Any]] = {}
-        """Of calls that are no tasks: what ends them."""
+        """Functions that end calls which are no tasks."""
 
     def add(self, result: Any, end: Callable[[], Any] | None = None) -> int:
         """The number of a call.
 
         Args:
-            result: what it gave, or a future of it.
+            result: of the call, or a future of it.
             end: ends it, if it is no task.
         """
         key = next(self._numbers)

@@ -31,7 +31,7 @@ Walks = Mapping[str, Callable[..., Any]]
 
 
 class Navigation:
-    """`ALNavigation`, and what of `ALVisualCompass` walks.
+    """`ALNavigation`, and the walks of `ALVisualCompass`.
 
     Args:
         walks: methods of ALMotion.

@@ -45,7 +45,7 @@ class PostureTransitions:
         """The torso leans because a motion wants it to."""
 
     def family(self) -> Family:
-        """What the robot does, by the fused angle and the legs; on a side it is `Unknown`."""
+        """Posture family by the fused angle and the legs; on a side `Unknown`."""
         frame = self._joints.frame
         below = lying(frame.angle)
         if below == "upright":
@@ -61,7 +61,7 @@ class PostureTransitions:
         return self._play_all(self._players(family), family)
 
     def _players(self, family: Family) -> list[GetUp | MotionPlayer]:
-        """What has to be played from here on."""
+        """Remaining motions."""
         body, here = self._joints.body, self.family()
         if here == family:
             return []
@@ -114,7 +114,7 @@ FAMILIES: Final[dict[str, Family]] = {
     "LyingBelly": "LyingBelly",
     "LyingBack": "LyingBack",
 }
-"""Posture -> what the robot does in it: stands on its feet, sits or lies."""
+"""Posture -> its family: standing, sitting or lying."""
 _FAMILY_NAMES: Final = (
     *(
         "Standing",

@@ -222,7 +222,7 @@ class ArmProtection:
         joints.shield = self._clear
 
     def _clear(self, wanted: tuple[float, ...], sent: tuple[float, ...]) -> tuple[float, ...]:
-        """What is to be sent in place of 25 wanted positions, behind those sent before, rad."""
+        """Safe positions in place of 25 wanted ones, after those sent before, rad."""
         position = np.array(wanted)
         for arm in sorted(self._enabled):
             slots = [slot(j) for j in CHAINS[arm] if j in self._joints.guarded and not j.endswith("Hand")]

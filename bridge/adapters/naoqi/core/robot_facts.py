@@ -55,7 +55,7 @@ class RobotConfig:
 
     @property
     def naoqi_version(self) -> str:
-        """What `ALSystem.systemVersion` and every module's `version` say."""
+        """Version that `ALSystem.systemVersion` and every module's `version` return."""
         return _VERSIONS.get(self.body.name, ("", "2.1.4.13"))[1]
 
     @property
@@ -183,7 +183,7 @@ def _free_kilobytes() -> int:
 
 
 def _disk() -> tuple[int, int]:
-    """Size of this machine's root file system, and what is free of it, bytes."""
+    """Size of this machine's root file system, and its free space, bytes."""
     usage = shutil.disk_usage("/")
     return usage.total, usage.free
 

@@ -34,7 +34,7 @@ CONTACT: Final = 5.0
 FALLEN: Final = 0.8
 """rad of torso tilt from which `robotHasFallen` is raised (about 45 deg, as the walker's own limit)."""
 _SECOND: Final = 100
-"""Cycles between two looks at what changes slowly."""
+"""Cycles between two looks at slow quantities."""
 _BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
 _EVENTS: Final = {
     "ChestBoard/Button": "ChestButtonPressed",
@@ -194,7 +194,7 @@ QUIET: Final = {
     "ALSoundDetection": "SoundDetected",
     "ALSoundLocalization": "ALSoundLocalization/SoundLocated",
 }
-"""Service that perceives nothing, since there is nobody and no sound -> its event."""
+"""Service that perceives nothing, for want of people and sound -> its event."""
 QUIET_VISION: Final = {
     "ALBarcodeReader": "BarcodeReader/BarcodeDetected",
     "ALDarknessDetection": "DarknessDetection/DarknessDetected",
@@ -220,7 +220,7 @@ class Extractor:
         keys: further keys of ALMemory that it writes.
         period: between two results, ms, of a subscriber that gives none.
         quiet: it perceives nothing, and its events hold empty lists.
-        left_out: what `subscribe` leaves out.
+        left_out: omission of `subscribe`.
     """
 
     def __init__(

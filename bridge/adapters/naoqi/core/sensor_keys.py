@@ -64,7 +64,7 @@ JOINT_KEYS: Final[dict[str, str]] = {
     "current": "ElectricCurrent/Sensor/Value",
     "temperature": "Temperature/Sensor/Value",
 }
-"""Field of the frame -> what follows the joint's name; the stiffness is what was sent last."""
+"""Field of the frame -> suffix of the joint's key; the stiffness is the last command."""
 
 
 def getters(body: Body) -> dict[str, Getter]:

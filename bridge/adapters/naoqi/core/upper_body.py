@@ -51,7 +51,7 @@ class UpperBodyShare:
         return joints if set(joints) <= set(self._upper) else None
 
     def order(self, *, walks: bool) -> UpperBody:
-        """What the walker is told in this cycle.
+        """Order to the walker in this cycle.
 
         Args:
             walks: the robot walks: arms are the walk's again once no motion of the program moves them.

@@ -43,7 +43,7 @@ PARAMETERS: Final = {
 _SELECT: Final = 18
 """`kCameraSelectID`"""
 NO_VALUE: Final = 233493508
-"""What `getParameter` returns for a parameter that there is not (vendor's page)."""
+"""Result of `getParameter` for an unknown parameter (vendor's page)."""
 _MODELS: Final = {640: 1, 1280: 2, 2560: 3}
 """OV7670 of V3, MT9M114 of V4 and V5, OV5640 of V6, by the top camera's largest picture."""
 

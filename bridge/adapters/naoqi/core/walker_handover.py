@@ -99,7 +99,7 @@ class WalkerHandover:
         self._goal: Vec3 | None = None
         """Where the walk that was ordered last is to end, as `position`; None: nowhere."""
         self._ends: dict[Future[Any], bool | None] = {}
-        """Calls that wait for the end of the walk, with what each is told then; None: nothing."""
+        """Calls that wait for the end of the walk, with the refusal of each; None: none."""
         self._jobs: queue.Queue[tuple[Callable[[], Any], Future[Any]] | None] = queue.Queue()
         self._lock = threading.Lock()
         self._ordered: set[Future[Any]] = set()

@@ -338,7 +338,7 @@ class WalkingMethods:
         return list(_composed((here[0], here[1], here[2]), ahead[-1])) if ahead else here
 
     def _possible(self, method: str, wanted: Vec3) -> Vec3:
-        """What is wanted, unless the gait walks straight only and it is not straight."""
+        """The wanted velocity; refused where the gait walks straight only and it is not straight."""
         _, y, theta = wanted
         if not self._full[1] and (y or theta):
             raise NaoqiRefused(

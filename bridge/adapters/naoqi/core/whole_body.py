@@ -1,6 +1,6 @@
 """ALMotion's whole-body calls by inverse kinematics: effectors, and the centre of mass over a foot.
 
-The feet stay where they are. No controller balances the robot against what its arms do.
+The feet stay where they are. No controller balances the robot against motions of its arms.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class WholeBody:
     Args:
         joints: of the robot.
         motion: moves them.
-        tasks: for what goes on beside a motion.
+        tasks: for actions that run during a motion.
         cartesian: moves effectors and the torso.
         frames: of the robot.
     """

@@ -1,1 +1,1 @@
-"""What the robot exchanges with people: speech, sound, dialogues, photos, faces, lights."""
+"""Interaction with people: speech, sound, dialogues, photos, faces, lights."""

@@ -67,7 +67,7 @@ class Stage:
         body: of the robot.
         frames: of the robot.
         eyes: that see things of its world.
-        hear: gets what is said to the robot; returns the words that it recognized.
+        hear: gets an utterance; returns the words that it recognized.
     """
 
     def __init__(self, body: Body, frames: RobotFrames, eyes: Eyes, hear: Callable[[str], list[str]]) -> None:
@@ -234,7 +234,7 @@ class Faces(Detection):
     def __init__(self, stage: Stage, frames: RobotFrames, events: Events) -> None:
         super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
         self._known: dict[str, str] = {}
-        """Name of a thing -> what the robot calls it."""
+        """Name of a thing -> its name in events."""
         self._recognizes, self._tracks, self._threshold = True, False, 0.4
         self._before: list[str] = []
 

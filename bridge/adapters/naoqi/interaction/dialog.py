@@ -1,4 +1,4 @@
-"""ALDialog: topics in QiChat, whose rules answer what is said to the robot and what happens to it."""
+"""ALDialog: topics in QiChat, whose rules answer speech and events."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ _EVENTS: Final = (
     *("Answered", "LastInput", "LastAnswer", "MatchedInput", "MatchedTopic", "NotUnderstood", "NothingToSay"),
     *("Tag", "Focus", "ActivateTopic", "DeactivateTopic", "IsStarted"),
 )
-"""Below `Dialog/` (confirmed: vendor's page); what each tells is assumed."""
+"""Below `Dialog/` (confirmed: vendor's page); their values are assumed."""
 _CHOICE: Final = re.compile(r"(\^\w+)?\s*\[([^\[\]]*)\]")
 _OPTION: Final = re.compile(r'"([^"]*)"|(\S+)')
 
 
 class Dialog:
-    """Methods of the service, and what it hears and notices; not thread-safe, the caller locks.
+    """Methods of the service, its input and its events; not thread-safe, the caller locks.
 
     Args:
         events: to be raised, and read as variables.
@@ -61,9 +61,9 @@ class Dialog:
         self._concepts: dict[tuple[str, str], list[str]] = {}
         """Of programs, by name and language."""
         self._patterns: dict[tuple[str, str], Pattern] = {}
-        """What their words match."""
+        """Patterns of the concepts."""
         self._blocked: set[tuple[str, str]] = set()
-        """Topic and tag of what is switched off."""
+        """Topic and tag of each proposal that is switched off."""
         self._within: tuple[str, list[Rule]] = ("", [])
         """Topic and rules that come first after the last answer."""
         self._turns: Counter[tuple[str, str]] = Counter()
@@ -110,7 +110,7 @@ class Dialog:
             return ""
 
     def _input(self, said: str) -> Future[Any] | None:
-        """Answer what is said; done when the answer was spoken."""
+        """Answer an utterance; done when the answer was spoken."""
         self._raise("LastInput", said)
         steps, concepts = Steps(), {name: self._concepts_of(self._topics[name]) for name in self._active}
         for topic, rule in self._rules():
@@ -154,7 +154,7 @@ class Dialog:
             self._answers = False
 
     def _produced(self, topic: Topic, answer: str, kept: tuple[str, ...]) -> str:
-        """What is said for an answer; its variables are set on the way."""
+        """Text of an answer; its variables are set on the way."""
         for _ in range(_JUMPS):
             jump = re.search(r"\^goto\(\s*(\w+)\s*\)", answer[:MAX_ANSWER])
             if jump is None:

@@ -1,4 +1,4 @@
-"""ALSpeechRecognition: recognizes words of its vocabulary in what is said to the robot, as text."""
+"""ALSpeechRecognition: recognizes words of its vocabulary in text."""
 
 from __future__ import annotations
 

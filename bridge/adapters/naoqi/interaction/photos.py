@@ -39,7 +39,7 @@ MAX_PICTURES: Final = 9000
 
 
 class _Setup:
-    """Which pictures are taken; what is set before a program does so is assumed, but for the interval.
+    """Settings of the pictures; the initial values are assumed, but for the interval.
 
     Args:
         service: that takes them.

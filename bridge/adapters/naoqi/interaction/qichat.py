@@ -1,7 +1,7 @@
 """QiChat, the language of the vendor's dialogue topics: the part of it that programs commonly use.
 
 Rules of the user (`u:`, `u1:` to `u9:` within another one) with words, `[choices]`, `{optional parts}`, `*`,
-`_` before what is kept, `~concepts`, `$variable==value` and `e:events`; proposals; answers with kept words
+`_` before a captured word, `~concepts`, `$variable==value` and `e:events`; proposals; answers with kept words
 `$1`, `$variables`, choices, concepts, `%tags`, `^goto`, `^rand` and `^first`; other functions are left out.
 Syntax: the vendor's pages on QiChat.
 """
@@ -34,22 +34,22 @@ _PIECE: Final = re.compile(
 )
 _WORD: Final = r"[\w']+"
 Ends = dict[int, tuple[tuple[int, int], ...]]
-"""Where what a pattern matches may end, with beginning and end of what it keeps on the way there."""
+"""Possible ends of a match, each with beginning and end of its captured words."""
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """A part of what somebody says."""
+    """A part of an utterance."""
 
     kind: str
-    """`word`, `any`, `never` (what is negated), `concept`, `choice`, `optional`, `sequence` or `keep`."""
+    """`word`, `any`, `never` (a negation), `concept`, `choice`, `optional`, `sequence` or `keep`."""
     text: str = ""
     parts: tuple[Pattern, ...] = ()
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What somebody says, or an event, and the answer to it; or a proposal, without the former."""
+    """An utterance or an event, and the answer to it; or a proposal, without the former."""
 
     answer: str
     pattern: Pattern | None = None
@@ -135,7 +135,7 @@ def _statements(source: str) -> Iterator[tuple[int, str]]:
 
 
 def _bracketed(rest: str, number: int) -> tuple[str, str]:
-    """What is in the round brackets that a statement begins with, and what follows them."""
+    """Content of a statement's leading round brackets, and the rest."""
     depth, quoted = 0, False
     for i, letter in enumerate(rest):
         quoted ^= letter == '"'

@@ -55,7 +55,7 @@ class Word:
 
 @dataclass(frozen=True)
 class Utterance:
-    """What is spoken, and when."""
+    """Texts and their times."""
 
     plain: str
     """The text without marks."""

@@ -1,4 +1,4 @@
-"""ALTracker: following what the cameras see, and looking and pointing at places."""
+"""ALTracker: following visible targets, looking and pointing at places."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ Walk = Callable[[float, float, float], Future[Any]]
 
 @dataclass(frozen=True)
 class FollowedTarget:
-    """What is followed."""
+    """The target."""
 
     name: str
     """ALTracker's, for example `RedBall`; or an event's."""
@@ -95,7 +95,7 @@ class Following:
         self.arms: Sequence[str] = ()
         """Arms that point at it."""
         self._told: list[list[Any]] = []
-        """What the event told before."""
+        """Value of the event before."""
         self._due = self._seen = self._ordered = 0
         self._lost, self._reached, self._walking = True, False, False
         for event in ("TargetLost", "TargetReached", "TargetDetected", "ActiveTargetChanged"):
@@ -164,7 +164,7 @@ class Following:
         return None
 
     def _tell(self, event: str) -> Array | None:
-        """What an event told since the last look, as `_find` gives it; None: nothing, or no place."""
+        """Newest value of an event since the last look, as `_find` gives it; None: nothing, or no place."""
         told, before = self._events.history(event), self._told
         self._told = told
         place = told[-1][0] if told and told != before else None
@@ -437,7 +437,7 @@ class OldTracker:
 
 
 def _target(name: str, parameters: Any) -> FollowedTarget:
-    """A target by its name and what `registerTarget` takes for it: a diameter, or that and numbers of marks."""
+    """A target by its name and the parameter of `registerTarget`: a diameter, or that and numbers of marks."""
     if name not in _KINDS:
         raise NaoqiRefused(f"ALTracker.registerTarget: {name} cannot be perceived; {', '.join(_KINDS)} can.")
     kind = _KINDS[name]
