@@ -1,4 +1,4 @@
-"""The table of the vendor's methods in `docs/naoqi.md`, from the services themselves.
+"""The table of the vendor's methods in `docs/naoqi-methods.md`, from the services themselves.
 
 `python -m nao_hil.naoqi_programs.method_table` writes it.
 """
@@ -20,7 +20,7 @@ from bridge.body.postures import POSTURES
 from bridge.messages import SensorFrame
 from walker.model.tree import BodyTree
 
-PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi.md"
+PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi-methods.md"
 BEGIN: Final = "<!-- begin of the table by nao_hil.naoqi_programs.method_table -->\n"
 END: Final = "<!-- end of the table -->\n"
 EXTRACTORS: Final = (
