@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from bridge.body import Body
+from bridge.body.kinematics import FloatingBase
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
 from bridge.types import Vec3
@@ -20,7 +21,6 @@ from walker.estimation import Contacts, Corrections, Estimate, Estimator
 from walker.estimation.heading import GyroscopeHeading
 from walker.estimation.odometry import Odometry, middle_of_soles
 from walker.estimation.walk_end import WalkEnd
-from walker.model.floating_base import FloatingBase
 from walker.planning import Foothold, Gait, Plan
 from walker.planning.order import WalkOrder
 from walker.planning.planner import WalkPlanner

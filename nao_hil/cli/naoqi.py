@@ -122,7 +122,7 @@ def _full(gait: str) -> Vec3:
 
 
 def _links(body: Body) -> LinkFrames:
-    from walker.model.tree import BodyTree
+    from bridge.body.kinematics import BodyTree
 
     return BodyTree(body).link_frames
 

@@ -73,9 +73,9 @@ def plan(
     from nao_hil.design.huang.cycle import Cycle
     from nao_hil.design.huang.search import search
     from nao_hil.runs.ground import ground_parameters
-    from walker.model.arms import ARMS
     from walker.planning import gait_parameters
     from walker.planning.huang import HuangParameters
+    from walker.planning.pose import ARMS
 
     settings = run_config(config, robot=robot, scenario=scenario, gait=gait)
     changes = settings.parameters | assignments(values or [])

@@ -16,9 +16,9 @@ from bridge.adapters.naoqi.declared import Method
 from bridge.adapters.naoqi.services import STAGE, Services
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
+from bridge.body.kinematics import BodyTree
 from bridge.body.postures import POSTURES
 from bridge.messages import SensorFrame
-from walker.model.tree import BodyTree
 
 PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi.md"
 BEGIN: Final = "<!-- begin of the table by nao_hil.naoqi_programs.method_table -->\n"

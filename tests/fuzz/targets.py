@@ -29,6 +29,7 @@ from bridge.adapters.naoqi.services import Services
 from bridge.adapters.ros.orders import Way
 from bridge.body import Body, load_body
 from bridge.body.joints import N_JOINTS
+from bridge.body.kinematics import BodyTree
 from bridge.config import load_toml, parse_toml
 from bridge.dcm import requests
 from bridge.errors import ConfigurationError, DcmRefused, FrameError, NaoHilError
@@ -58,7 +59,6 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.view.access import Access, Answer
 from nao_hil.view.server import door
 from tests.frames import STANDING, standing_frame
-from walker.model.tree import BodyTree
 
 FRAMES: Final = (
     SensorFrame,

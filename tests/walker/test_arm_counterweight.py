@@ -9,10 +9,10 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX, N_JOINTS
-from walker.model.arms import ARMS
-from walker.model.com import CentreOfMass
+from bridge.body.kinematics import CentreOfMass
 from walker.planning import gait_parameters, make_gait, standing_plan
 from walker.planning.plan import SolePose
+from walker.planning.pose import ARMS
 from walker.stabilization.arm_counterweight import ArmCounterweight, ArmCounterweightParameters
 
 DT = 0.01

@@ -9,11 +9,10 @@ import msgspec
 import pytest
 
 from bridge.body import load_body
+from bridge.body.kinematics import CentreOfMass, FloatingBase
+from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
 from walker.estimation.capture import CaptureEstimator, CaptureParameters
-from walker.model.com import CentreOfMass
-from walker.model.floating_base import FloatingBase
-from walker.model.gravity import GRAVITY
 from walker.planning import GaitCommand, gait_parameters, make_gait, standing_plan
 from walker.planning.feedback import CaptureStep, Feedback
 from walker.planning.plan import Foothold

@@ -11,10 +11,8 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.kinematics import CentreOfMass, FloatingBase, foot_in_torso
 from walker.estimation.deviation import DeviationEstimator, DeviationParameters
-from walker.model.com import CentreOfMass
-from walker.model.floating_base import FloatingBase
-from walker.model.leg import foot_in_torso
 from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
 

@@ -11,14 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX_WITH_MIRROR, LEG_JOINTS
+from bridge.body.kinematics import BodyTree, CentreOfMass, FloatingBase
 from bridge.body.quantities import limits
 from bridge.types import SIDES
 from emulator.engine.shapes import link_shapes, lowest_point
 from emulator.poses import Pose
 from tests.frames import standing_frame
-from walker.model.com import CentreOfMass
-from walker.model.floating_base import FloatingBase
-from walker.model.tree import BodyTree
 from walker.states.fallen import brace
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX
-from walker.model.tree import BodyTree
+from bridge.body.kinematics import BodyTree
 from walker.planning import Foothold, Plan, SolePose, gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from bridge.body import load_body
+from bridge.body.kinematics import FloatingBase
+from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
 from tests.frames import standing_frame
 from walker.estimation.foresight import Foresight, ForesightParameters
-from walker.model.floating_base import FloatingBase
-from walker.model.gravity import GRAVITY
 from walker.planning import gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
 

@@ -9,13 +9,12 @@ import pytest
 
 from bridge.body import Body, load_body
 from bridge.body.joints import LEG_SLOTS, N_JOINTS
+from bridge.body.kinematics import CentreOfMass, foot_in_torso
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from tests.frames import standing_frame
 from walker.estimation.corrections import Corrections
 from walker.estimation.ground import GroundParameters, GroundTilt
-from walker.model.com import CentreOfMass
-from walker.model.leg import foot_in_torso
 from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
 

@@ -11,7 +11,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX
-from walker.model.floating_base import FloatingBase
+from bridge.body.kinematics import FloatingBase
 from walker.planning import gait_parameters, make_gait, standing_plan
 from walker.planning.feedback import CaptureStep
 from walker.planning.plan import SolePose

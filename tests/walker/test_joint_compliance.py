@@ -9,12 +9,11 @@ from scipy.optimize import root
 
 from bridge.body import Body, load_body
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
+from bridge.body.kinematics import CentreOfMass, foot_in_torso
+from bridge.body.quantities import GRAVITY
 from emulator.scenarios import Scenario
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
-from walker.model.com import CentreOfMass
-from walker.model.gravity import GRAVITY
-from walker.model.leg import foot_in_torso
 from walker.planning import gait_parameters, make_gait, standing_plan
 from walker.planning.pose import PoseMaker
 from walker.stabilization.joint_compliance import JointCompliance, JointComplianceParameters

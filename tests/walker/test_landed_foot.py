@@ -9,12 +9,11 @@ from itertools import pairwise
 import pytest
 
 from bridge.body import load_body
+from bridge.body.kinematics import CentreOfMass, FloatingBase
 from walker.estimation import Contacts
 from walker.estimation.capture import CaptureParameters
 from walker.estimation.landed_foot import LandedFootEstimator
 from walker.estimation.support_state import SupportState
-from walker.model.com import CentreOfMass
-from walker.model.floating_base import FloatingBase
 from walker.planning import gait_parameters, make_gait, standing_plan
 from walker.planning.feedback import LandedFoot
 from walker.planning.pose import PoseMaker

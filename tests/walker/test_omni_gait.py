@@ -13,8 +13,8 @@ from scipy.integrate import quad
 from scipy.optimize import linprog
 
 from bridge.body import BODIES, load_body
+from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
-from walker.model.gravity import GRAVITY
 from walker.planning import GaitCommand, dry_walk, gait_parameters, make_gait
 from walker.planning.feedback import Feedback
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from walker.model.gravity import GRAVITY
-from walker.planning.pendulum import LinearPendulum
+from bridge.body.quantities import GRAVITY
+from walker.functions import LinearPendulum
 
 COORDINATE = st.floats(-0.3, 0.3)
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bridge.body import BODIES, load_body
+from bridge.body.kinematics import homogeneous
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import rotation
-from walker.model.transforms import homogeneous
-from walker.model.zmp import FootForces
+from walker.estimation.contact import FootForces
 
 V3 = load_body("nao-v3")
 

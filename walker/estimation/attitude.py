@@ -12,9 +12,9 @@ import math
 
 import msgspec
 
+from bridge.body.quantities import GRAVITY
 from bridge.messages import SensorFrame
 from bridge.types import NotNegative, Positive, Vec2
-from walker.model.gravity import GRAVITY
 
 
 class AttitudeParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -13,12 +13,11 @@ from typing import Final
 import msgspec
 import numpy as np
 
-from bridge.body.quantities import total_mass
+from bridge.body.kinematics import FloatingBase
+from bridge.body.quantities import GRAVITY, total_mass
 from bridge.body.sole import sole_hull
 from bridge.types import SIDES, NotNegative, Positive, Vec2, Vec3
 from walker.estimation.mass_over_soles import MassOverSoles
-from walker.model.floating_base import FloatingBase
-from walker.model.gravity import GRAVITY
 from walker.planning.feedback import CaptureStep
 from walker.planning.plan import Plan
 

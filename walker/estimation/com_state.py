@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from bridge.types import Array
-from walker.planning.pendulum import LinearPendulum
+from walker.functions import LinearPendulum
 
 SMOOTHING: Final = 0.05
 """Time constant of the velocity, s: a difference of cycles is mostly the encoders' steps."""

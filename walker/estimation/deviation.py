@@ -16,10 +16,9 @@ from typing import Final, NamedTuple
 import msgspec
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase, homogeneous
 from bridge.rotations import heading, rotation
 from bridge.types import Array, Fraction, NotNegative, Positive, Side, Vec2
-from walker.model.floating_base import FloatingBase
-from walker.model.transforms import homogeneous
 from walker.planning.feedback import NONE, Feedback
 from walker.planning.plan import OTHER_SIDE, Foothold, Plan
 

@@ -6,12 +6,13 @@ from typing import NamedTuple, Protocol
 
 import msgspec
 
+from bridge.body.kinematics import FloatingBase, Transform, homogeneous
 from bridge.messages import SensorFrame
 from bridge.rotations import R_yaw
 from bridge.types import Side, Vec2
 from walker.estimation.attitude import Attitude, AttitudeParameters
 from walker.estimation.capture import CaptureEstimator, CaptureParameters
-from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
+from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
 from walker.estimation.corrections import Corrections
 from walker.estimation.delay import DelayEstimator
 from walker.estimation.deviation import DeviationEstimator, DeviationParameters
@@ -23,9 +24,6 @@ from walker.estimation.landed_foot import LandedFootEstimator
 from walker.estimation.lean import Lean, LeanParameters
 from walker.estimation.tipping import TippingDetector, TippingParameters
 from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
-from walker.model.floating_base import FloatingBase
-from walker.model.transforms import Transform, homogeneous
-from walker.model.zmp import FootForces
 from walker.planning.feedback import NONE, Feedback
 from walker.planning.plan import Foothold, Plan, SolePose
 

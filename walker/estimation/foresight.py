@@ -14,12 +14,12 @@ from typing import Final
 import msgspec
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase
+from bridge.body.quantities import GRAVITY
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import SIDES, Array, Positive, Side, Vec2
 from walker.estimation.mass_over_soles import MassOverSoles
-from walker.model.floating_base import FloatingBase
-from walker.model.gravity import GRAVITY
 from walker.planning.plan import SIGN, Plan
 
 FREQUENCY: Final = math.sqrt(GRAVITY / 0.25)

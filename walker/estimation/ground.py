@@ -14,11 +14,12 @@ import msgspec
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.kinematics import foot_in_torso
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import SIDES, NotNegative, Positive, Vec2
 from walker.estimation.corrections import Corrections
-from walker.model.leg import foot_in_torso
+from walker.functions import clip
 
 
 class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -102,12 +103,8 @@ class GroundTilt:
         if load:
             weight = 1.0 - math.exp(-dt / (p.walking_time_constant if walking else p.time_constant))
             self._tilt = (
-                self._tilt[0] + weight * (_clip(roll / load, p.max_tilt) - self._tilt[0]),
-                self._tilt[1] + weight * (_clip(pitch / load, p.max_tilt) - self._tilt[1]),
+                self._tilt[0] + weight * (clip(roll / load, -p.max_tilt, p.max_tilt) - self._tilt[0]),
+                self._tilt[1] + weight * (clip(pitch / load, -p.max_tilt, p.max_tilt) - self._tilt[1]),
             )
         self._past.append(self._tilt)
         return self._tilt
-
-
-def _clip(value: float, bound: float) -> float:
-    return min(max(value, -bound), bound)

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase
 from bridge.types import Vec2, Vec3
 from walker.estimation.capture import CaptureParameters
 from walker.estimation.mass_over_soles import MassOverSoles
-from walker.model.floating_base import FloatingBase
 from walker.planning.feedback import LandedFoot
 from walker.planning.plan import Plan
 

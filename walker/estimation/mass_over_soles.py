@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase, RobotPose
 from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import Array, Side, Vec2, Vec3
-from walker.model.floating_base import FloatingBase, RobotPose
 
 
 class MassOverSoles:

@@ -12,12 +12,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase, RobotPose, Transform, homogeneous
 from bridge.messages import SensorFrame
 from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
 from walker.estimation.heading import GyroscopeHeading
-from walker.model.floating_base import FloatingBase, RobotPose
-from walker.model.transforms import Transform, homogeneous
 from walker.planning.plan import Foothold
 
 SWITCH: Final = 0.6

@@ -16,14 +16,26 @@ import math
 from typing import Final
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import FootPose, solve_legs
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
+from bridge.body.kinematics import CentreOfMass
+from bridge.body.leg_limits import AnkleRange
 from bridge.rotations import rotation_rows
 from bridge.types import Matrix3, Vec2, Vec3
-from walker.model.arms import ARMS
-from walker.model.com import CentreOfMass
-from walker.model.inverse import FootPose, solve_legs
-from walker.model.limits import AnkleRange
 from walker.planning.plan import Foothold, Plan, SolePose
+
+ARMS: Final = {
+    "LShoulderPitch": 1.5,
+    "LShoulderRoll": 0.15,
+    "LElbowYaw": -1.2,
+    "LElbowRoll": -0.4,
+    "RShoulderPitch": 1.5,
+    "RShoulderRoll": -0.15,
+    "RElbowYaw": 1.2,
+    "RElbowRoll": 0.4,
+}
+"""Arms hanging at the sides, elbows a little bent, clear of the legs; rad."""
+
 
 _REFINEMENTS: Final = 2
 """Rounds, at most, of placing the torso by the centre of mass of the pose, each leaves a third of 15 mm, and

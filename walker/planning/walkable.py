@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import UnreachableError
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.leg_limits import CLIPPED, limit_violations
 from bridge.errors import ConfigurationError
 from bridge.types import SIDES, Side
-from walker.model.errors import UnreachableError
-from walker.model.limits import CLIPPED, limit_violations
 from walker.planning import Gait, Plan, dry_walk, make_gait, standing_plan
 from walker.planning.parameters import GaitParameters
 from walker.planning.pose import PoseMaker

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from walker.planning.polynomial import quintic
+from walker.functions import quintic
 
 DURATION: Final = 1.0
 """s; a jump of 0.1 rad goes at 0.19 rad/s at most."""

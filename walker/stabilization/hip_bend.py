@@ -14,7 +14,7 @@ import msgspec
 
 from bridge.body import Body
 from bridge.types import NotNegative, Positive
-from walker.model.limits import clip
+from walker.functions import clip
 from walker.planning.feedback import CaptureStep
 from walker.planning.plan import Plan
 

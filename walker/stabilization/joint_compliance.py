@@ -21,12 +21,11 @@ import numpy as np
 
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, LEG_JOINTS
-from bridge.body.quantities import limits
+from bridge.body.kinematics import CentreOfMass
+from bridge.body.quantities import GRAVITY, limits
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import SIDES, Array, Fraction, NotNegative, Positive, Side
-from walker.model.com import CentreOfMass
-from walker.model.gravity import GRAVITY
 from walker.planning.plan import Foothold, Plan
 
 _HELD_BY_FRICTION: Final = [0, 1, 5]

@@ -19,7 +19,7 @@ import msgspec
 from bridge.types import NotNegative, Positive, Vec2, Vec3
 from walker.estimation import Contacts
 from walker.estimation.support_state import OTHER
-from walker.model.limits import clip
+from walker.functions import clip
 from walker.planning.feedback import LandedFoot
 from walker.planning.plan import Plan
 

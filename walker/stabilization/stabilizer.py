@@ -12,14 +12,14 @@ from dataclasses import replace
 from typing import Final
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import UnreachableError
 from bridge.body.joints import INDEX
+from bridge.body.leg_limits import AnkleRange
 from bridge.messages import SensorFrame
 from bridge.types import SIDES, Side, Vec2
 from walker.estimation import Estimate
 from walker.estimation.corrections import Corrections
 from walker.estimation.support_state import SupportState
-from walker.model.errors import UnreachableError
-from walker.model.limits import AnkleRange
 from walker.planning.plan import Plan, SolePose
 from walker.planning.pose import PoseMaker
 from walker.stabilization.admittance import AnkleAdmittance, AnkleLimits, LegAdmittances

@@ -19,10 +19,9 @@ import msgspec
 from bridge.types import SIDES, Fraction, Positive, Side, Vec2, Vec3
 from walker.estimation import Contacts
 from walker.estimation.support_state import OTHER, SupportState
-from walker.model.limits import clip
+from walker.functions import clip, smoothstep
 from walker.planning.feedback import LandedFoot
 from walker.planning.plan import Foothold, Plan
-from walker.planning.polynomial import smoothstep
 from walker.stabilization.landed_foot import LandedFootBalance, LandedFootParameters
 
 APEX: Final = 0.5

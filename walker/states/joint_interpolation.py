@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from bridge.body.joints import N_JOINTS
-from walker.planning.polynomial import quintic
+from walker.functions import quintic
 
 SPEED: Final = 0.6
 """rad/s; the fastest joint's mean speed (assumed safe: a sixth of the slowest leg joint's no-load speed)."""

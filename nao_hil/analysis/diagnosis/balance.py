@@ -10,18 +10,16 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.kinematics import FloatingBase, RobotPose, homogeneous
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, matrix
 from bridge.types import SIDES, Array, Pose, Side
 from nao_hil.analysis.diagnosis.moment import Moment
 from walker.estimation.com_state import ComEstimator, ComState
-from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
+from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
 from walker.estimation.heading import GyroscopeHeading
 from walker.estimation.odometry import GroundPlane, Odometry, middle_of_soles, on_ground
-from walker.model.floating_base import FloatingBase, RobotPose
-from walker.model.transforms import homogeneous
-from walker.model.zmp import FootForces
 from walker.planning.plan import Foothold
 
 Point = tuple[float, float]

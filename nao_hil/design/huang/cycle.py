@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import UnreachableError
+from bridge.body.quantities import GRAVITY
 from bridge.types import Array
 from nao_hil.design.huang.motions import Linear, sample_x, sample_y
 from nao_hil.design.huang.support import CycleSupport
 from nao_hil.design.huang.table import ZmpTable
-from walker.model.errors import UnreachableError
-from walker.model.gravity import GRAVITY
 from walker.planning.huang.foot import FootPath, FootShape, Placement
 from walker.planning.huang.hip import Choice, hip_x, hip_y, hip_z
 from walker.planning.huang.multibody import Ankle, Bodies

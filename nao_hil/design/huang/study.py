@@ -16,8 +16,8 @@ from bridge.body import Body
 from bridge.errors import ConfigurationError
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import search
-from walker.model.arms import ARMS
 from walker.planning.huang import HuangGait, HuangParameters
+from walker.planning.pose import ARMS
 from walker.planning.walkable import check_walkable
 
 COARSE: Final = 12

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body
+from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
 from bridge.polygon import convex_hull
-from walker.model.gravity import GRAVITY
 from walker.planning.dynamic.step import DynamicParameters, StepPlan
 from walker.planning.dynamic.transfer import Transfer
 from walker.planning.plan import Plan

@@ -16,12 +16,12 @@ from typing import Final
 
 from bridge.body import Body
 from bridge.types import Side
+from walker.functions import MotionState, lift_spline, quintic
 from walker.planning.dynamic.admissible import check_balance, check_distances, check_legs
 from walker.planning.dynamic.step import DynamicParameters, plan_step
 from walker.planning.dynamic.transfer import Transfer
 from walker.planning.gait import GaitCommand, dry_walk
 from walker.planning.plan import OTHER_SIDE, SIGN, Phase, Plan, SolePose, Support
-from walker.planning.polynomial import MotionState, lift_spline, quintic
 
 _TRIAL: Final = 0.005
 """s; sampling of the walk in which the reach of the legs is checked."""

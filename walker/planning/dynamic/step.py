@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from bridge.types import Positive
+from walker.functions import LinearPendulum, MotionState
 from walker.planning.parameters import GaitParameters, PeriodicStep
-from walker.planning.pendulum import LinearPendulum
-from walker.planning.polynomial import MotionState
 
 
 class DynamicParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_fields=True):

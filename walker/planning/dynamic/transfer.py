@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from walker.functions import MotionState
 from walker.planning.dynamic.step import StepPlan
-from walker.planning.polynomial import MotionState
 
 
 class Transfer:

@@ -9,11 +9,11 @@ from typing import Final
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import UnreachableError
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.leg_limits import CLIPPED, limit_violations
 from bridge.body.sole import sole_hull
 from bridge.types import SIDES
-from walker.model.errors import UnreachableError
-from walker.model.limits import CLIPPED, limit_violations
 from walker.planning.huang.foot import FootPath, FootShape, Placement
 from walker.planning.huang.parameters import HuangParameters, refuse
 from walker.planning.huang.spline import even

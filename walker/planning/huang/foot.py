@@ -17,9 +17,9 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Array
+from walker.functions import MotionState
 from walker.planning.huang.parameters import HuangParameters, refuse
 from walker.planning.huang.spline import Cubic, clamped, even, joined
-from walker.planning.polynomial import MotionState
 
 
 @dataclass(frozen=True)

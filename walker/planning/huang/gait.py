@@ -19,7 +19,6 @@ import msgspec
 
 from bridge.body import Body
 from bridge.types import Side
-from walker.model.arms import ARMS
 from walker.planning.gait import GaitCommand, dry_walk
 from walker.planning.huang.checks import check_swing, check_walk
 from walker.planning.huang.clear import ClearPaths
@@ -30,6 +29,7 @@ from walker.planning.huang.parameters import HuangParameters, check_bounds
 from walker.planning.huang.pieces import Piece, Pieces
 from walker.planning.huang.plans import choice_of
 from walker.planning.plan import OTHER_SIDE, SIGN, Phase, Plan, SolePose, Support
+from walker.planning.pose import ARMS
 
 _EPSILON: Final = 1e-9
 """s; cycles end on robot cycles in spite of rounding."""

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from walker.functions import MotionState
 from walker.planning.huang.parameters import HuangParameters
 from walker.planning.huang.spline import Cubic, periodic
-from walker.planning.polynomial import MotionState
 
 
 class Choice(NamedTuple):

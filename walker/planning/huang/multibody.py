@@ -18,13 +18,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import FootPose, solve_legs
 from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
-from bridge.body.quantities import tensor_matrix
+from bridge.body.kinematics import BodyTree
+from bridge.body.quantities import GRAVITY, tensor_matrix
 from bridge.rotations import rotation_rows
 from bridge.types import Array, Vec3
-from walker.model.gravity import GRAVITY
-from walker.model.inverse import FootPose, solve_legs
-from walker.model.tree import BodyTree
 
 STEP: Final = 1e-3
 """s; of the differences in time."""

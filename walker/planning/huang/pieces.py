@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from walker.functions import MotionState, quintic
 from walker.planning.huang.foot import Placement
 from walker.planning.huang.hip import Choice, ends_of_cycle, hip_y, hip_z
 from walker.planning.huang.parameters import HuangParameters
 from walker.planning.huang.rest import sway
 from walker.planning.huang.spline import Cubic, joined
-from walker.planning.polynomial import MotionState, quintic
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from walker.functions import LinearPendulum, MotionState
 from walker.planning.huang.parameters import HuangParameters
 from walker.planning.huang.spline import Cubic, even, joined
-from walker.planning.pendulum import LinearPendulum
-from walker.planning.polynomial import MotionState
 
 _TRIES: Final = 61
 _REST: Final = MotionState(0.0, 0.0, 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from bridge.types import Array
-from walker.planning.polynomial import MotionState
+from walker.functions import MotionState
 
 Condition = tuple[int, int, float]
 """Place among the breaks, order of the derivative, value."""

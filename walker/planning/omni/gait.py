@@ -22,15 +22,14 @@ from typing import Final
 from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Side, Vec2, Vec3
+from walker.functions import LinearPendulum, quintic
 from walker.planning.feedback import CaptureStep, Feedback
 from walker.planning.gait import GaitCommand
 from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
 from walker.planning.omni.footholds import allowed, approached, following, steps_to_rest, zmp_under
 from walker.planning.omni.parameters import OmniParameters
 from walker.planning.omni.state import REST, OmniState
-from walker.planning.pendulum import LinearPendulum
 from walker.planning.plan import OTHER_SIDE, SIGN, Foothold, Pendulum, Phase, Plan, SolePose
-from walker.planning.polynomial import quintic
 
 _HORIZON: Final = 6
 """Footholds beyond the next one; what comes later weighs q^6 = 1e-4."""

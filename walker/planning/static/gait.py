@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from bridge.body import Body
+from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
 from bridge.types import Side, Vec2
-from walker.model.gravity import GRAVITY
+from walker.functions import lift_spline, quintic
 from walker.planning.gait import GaitCommand
 from walker.planning.plan import OTHER_SIDE, Phase, Plan, SolePose, Support
-from walker.planning.polynomial import lift_spline, quintic
 from walker.planning.static.parameters import StaticParameters
 
 _EPSILON: Final = 1e-9

@@ -20,7 +20,7 @@ import numpy as np
 from bridge.body import Body
 from bridge.types import Fraction, NotNegative, Positive, Side, Vec3
 from walker.estimation.support_state import Role
-from walker.model.limits import clip
+from walker.functions import clip
 
 
 class AnkleParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -20,10 +20,8 @@ import msgspec
 
 from bridge.types import SIDES, Fraction, NotNegative, Positive, Side, Vec2
 from walker.estimation.support_state import OTHER, SupportState
-from walker.model.limits import clip
-from walker.model.roots import brent
+from walker.functions import brent, clip, smoothstep
 from walker.planning.plan import Plan
-from walker.planning.polynomial import smoothstep
 
 _INSIDE = 1.0 - 1e-9
 """Fraction of the way to the pole that e may go; there the spring pulls with 3e8 N."""

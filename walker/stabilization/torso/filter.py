@@ -23,6 +23,7 @@ from typing import Final
 import msgspec
 
 from bridge.errors import ConfigurationError
+from walker.functions import clip
 from walker.planning.plan import Support
 from walker.stabilization.torso.controller import TorsoController
 from walker.stabilization.torso.sign import ankle_pitch_from_lean
@@ -84,7 +85,7 @@ class TorsoControl:
             Offsets to add to LAnklePitch and RAnklePitch, rad, positive toe down.
         """
         if math.isfinite(pitch_measured):
-            error = -_clamp(pitch_measured, -_LARGEST_ANGLE, _LARGEST_ANGLE)
+            error = -clip(pitch_measured, -_LARGEST_ANGLE, _LARGEST_ANGLE)
             before, self._notched = self._notched, self._notch(error)
             if support != "both":
                 self._drive(support, before)
@@ -108,9 +109,7 @@ class TorsoControl:
         present = self._lean[leg]
         wanted = self._integral[leg] + increment + self._controller.proportional_gain * self._notched
         step = self._limits.rate * self._controller.sample_time
-        allowed = _clamp(
-            _clamp(wanted, present - step, present + step), -self._limits.offset, self._limits.offset
-        )
+        allowed = clip(clip(wanted, present - step, present + step), -self._limits.offset, self._limits.offset)
         # Beyond a limit the integrator may only move back towards it.
         if allowed == wanted or (wanted - allowed) * increment < 0.0:
             self._integral[leg] += increment
@@ -118,9 +117,5 @@ class TorsoControl:
 
     def _bleed(self, leg: str) -> None:
         step = self._limits.bleed_rate * self._controller.sample_time
-        self._lean[leg] -= _clamp(self._lean[leg], -step, step)
-        self._integral[leg] -= _clamp(self._integral[leg], -step, step)
-
-
-def _clamp(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
+        self._lean[leg] -= clip(self._lean[leg], -step, step)
+        self._integral[leg] -= clip(self._integral[leg], -step, step)

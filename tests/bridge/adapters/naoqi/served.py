@@ -14,8 +14,8 @@ from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.declared import offers
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
+from bridge.body.kinematics import BodyTree
 from bridge.messages import SensorFrame
-from walker.model.tree import BodyTree
 
 BEGINNING = ("move", "moveTo", "moveToward", "navigateTo", "moveStraightTo")
 

@@ -13,13 +13,29 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
+from bridge.body.kinematics import PSI_K, Transform, hip_rotation, side_sign
 from bridge.body.model import Body, JointSheet
+from bridge.errors import NaoHilError
 from bridge.types import Matrix3, Side, Vec3
-from walker.model.errors import UnreachableError
-from walker.model.leg import PSI_K, hip_rotation, side_sign
-from walker.model.transforms import Transform
+
+
+class UnreachableError(NaoHilError):
+    """A foot target that the leg cannot reach with any angles, limits left aside.
+
+    Attributes:
+        side: The leg.
+        distance: How far the target is out of reach, m (infinite for a target that is not a number).
+    """
+
+    exit_code: ClassVar[int] = 3
+
+    def __init__(self, side: Side, distance: float, sentence: str) -> None:
+        super().__init__(sentence)
+        self.side = side
+        self.distance = distance
+
 
 LegAngles = tuple[float, float, float, float, float, float]
 """HipYawPitch, HipRoll, HipPitch, KneePitch, AnklePitch, AnkleRoll, rad."""

@@ -86,8 +86,3 @@ class AnkleRange:
         share = (pitch - a) / (b - a)
         (lower_a, upper_a), (lower_b, upper_b) = self._ends[i - 1], self._ends[i]
         return lower_a + share * (lower_b - lower_a), upper_a + share * (upper_b - upper_a)
-
-
-def clip(value: float, lower: float, upper: float) -> float:
-    """`value`, or the nearer of two bounds."""
-    return max(lower, min(value, upper))

@@ -1,5 +1,7 @@
 """Leg inverse kinematics: undoes the forward kinematics, never lies about reach, never returns a NaN."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -8,15 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.body import BODIES, load_body
+from bridge.body.inverse_kinematics import FootPose, LegPair, UnreachableError
+from bridge.body.inverse_kinematics import solve_legs as solve
 from bridge.body.joints import LEG_JOINTS
+from bridge.body.kinematics import foot_in_torso, homogeneous
+from bridge.body.leg_limits import limit_violations
 from bridge.rotations import rotation
-from tests.walker.thesis_leg import leg_chain
-from walker.model.errors import UnreachableError
-from walker.model.inverse import FootPose, LegPair
-from walker.model.inverse import solve_legs as solve
-from walker.model.leg import foot_in_torso
-from walker.model.limits import limit_violations
-from walker.model.transforms import homogeneous
+from tests.bridge.body.thesis_leg import leg_chain
 
 V3 = load_body("nao-v3")
 SIDES = ("L", "R")

@@ -7,11 +7,10 @@ from typing import Literal
 
 import numpy as np
 
+from bridge.body.kinematics import PSI_K, Transform, homogeneous, side_sign, translation
 from bridge.body.model import Body
 from bridge.rotations import R_pitch, R_roll, R_yaw
 from bridge.types import Side
-from walker.model.leg import PSI_K, side_sign
-from walker.model.transforms import Transform, homogeneous, translation
 
 LegFrame = Literal[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, "FM"]
 _HERE = (0.0, 0.0, 0.0)
