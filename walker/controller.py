@@ -17,19 +17,17 @@ from bridge.body.kinematics import FloatingBase
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
 from bridge.types import Vec3
-from walker.estimation import Contacts, Corrections, Estimate, Estimator
-from walker.estimation.heading import GyroscopeHeading
-from walker.estimation.odometry import Odometry, middle_of_soles
-from walker.estimation.walk_end import WalkEnd
-from walker.planning import Foothold, Gait, Plan
-from walker.planning.order import WalkOrder
-from walker.planning.planner import WalkPlanner
-from walker.planning.steering import Steering
-from walker.stabilization.parameters import ControllerParameters, controller_parameters
-from walker.states import Approaching, Fallen, Moving, Resting, Standing, State, StateName, Walking
-from walker.states.ready import ReadyWalk, ready_walk
-from walker.states.recovery import Recovery
-from walker.states.upper_body import UpperBodyOrders
+from walker.estimation.contact import Contacts
+from walker.estimation.ground import Corrections
+from walker.estimation.odometry import GyroscopeHeading, Odometry, middle_of_soles
+from walker.estimator import Estimate, Estimator
+from walker.gaits import Foothold, Gait, Plan
+from walker.gaits.order import Steering, WalkEnd, WalkOrder, WalkPlanner
+from walker.parameters import ControllerParameters, controller_parameters
+from walker.states.down import Fallen, Moving, Recovery, Resting
+from walker.states.setup import ReadyWalk, ready_walk
+from walker.states.state import State, StateName, UpperBodyOrders
+from walker.states.upright import Approaching, Standing, Walking
 from walker.transitions import ENDINGS, TRANSITIONS, WALKING, Situation, Transition, Verb
 
 __all__ = ["Controller", "WalkOrder"]

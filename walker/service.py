@@ -22,13 +22,13 @@ from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.motion import GET_UP, GetUp, Lying, MotionPlayer, get_up_motions, named_motion
 from bridge.types import Vec3
 from walker.controller import Controller
-from walker.planning import Gait, gait_parameters
-from walker.planning.order import WalkOrder, target_order
-from walker.planning.parameters import GaitParameters, clipped_in_words
-from walker.planning.walkable import walkable_gait
-from walker.stabilization.parameters import ControllerParameters, controller_parameters, merged
-from walker.stabilization.switches import switch_changes
-from walker.states.ready import ReadyWalk, ready_walk
+from walker.gaits import Gait, gait_parameters
+from walker.gaits.catalogue import walkable_gait
+from walker.gaits.gait import GaitParameters, clipped_in_words
+from walker.gaits.order import WalkOrder, target_order
+from walker.parameters import ControllerParameters, controller_parameters, merged
+from walker.states.setup import ReadyWalk, ready_walk
+from walker.switches import switch_changes
 
 _TIMEOUT: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""

@@ -79,7 +79,7 @@ def serve(
     """
     # Imported late: all commands would wait for them, scipy among them.
     from bridge.adapters.naoqi.server import NaoqiServer
-    from walker.planning import GAITS
+    from walker.gaits import GAITS
 
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
@@ -115,7 +115,7 @@ def serve(
 def _full(gait: str) -> Vec3:
     """Full speed of a gait; the gait's own where it walks straight ahead."""
     # Imported late: only a served robot that walks needs the walker's packages.
-    from walker.planning import gait_parameters
+    from walker.gaits import gait_parameters
 
     parameters = gait_parameters(gait)
     return parameters.limits.max_velocity if parameters.limits else parameters.velocity

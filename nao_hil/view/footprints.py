@@ -11,7 +11,7 @@ from bridge.rotations import heading
 from bridge.types import SIDES, Array, Side
 from nao_hil.analysis.diagnosis import Balance
 from walker.estimation.odometry import on_ground
-from walker.planning.plan import Foothold
+from walker.gaits.plan import Foothold
 
 Kind = Literal["planned", "made"]
 

@@ -35,7 +35,7 @@ from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
 from walker.estimation.odometry import GroundPlane, Odometry
-from walker.planning.plan import Foothold
+from walker.gaits.plan import Foothold
 
 BODY = load_body("nao-v3")
 

@@ -10,8 +10,8 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.kinematics import homogeneous
-from walker.planning.huang.multibody import Ankle, Bodies
-from walker.planning.pose import ARMS
+from walker.gaits.huang.multibody import Ankle, Bodies
+from walker.gaits.pose import ARMS
 
 pytest.importorskip("pybullet")
 

@@ -14,7 +14,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.track import PHASES
 from nao_hil.runs.walk import Walk, walk
-from walker.planning.plan import Foothold
+from walker.gaits.plan import Foothold
 
 WALKED = 6.0
 """s; the first two do not count, and what is left are whole strides of a slow sideways walk."""

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from bridge.body import load_body
-from walker.stabilization.admittance.ankle import (
+from walker.mechanisms.admittance import (
     AnkleAdmittance,
     AnkleLimits,
     AnkleParameters,

@@ -10,10 +10,10 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX, N_JOINTS
 from bridge.body.kinematics import CentreOfMass
-from walker.planning import gait_parameters, make_gait, standing_plan
-from walker.planning.plan import SolePose
-from walker.planning.pose import ARMS
-from walker.stabilization.arm_counterweight import ArmCounterweight, ArmCounterweightParameters
+from walker.gaits import gait_parameters, make_gait, standing_plan
+from walker.gaits.plan import SolePose
+from walker.gaits.pose import ARMS
+from walker.mechanisms.tipping import ArmCounterweight, ArmCounterweightParameters
 
 DT = 0.01
 P = ArmCounterweightParameters()

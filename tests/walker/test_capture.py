@@ -12,11 +12,10 @@ from bridge.body import load_body
 from bridge.body.kinematics import CentreOfMass, FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
-from walker.estimation.capture import CaptureEstimator, CaptureParameters
-from walker.planning import GaitCommand, gait_parameters, make_gait, standing_plan
-from walker.planning.feedback import CaptureStep, Feedback
-from walker.planning.plan import Foothold
-from walker.planning.pose import PoseMaker
+from walker.gaits import GaitCommand, gait_parameters, make_gait, standing_plan
+from walker.gaits.plan import CaptureStep, Feedback, Foothold
+from walker.gaits.pose import PoseMaker
+from walker.mechanisms.capture_step import CaptureEstimator, CaptureParameters
 
 BODY = load_body("nao-v6")
 P = gait_parameters("omni")

@@ -9,8 +9,8 @@ import pytest
 
 from bridge.messages import SensorFrame
 from tests.frames import standing_frame
-from walker.estimation.delay import TIME_CONSTANT, DelayEstimator
-from walker.planning.catalogue import gait_kind
+from walker.estimator import TIME_CONSTANT, DelayEstimator
+from walker.gaits.catalogue import gait_kind
 
 CYCLE = 0.01
 ZEROS = (0.0,) * 25

@@ -12,9 +12,9 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import LEG_SLOTS
 from bridge.body.kinematics import CentreOfMass, FloatingBase, foot_in_torso
-from walker.estimation.deviation import DeviationEstimator, DeviationParameters
-from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
-from walker.planning.pose import PoseMaker
+from walker.gaits import dry_walk, gait_parameters, make_gait, standing_plan
+from walker.gaits.pose import PoseMaker
+from walker.mechanisms.foothold_feedback import DeviationEstimator, DeviationParameters
 
 BODY = load_body("nao-v3")
 DT = 0.01

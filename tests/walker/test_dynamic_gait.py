@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 from bridge.body import BODIES, Body, load_body
 from bridge.errors import ConfigurationError
-from walker.planning import GaitCommand, Plan, dry_walk, gait_parameters, standing_plan
-from walker.planning.dynamic.gait import DynamicGait
-from walker.planning.dynamic.step import DynamicParameters, plan_step
+from walker.gaits import GaitCommand, Plan, dry_walk, gait_parameters, standing_plan
+from walker.gaits.thesis.dynamic.gait import DynamicGait
+from walker.gaits.thesis.dynamic.step import DynamicParameters, plan_step
 
 G = 9.81
 BODY = load_body("nao-v3")

@@ -17,7 +17,7 @@ from bridge.types import SIDES
 from emulator.engine.shapes import link_shapes, lowest_point
 from emulator.poses import Pose
 from tests.frames import standing_frame
-from walker.states.fallen import brace
+from walker.states.down import brace
 
 
 @pytest.mark.parametrize("name", ["nao-v3", "nao-v6"])

@@ -11,8 +11,8 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree
-from walker.planning import Foothold, Plan, SolePose, gait_parameters, make_gait, standing_plan
-from walker.planning.pose import PoseMaker
+from walker.gaits import Foothold, Plan, SolePose, gait_parameters, make_gait, standing_plan
+from walker.gaits.pose import PoseMaker
 
 BODY = load_body("nao-v3")
 TREE = BodyTree(BODY)

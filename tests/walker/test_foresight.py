@@ -12,9 +12,9 @@ from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
 from tests.frames import standing_frame
-from walker.estimation.foresight import Foresight, ForesightParameters
-from walker.planning import gait_parameters, make_gait, standing_plan
-from walker.planning.pose import PoseMaker
+from walker.estimation.fall import Foresight, ForesightParameters
+from walker.gaits import gait_parameters, make_gait, standing_plan
+from walker.gaits.pose import PoseMaker
 
 BODY = load_body("nao-v6")
 GAIT = gait_parameters("omni")

@@ -13,10 +13,9 @@ from bridge.body.kinematics import CentreOfMass, foot_in_torso
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from tests.frames import standing_frame
-from walker.estimation.corrections import Corrections
-from walker.estimation.ground import GroundParameters, GroundTilt
-from walker.planning import dry_walk, gait_parameters, make_gait, standing_plan
-from walker.planning.pose import PoseMaker
+from walker.estimation.ground import Corrections, GroundParameters, GroundTilt
+from walker.gaits import dry_walk, gait_parameters, make_gait, standing_plan
+from walker.gaits.pose import PoseMaker
 
 CYCLE = 0.01
 LEVEL = Corrections()

@@ -12,7 +12,7 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.rotations import rotation
 from tests.walker.test_controller import frame
-from walker.estimation.heading import GyroscopeHeading
+from walker.estimation.odometry import GyroscopeHeading
 
 BODY = load_body("nao-v6")
 DT = 0.01

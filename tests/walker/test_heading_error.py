@@ -8,9 +8,9 @@ import pytest
 
 from bridge.body import load_body
 from tests.loops import repeat_while
-from walker.estimation.heading_error import HeadingError
-from walker.planning import GaitCommand, gait_parameters, make_gait
-from walker.planning.feedback import Feedback
+from walker.gaits import GaitCommand, gait_parameters, make_gait
+from walker.gaits.plan import Feedback
+from walker.mechanisms.hold import HeadingError
 
 BODY = load_body("nao-v6")
 P = gait_parameters("omni")

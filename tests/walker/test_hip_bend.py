@@ -12,11 +12,10 @@ import pytest
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import FloatingBase
-from walker.planning import gait_parameters, make_gait, standing_plan
-from walker.planning.feedback import CaptureStep
-from walker.planning.plan import SolePose
-from walker.planning.pose import PoseMaker
-from walker.stabilization.hip_bend import HipBend, HipBendParameters
+from walker.gaits import gait_parameters, make_gait, standing_plan
+from walker.gaits.plan import CaptureStep, SolePose
+from walker.gaits.pose import PoseMaker
+from walker.mechanisms.capture_step import HipBend, HipBendParameters
 
 DT = 0.01
 DURATION = 0.2

@@ -10,9 +10,9 @@ import pytest
 from bridge.body import load_body
 from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
-from walker.planning import gait_parameters, make_gait
-from walker.planning.huang import HuangParameters
-from walker.planning.huang.foot import FootPath, FootShape, Placement
+from walker.gaits import gait_parameters, make_gait
+from walker.gaits.huang import HuangParameters
+from walker.gaits.huang.foot import FootPath, FootShape, Placement
 
 BODY = load_body("nao-v3")
 SHAPE = FootShape.of(BODY)

@@ -14,9 +14,9 @@ from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround, Patch
 from bridge.polygon import SupportPolygon, convex_hull
-from walker.planning import GaitCommand, Plan, dry_walk, gait_parameters, make_gait, standing_plan
-from walker.planning.huang import HuangGait, HuangParameters
-from walker.planning.walkable import check_walkable
+from walker.gaits import GaitCommand, Plan, dry_walk, gait_parameters, make_gait, standing_plan
+from walker.gaits.catalogue import check_walkable
+from walker.gaits.huang import HuangGait, HuangParameters
 
 BODY = load_body("nao-v3")
 CHOICE = {"x_sd": 0.0186, "x_ed": 0.0169, "y_d": 0.0194, "y_m": 0.0410, "progress": 1.0}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from nao_hil.design.huang.motions import sample_x, sample_y
-from walker.planning import gait_parameters
-from walker.planning.huang import HuangParameters
-from walker.planning.huang.hip import Choice, ends_of_cycle, hip_x, hip_y, hip_z
+from walker.gaits import gait_parameters
+from walker.gaits.huang import HuangParameters
+from walker.gaits.huang.hip import Choice, ends_of_cycle, hip_x, hip_y, hip_z
 
 P = gait_parameters("huang", {"x_0": 0.0})
 assert isinstance(P, HuangParameters)

@@ -14,9 +14,9 @@ from bridge.body.quantities import GRAVITY
 from emulator.scenarios import Scenario
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
-from walker.planning import gait_parameters, make_gait, standing_plan
-from walker.planning.pose import PoseMaker
-from walker.stabilization.joint_compliance import JointCompliance, JointComplianceParameters
+from walker.gaits import gait_parameters, make_gait, standing_plan
+from walker.gaits.pose import PoseMaker
+from walker.mechanisms.compliance import JointCompliance, JointComplianceParameters
 
 CYCLE = 0.01
 

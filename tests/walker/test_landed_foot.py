@@ -10,15 +10,17 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.kinematics import CentreOfMass, FloatingBase
-from walker.estimation import Contacts
-from walker.estimation.capture import CaptureParameters
-from walker.estimation.landed_foot import LandedFootEstimator
-from walker.estimation.support_state import SupportState
-from walker.planning import gait_parameters, make_gait, standing_plan
-from walker.planning.feedback import LandedFoot
-from walker.planning.pose import PoseMaker
-from walker.stabilization.landed_foot import LandedFootBalance, LandedFootParameters
-from walker.stabilization.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
+from walker.estimation.contact import Contacts, SupportState
+from walker.gaits import gait_parameters, make_gait, standing_plan
+from walker.gaits.plan import LandedFoot
+from walker.gaits.pose import PoseMaker
+from walker.mechanisms.capture_step import (
+    CaptureParameters,
+    LandedFootBalance,
+    LandedFootEstimator,
+    LandedFootParameters,
+)
+from walker.mechanisms.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
 
 DT = 0.01
 OMEGA = 6.1

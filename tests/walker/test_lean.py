@@ -7,7 +7,7 @@ import math
 import pytest
 from scipy.spatial.transform import Rotation
 
-from walker.estimation.lean import Lean, LeanParameters
+from walker.estimation.attitude import Lean, LeanParameters
 
 DT = 0.001
 ALONE = LeanParameters(time_constant=1e9, latency=0.04)

@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError
-from walker.estimation.support_state import SupportState
-from walker.planning import Plan, SolePose
-from walker.planning.plan import Support
-from walker.stabilization.admittance.leg import LegAdmittance, LegAdmittances, LegParameters
+from walker.estimation.contact import SupportState
+from walker.gaits import Plan, SolePose
+from walker.gaits.plan import Support
+from walker.mechanisms.admittance import LegAdmittance, LegAdmittances, LegParameters
 
 DT = 0.01
 POLE = math.pi**2 / 300.0

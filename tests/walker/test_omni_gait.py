@@ -15,12 +15,10 @@ from scipy.optimize import linprog
 from bridge.body import BODIES, load_body
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
-from walker.planning import GaitCommand, dry_walk, gait_parameters, make_gait
-from walker.planning.feedback import Feedback
-from walker.planning.omni.capture_point import bounded_capture_point, transfer_weight
-from walker.planning.omni.footholds import approached, following
-from walker.planning.plan import OTHER_SIDE, Foothold
-from walker.planning.walkable import check_walkable
+from walker.gaits import GaitCommand, dry_walk, gait_parameters, make_gait
+from walker.gaits.catalogue import check_walkable
+from walker.gaits.omni.footholds import approached, bounded_capture_point, following, transfer_weight
+from walker.gaits.plan import OTHER_SIDE, Feedback, Foothold
 
 DT = 0.01
 P = gait_parameters("omni")

@@ -8,9 +8,8 @@ import msgspec
 import pytest
 
 from bridge.errors import ConfigurationError
-from walker.planning import GAITS
-from walker.stabilization.bounds import BOUNDS, numbers
-from walker.stabilization.parameters import controller_parameters
+from walker.gaits import GAITS
+from walker.parameters import BOUNDS, controller_parameters, numbers
 
 SHIPPED = {
     path: value

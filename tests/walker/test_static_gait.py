@@ -13,8 +13,8 @@ from scipy.interpolate import BPoly, CubicSpline
 from bridge.body import BODIES, load_body
 from bridge.errors import ConfigurationError
 from walker.functions import lift_spline, quintic
-from walker.planning import GaitCommand, dry_walk, gait_parameters, make_gait, standing_plan
-from walker.planning.walkable import check_walkable
+from walker.gaits import GaitCommand, dry_walk, gait_parameters, make_gait, standing_plan
+from walker.gaits.catalogue import check_walkable
 
 DT = 0.01
 length = st.floats(-1.0, 1.0)

@@ -9,11 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.errors import ConfigurationError
-from walker.planning import gait_parameters
-from walker.planning.omni.footholds import approached
-from walker.planning.order import WalkOrder, target_order
-from walker.planning.plan import Foothold
-from walker.planning.steering import NEAR, TURNED, Steering
+from walker.gaits import gait_parameters
+from walker.gaits.omni.footholds import approached
+from walker.gaits.order import NEAR, TURNED, Steering, WalkOrder, target_order
+from walker.gaits.plan import Foothold
 
 P = gait_parameters("omni")
 start = st.builds(Foothold, st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))

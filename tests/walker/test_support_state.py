@@ -12,22 +12,26 @@ from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
 from bridge.types import Side, Vec2
 from tests.frames import standing_frame
-from walker.estimation import ContactEstimator, Contacts, FallDetector
 from walker.estimation.attitude import Attitude, AttitudeParameters
-from walker.estimation.contact import ContactParameters
-from walker.estimation.fall import FallParameters
-from walker.estimation.support_state import SupportState, SupportStateMachine, TouchDownParameters
-from walker.planning import Plan, SolePose
-from walker.planning.plan import Support
-from walker.stabilization.admittance.leg import LegAdmittance, LegParameters
-from walker.stabilization.landed_foot import LandedFootParameters
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
-from walker.stabilization.torso.stance_ankle import DampingParameters, LeanFeedbackParameters, StanceAnkle
-from walker.stabilization.torso.stride_pattern import StridePattern
+from walker.estimation.contact import (
+    ContactEstimator,
+    ContactParameters,
+    Contacts,
+    SupportState,
+    SupportStateMachine,
+    TouchDownParameters,
+)
+from walker.estimation.fall import FallDetector, FallParameters
+from walker.gaits import Plan, SolePose
+from walker.gaits.plan import Support
+from walker.mechanisms.admittance import LegAdmittance, LegParameters
+from walker.mechanisms.capture_step import LandedFootParameters
+from walker.mechanisms.stance_ankle import DampingParameters, LeanFeedbackParameters, StanceAnkle, StridePattern
+from walker.mechanisms.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
+from walker.parameters import controller_parameters
 
 DT = 0.01
-BOTH, LEFT, NONE = Contacts(True, True), Contacts(True, False), Contacts(False, False)
+BOTH, LEFT, NO_FEEDBACK = Contacts(True, True), Contacts(True, False), Contacts(False, False)
 
 
 def plan(support: Support, progress: float = 0.5) -> Plan:
@@ -78,7 +82,7 @@ def test_a_late_foot_that_finds_ground_ends_the_wait() -> None:
 def test_without_touch_down_parameters_the_plan_is_believed() -> None:
     machine = SupportStateMachine(None)
     machine.update(plan("L"), LEFT, DT)
-    assert machine.update(plan("both"), NONE, DT) == SupportState("both", 0.5)
+    assert machine.update(plan("both"), NO_FEEDBACK, DT) == SupportState("both", 0.5)
 
 
 def test_search_reaches_further_than_the_depression_the_plan_allows_for() -> None:
@@ -117,10 +121,10 @@ def test_a_misspelt_controller_parameter_is_named_with_what_was_meant() -> None:
 def test_a_short_flight_is_no_fall() -> None:
     detector = FallDetector(FallParameters(no_support=0.5))
     for _ in range(45):
-        assert not detector.update((0.0, 0.0), NONE, DT, walking=True)
+        assert not detector.update((0.0, 0.0), NO_FEEDBACK, DT, walking=True)
     assert not detector.update((0.0, 0.0), LEFT, DT, walking=True)
     for _ in range(45):
-        assert not detector.update((0.0, 0.0), NONE, DT, walking=True)
+        assert not detector.update((0.0, 0.0), NO_FEEDBACK, DT, walking=True)
 
 
 def test_a_capture_step_may_lean_farther_before_it_counts_as_a_fall() -> None:

@@ -11,11 +11,10 @@ from bridge.body import load_body
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.walk import Walk, walk
-from walker.estimation.tipping import TippingDetector, TippingParameters
-from walker.planning import GaitCommand, gait_parameters, make_gait
-from walker.planning.feedback import Feedback
-from walker.planning.gait import standing_plan
-from walker.planning.plan import SIGN
+from walker.gaits import GaitCommand, gait_parameters, make_gait
+from walker.gaits.gait import standing_plan
+from walker.gaits.plan import SIGN, Feedback
+from walker.mechanisms.tipping import TippingDetector, TippingParameters
 
 DT = 0.01
 P = gait_parameters("omni")

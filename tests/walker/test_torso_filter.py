@@ -15,7 +15,7 @@ from bridge.errors import ConfigurationError
 from nao_hil.design.torso.robust import robust_design
 from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import thesis_plant
-from walker.stabilization.torso.filter import TorsoControl, TorsoLimits
+from walker.mechanisms.torso_control import TorsoControl, TorsoLimits
 
 WIDE = TorsoLimits(offset=1e3, rate=1e6, bleed_rate=1.0)
 CYCLE = 0.01

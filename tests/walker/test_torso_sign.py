@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bridge.body import joint_tree, load_body
-from walker.stabilization.torso.sign import ankle_pitch_from_lean
+from walker.mechanisms.torso_control import ankle_pitch_from_lean
 
 
 def rotation_y(angle: float) -> np.ndarray:

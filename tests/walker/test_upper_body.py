@@ -15,7 +15,7 @@ from bridge.messages.walk import UpperBody
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from tests.frames import standing_frame
-from walker.states.upper_body import RETURN, UpperBodyOrders
+from walker.states.state import RETURN, UpperBodyOrders
 
 HEAD, ARM = INDEX["HeadYaw"], INDEX["LShoulderPitch"]
 LEGS = sorted({slot for slots in LEG_SLOTS.values() for slot in slots})

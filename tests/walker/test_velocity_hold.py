@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from walker.estimation.velocity_hold import VelocityHold, VelocityHoldParameters
-from walker.planning import GaitCommand, gait_parameters, make_gait
-from walker.planning.feedback import Feedback
-from walker.planning.order import WalkOrder
-from walker.planning.plan import Foothold
-from walker.planning.planner import WalkPlanner
+from walker.gaits import GaitCommand, gait_parameters, make_gait
+from walker.gaits.order import WalkOrder, WalkPlanner
+from walker.gaits.plan import Feedback, Foothold
+from walker.mechanisms.hold import VelocityHold, VelocityHoldParameters
 
 BODY = load_body("nao-v6")
 P = gait_parameters("omni")

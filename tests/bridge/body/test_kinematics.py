@@ -1,4 +1,4 @@
-"""Forward kinematics: legs, all links and the centre of mass, against the chain of the thesis and other sums."""
+"""Forward kinematics: legs, all links and the centre of mass, against the thesis and other sums."""
 
 from __future__ import annotations
 
