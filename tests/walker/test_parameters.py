@@ -1,4 +1,4 @@
-"""Physical bounds of the controller's parameters: all have one, the shipped values keep it, slips do not."""
+"""Parameters of the controller: all have a bound, the shipped values keep it, slips do not."""
 
 from __future__ import annotations
 
@@ -53,3 +53,8 @@ def test_a_value_five_hundred_times_the_shipped_one_is_refused(path: str) -> Non
 def test_the_sentence_has_the_unit(path: str, value: float, said: str) -> None:
     with pytest.raises(ConfigurationError, match=said):
         controller_parameters("omni", change(path, value))
+
+
+def test_a_misspelt_controller_parameter_is_named_with_what_was_meant() -> None:
+    with pytest.raises(ConfigurationError, match=r"swing_foot_orientation\.gai.*gain"):
+        controller_parameters("static", {"swing_foot_orientation": {"gai": 0.0}})

@@ -6,38 +6,13 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.interpolate import BPoly, CubicSpline
 
 from bridge.body import BODIES, load_body
 from bridge.errors import ConfigurationError
-from walker.functions import lift_spline, quintic
 from walker.gaits import GaitCommand, dry_walk, gait_parameters, make_gait, standing_plan
 from walker.gaits.catalogue import check_walkable
 
 DT = 0.01
-length = st.floats(-1.0, 1.0)
-duration = st.floats(0.1, 5.0)
-share = st.floats(0.0, 1.0)
-
-
-@given(length, length, duration, share)
-def test_quintic_is_the_polynomial_from_rest_to_rest(start, end, T, s):
-    """BPoly.from_derivatives finds (3.6) from its six end conditions by another way."""
-    poly = BPoly.from_derivatives([0.0, T], [[start, 0.0, 0.0], [end, 0.0, 0.0]])
-    motion = quintic(start, end, T, s * T)
-    assert motion.position == pytest.approx(poly(s * T), abs=1e-9)
-    assert motion.velocity == pytest.approx(poly.derivative()(s * T), abs=1e-7)
-    assert motion.acceleration == pytest.approx(poly.derivative(2)(s * T), abs=1e-5)
-
-
-@given(length, length, length, duration, share)
-def test_lift_is_the_clamped_cubic_spline(start, middle, end, T, s):
-    spline = CubicSpline([0.0, T / 2, T], [start, middle, end], bc_type="clamped")
-    motion = lift_spline(start, middle, end, T, s * T)
-    assert motion.position == pytest.approx(spline(s * T), abs=1e-9)
-    assert motion.velocity == pytest.approx(spline(s * T, 1), abs=1e-7)
 
 
 def walk(steps=6, **changes):

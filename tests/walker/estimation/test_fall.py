@@ -1,4 +1,4 @@
-"""A fall is foreseen by the capture point: closed forms of the pendulum, on a rigid robot in the stand."""
+"""Falls: detected by angle and contact, predicted by the capture point of a rigid robot in the stand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
 from tests.frames import standing_frame
-from walker.estimation.fall import Foresight, ForesightParameters
+from walker.estimation.contact import (
+    Contacts,
+)
+from walker.estimation.fall import FallDetector, FallParameters, Foresight, ForesightParameters
 from walker.gaits import gait_parameters, make_gait, standing_plan
 from walker.gaits.pose import PoseMaker
 
@@ -117,3 +120,23 @@ def test_a_robot_that_sways_over_its_soles_is_not_taken_for_falling():
         return (0.0, a), (0.0, w), (-GRAVITY * math.sin(a), 0.0)
 
     assert foreseen(sways) is None
+
+
+BOTH, LEFT, NEITHER = Contacts(True, True), Contacts(True, False), Contacts(False, False)
+
+
+def test_a_short_flight_is_no_fall() -> None:
+    detector = FallDetector(FallParameters(no_support=0.5))
+    for _ in range(45):
+        assert not detector.update((0.0, 0.0), NEITHER, DT, walking=True)
+    assert not detector.update((0.0, 0.0), LEFT, DT, walking=True)
+    for _ in range(45):
+        assert not detector.update((0.0, 0.0), NEITHER, DT, walking=True)
+
+
+def test_a_capture_step_may_lean_farther_before_it_counts_as_a_fall() -> None:
+    p = FallParameters()
+    leans = 0.5 * (p.angle + p.capture_angle)
+    assert FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True)
+    assert not FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True, capturing=True)
+    assert FallDetector(p).update((0.0, -p.capture_angle - 0.01), LEFT, DT, walking=True, capturing=True)

@@ -1,4 +1,6 @@
-"""Measured zero moment points against the balance of moments, with every force written out."""
+"""Contacts and support of the legs; measured zero moment points against the balance of moments."""
+
+from __future__ import annotations
 
 import math
 
@@ -9,9 +11,89 @@ from hypothesis import strategies as st
 
 from bridge.body import BODIES, load_body
 from bridge.body.kinematics import homogeneous
+from bridge.errors import ConfigurationError
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import rotation
-from walker.estimation.contact import FootForces
+from walker.estimation.contact import (
+    ContactEstimator,
+    ContactParameters,
+    Contacts,
+    FootForces,
+    SupportState,
+    SupportStateMachine,
+    TouchDownParameters,
+)
+from walker.gaits import Plan, SolePose
+from walker.gaits.plan import Support
+from walker.parameters import controller_parameters
+
+DT = 0.01
+
+
+BOTH, LEFT, NEITHER = Contacts(True, True), Contacts(True, False), Contacts(False, False)
+
+
+def plan(support: Support, progress: float = 0.5) -> Plan:
+    return Plan(
+        phase="SSL" if support == "L" else "DSL",
+        support=support,
+        progress=progress,
+        step=0,
+        left=SolePose(0.0, 0.05),
+        right=SolePose(0.06, -0.05),
+        com=(0.0, 0.0),
+        zmp=(0.0, 0.0),
+        hip_height=0.215,
+    )
+
+
+def test_a_foot_that_has_landed_is_a_stance_foot_when_its_phase_ends() -> None:
+    machine = SupportStateMachine(TouchDownParameters(max_wait=0.5))
+    assert machine.update(plan("L"), LEFT, DT).role("R") == "swing"
+    assert machine.update(plan("L", 0.95), BOTH, DT).role("R") == "swing"  # early: the phase goes on
+    assert machine.update(plan("both"), BOTH, DT) == SupportState("both")
+
+
+def test_a_late_foot_is_lowered_and_waited_for_within_bounds() -> None:
+    machine = SupportStateMachine(TouchDownParameters(max_wait=0.2, search_depth=0.01, search_rate=0.04))
+    machine.update(plan("L"), LEFT, DT)
+    searches, waits = [], []
+    for _ in range(60):
+        support_state = machine.update(plan("both"), LEFT, DT)
+        searches.append(support_state.search_depth)
+        waits.append(support_state.wait)
+    assert searches[:3] == pytest.approx([0.0004, 0.0008, 0.0012])  # rate x time
+    assert max(searches) <= 0.01
+    assert sum(waits) == pytest.approx(20, abs=1)
+    assert support_state == SupportState(
+        "both"
+    )  # 0.01 m / 0.04 m/s = 0.25 s after the phase began it counts as landed
+
+
+def test_a_late_foot_that_finds_ground_ends_the_wait() -> None:
+    machine = SupportStateMachine(TouchDownParameters(max_wait=0.5))
+    machine.update(plan("L"), LEFT, DT)
+    assert machine.update(plan("both"), LEFT, DT).wait
+    assert machine.update(plan("both"), BOTH, DT) == SupportState("both")
+    assert machine.update(plan("both"), LEFT, DT) == SupportState("both")  # one landing per swing
+
+
+def test_without_touch_down_parameters_the_plan_is_believed() -> None:
+    machine = SupportStateMachine(None)
+    machine.update(plan("L"), LEFT, DT)
+    assert machine.update(plan("both"), NEITHER, DT) == SupportState("both", 0.5)
+
+
+def test_contact_has_hysteresis() -> None:
+    estimator = ContactEstimator(ContactParameters(on=3.0, off=1.5))
+    seen = [estimator.update((f / 4,) * 4 + (0.0,) * 4).left for f in (0.0, 2.0, 2.9, 3.1, 2.0, 1.6, 1.4, 2.0)]
+    assert seen == [False, False, False, True, True, True, False, False]
+
+
+def test_contact_thresholds_in_the_wrong_order_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="off"):
+        controller_parameters("static", {"contact": {"on": 1.0, "off": 2.0}})
+
 
 V3 = load_body("nao-v3")
 
