@@ -17,7 +17,7 @@ from bridge.rotations import R_yaw
 from bridge.types import Side, Vec2
 from walker.estimation.attitude import Attitude, AttitudeParameters, Lean, LeanParameters
 from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
-from walker.estimation.fall import FallDetector, FallParameters, Foresight, ForesightParameters
+from walker.estimation.fall import FallDetector, FallParameters, FallPredictor, FallPredictorParameters
 from walker.estimation.ground import Corrections, GroundParameters, GroundTilt
 from walker.gaits.plan import NO_FEEDBACK, Feedback, Foothold, Plan, SolePose
 from walker.mechanisms.capture_step import CaptureEstimator, CaptureParameters, LandedFootEstimator
@@ -81,7 +81,7 @@ class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     tipping: TippingParameters = TippingParameters()
     capture: CaptureParameters = CaptureParameters()
     fall: FallParameters = FallParameters()
-    foresight: ForesightParameters = ForesightParameters()
+    foresight: FallPredictorParameters = FallPredictorParameters()
 
 
 class Estimate(NamedTuple):
@@ -114,7 +114,7 @@ class Estimator:
         parameters: of the single estimates.
         cycle: of the robot, s.
         on: which estimates are made.
-        foresees: a fall is also what `Foresight` takes for one.
+        predicts_falls: a fall is also what `FallPredictor` takes for one.
     """
 
     def __init__(
@@ -124,13 +124,13 @@ class Estimator:
         cycle: float,
         on: Switches,
         *,
-        foresees: bool = False,
+        predicts_falls: bool = False,
     ) -> None:
         body = base.body
         self._attitude = Attitude(parameters.attitude if on.attitude_correction else None)
         self._contact = ContactEstimator(parameters.contact)
         self._fall = FallDetector(parameters.fall)
-        self._foresight = Foresight(parameters.foresight, base) if foresees else None
+        self._fall_predictor = FallPredictor(parameters.foresight, base) if predicts_falls else None
         self._forces = FootForces(body)
         self._ground = GroundTilt(parameters.ground, body, cycle)
         self._height = body.lengths.FootHeight
@@ -184,9 +184,9 @@ class Estimator:
         turn = (planned - self._planned) / dt if self._planned is not None and dt > 0.0 else 0.0
         self._planned = planned
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
-        if self._foresight is not None:
-            foreseen = self._foresight.update(frame, lean, plan, dt)
-            falling = falling or (foreseen and not contacts.none)
+        if self._fall_predictor is not None:
+            predicted = self._fall_predictor.update(frame, lean, plan, dt)
+            falling = falling or (predicted and not contacts.none)
         feedback = self._deviation.update(frame.position, lean, plan, dt)
         if self._capture is not None:
             measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
@@ -205,7 +205,7 @@ class Estimator:
             ground,
             self._delay.mean,
             self._delay.gap,
-            self._lean.swing if self._predicts else None,
+            self._lean.lean_without_mean if self._predicts else None,
             feedback,
         )
 

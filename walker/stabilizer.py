@@ -31,7 +31,7 @@ from walker.mechanisms.tipping import ArmCounterweight
 from walker.mechanisms.torso_control import TorsoControl
 from walker.parameters import ControllerParameters
 
-_RIGHTED: Final = math.radians(0.5)
+_ALIGNED: Final = math.radians(0.5)
 """Difference of the plan's ground from that found at which the walk may begin, rad."""
 
 
@@ -126,7 +126,7 @@ class Stabilizer:
         )
         offsets = self._stance_ankle.update(frame.gyroscope, lean, support_state.support, plan.progress)
         torso = torso[0] + offsets.pitch[0], torso[1] + offsets.pitch[1]
-        righting = self._lay_on_ground(estimate, dt)
+        ground_alignment_active = self._align_to_ground(estimate, dt)
         common = self._release_common(dt)
         angles = self._solve(plan, lift)
         if bend:
@@ -146,7 +146,7 @@ class Stabilizer:
         if self._compensates:
             self._compliance.sent(angles)
         roll, pitch = (left_roll, right_roll), (left_pitch, right_pitch)
-        return tuple(angles), Corrections(lift, roll, pitch, torso, common, righting)
+        return tuple(angles), Corrections(lift, roll, pitch, torso, common, ground_alignment_active)
 
     def _lift(
         self, plan: Plan, support_state: SupportState, frame: SensorFrame, delay: float, dt: float
@@ -157,7 +157,7 @@ class Stabilizer:
         forces = sum(frame.fsr[:4]), sum(frame.fsr[4:])
         return self._legs.update(plan, support_state, forces, dt, delay=delay)
 
-    def _lay_on_ground(self, estimate: Estimate, dt: float) -> bool:
+    def _align_to_ground(self, estimate: Estimate, dt: float) -> bool:
         """Turn the plan onto the ground as it was found.
 
         Returns:
@@ -168,7 +168,7 @@ class Stabilizer:
             now + min(max(goal - now, -step), step) for now, goal in zip(self._ground, found, strict=True)
         )
         return step > 0.0 and any(
-            abs(goal - now) > _RIGHTED for now, goal in zip(self._ground, found, strict=True)
+            abs(goal - now) > _ALIGNED for now, goal in zip(self._ground, found, strict=True)
         )
 
     def _release_common(self, dt: float) -> Vec2:

@@ -100,7 +100,7 @@ def test_a_capture_step_does_not_depend_on_where_the_frame_of_the_plan_heads():
         with build_robot(config) as robot:
             controller = controller_maker(config, waits=True)(robot.body, robot.body.cycle)
             planner = controller._planner
-            planner.plan, planner._origin = planner.plan.moved(origin), origin
+            planner.plan, planner._origin = planner.plan.transformed(origin), origin
             for k in range(600):
                 command = controller.tick(robot.frame)
                 if k == 300:

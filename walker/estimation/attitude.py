@@ -96,7 +96,7 @@ class Lean:
         self._p = parameters
         self.angle: Vec2 | None = None
         """Roll and pitch now, rad; None before the first frame."""
-        self.swing: Vec2 = (0.0, 0.0)
+        self.lean_without_mean: Vec2 = (0.0, 0.0)
         """The same less its mean, when the command of this cycle is carried out, rad."""
         self._mean: Vec2 | None = None
 
@@ -122,7 +122,7 @@ class Lean:
         mean_roll, mean_pitch = self._mean or self.angle
         share = min(dt / self._p.mean_time_constant, 1.0)
         self._mean = mean_roll + share * (roll - mean_roll), mean_pitch + share * (pitch - mean_pitch)
-        self.swing = (
+        self.lean_without_mean = (
             roll + self._p.latency * d_roll - self._mean[0],
             pitch + self._p.latency * d_pitch - self._mean[1],
         )

@@ -125,7 +125,7 @@ FREQUENCY: Final = math.sqrt(GRAVITY / 0.25)
 """rad/s; of a pendulum as high as a NAO's mass over its soles."""
 
 
-class ForesightParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class FallPredictorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How far the capture point may be beyond the middle of the nearest sole, and how hard a push."""
 
     ahead: Positive = 0.065
@@ -151,7 +151,7 @@ class ForesightParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """Time constant of that sum, s; as long as a push."""
 
 
-class Foresight:
+class FallPredictor:
     """Follows the capture point over both soles, once per received frame.
 
     Args:
@@ -159,7 +159,7 @@ class Foresight:
         base: kinematics of the body.
     """
 
-    def __init__(self, parameters: ForesightParameters, base: FloatingBase) -> None:
+    def __init__(self, parameters: FallPredictorParameters, base: FloatingBase) -> None:
         self._p = parameters
         self._base = base
         self._mass = {side: MassOverSoles(self._base, parameters.smoothing) for side in SIDES}

@@ -36,7 +36,7 @@ class Corrections(NamedTuple):
     """AnklePitch (torso control, its damping included), rad."""
     common: Vec2 = (0.0, 0.0)
     """Turn that both ankles had in common; it counts as the ground's from now on, roll and pitch, rad."""
-    righting: bool = False
+    ground_alignment_active: bool = False
     """The plan is more than half a degree off the ground as it was found, and is being turned onto it."""
 
     @property

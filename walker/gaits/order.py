@@ -136,7 +136,7 @@ class WalkEnd:
         self._planned: deque[Foothold] = deque(maxlen=1 + round(latency / cycle))
 
     def update(self, here: Foothold, plan: Plan) -> tuple[Foothold, ...]:
-        """`Plan.ends` in the frame of the odometry.
+        """`Plan.stop_poses` in the frame of the odometry.
 
         Args:
             here: middle between the feet by the odometry.
@@ -145,7 +145,8 @@ class WalkEnd:
         self._planned.append(plan.middle)
         then = self._planned[0]
         return tuple(
-            Foothold(*here.point(*then.local(end.x, end.y)), here.yaw + end.yaw - then.yaw) for end in plan.ends
+            Foothold(*here.point(*then.local(end.x, end.y)), here.yaw + end.yaw - then.yaw)
+            for end in plan.stop_poses
         )
 
 
@@ -171,7 +172,7 @@ class WalkPlanner:
         self.order, self.velocity = order, velocity
         self._gait, self._origin, self._steps = gait, origin, steps
         self._state = gait.initial()
-        self.plan = standing_plan(gait).moved(origin, steps)
+        self.plan = standing_plan(gait).transformed(origin, steps)
         """The newest one."""
 
     def step(self, dt: float, *, walk: bool, feedback: Feedback = NO_FEEDBACK) -> Plan:
@@ -182,11 +183,11 @@ class WalkPlanner:
             walk: as in `GaitCommand`.
             feedback: as in `GaitCommand`, in the walk frame.
         """
-        local = feedback.seen_from(self._origin)
+        local = feedback.expressed_in(self._origin)
         if self.order.target is not None:
             # on the way to a place the steering takes up what the walk misses
             local = local._replace(velocity=NO_FEEDBACK.velocity)
         last = max(self.order.steps - self._steps, 0)
         plan, self._state = self._gait.step(self._state, dt, GaitCommand(walk, self.velocity, last, local))
-        self.plan = plan.moved(self._origin, self._steps)
+        self.plan = plan.transformed(self._origin, self._steps)
         return self.plan

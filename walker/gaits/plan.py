@@ -78,7 +78,7 @@ class SolePose(NamedTuple):
         """Place and heading on the ground."""
         return Foothold(self.x, self.y, self.yaw)
 
-    def moved(self, origin: Foothold) -> SolePose:
+    def transformed(self, origin: Foothold) -> SolePose:
         """The same sole in another frame.
 
         Args:
@@ -87,8 +87,8 @@ class SolePose(NamedTuple):
         x, y = origin.point(self.x, self.y)
         return self._replace(x=x, y=y, yaw=self.yaw + origin.yaw)
 
-    def seen_from(self, origin: Foothold) -> SolePose:
-        """The same sole in the frame of a pose on the ground, the inverse of `moved`.
+    def expressed_in(self, origin: Foothold) -> SolePose:
+        """The same sole in the frame of a pose on the ground, the inverse of `transformed`.
 
         Args:
             origin: where that frame is in the frame of this pose.
@@ -111,7 +111,7 @@ class Pendulum(NamedTuple):
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Commanded, of the step under way, m/s, m/s, rad/s."""
 
-    def seen_from(self, origin: Foothold) -> Pendulum:
+    def transformed(self, origin: Foothold) -> Pendulum:
         """The same in the frame in which this one's origin is `origin`."""
         target = Foothold(*origin.point(*self.target[:2]), self.target.yaw + origin.yaw)
         moved = Foothold(yaw=origin.yaw).point(*self.moved)
@@ -141,7 +141,7 @@ class Plan:
     """Of gaits that take `Feedback`; None: the others."""
     capture: Side | None = None
     """The foot of a capture step, from the beginning of that step until the robot stands."""
-    ends: tuple[Foothold, ...] = ()
+    stop_poses: tuple[Foothold, ...] = ()
     """Where `middle` comes to rest if the feet close after the step under way, and after one more. Empty but at
     the end of a step of a gait that walks to a place."""
 
@@ -163,7 +163,7 @@ class Plan:
         left, right = self.left, self.right
         return Foothold(0.5 * (left.x + right.x), 0.5 * (left.y + right.y), 0.5 * (left.yaw + right.yaw))
 
-    def moved(self, origin: Foothold, steps: int = 0) -> Plan:
+    def transformed(self, origin: Foothold, steps: int = 0) -> Plan:
         """The plan of a walk that begins at another place.
 
         Args:
@@ -173,12 +173,14 @@ class Plan:
         return replace(
             self,
             step=self.step + steps,
-            left=self.left.moved(origin),
-            right=self.right.moved(origin),
+            left=self.left.transformed(origin),
+            right=self.right.transformed(origin),
             com=origin.point(*self.com),
             zmp=origin.point(*self.zmp),
-            pendulum=self.pendulum.seen_from(origin) if self.pendulum else None,
-            ends=tuple(Foothold(*origin.point(*end[:2]), end.yaw + origin.yaw) for end in self.ends),
+            pendulum=self.pendulum.transformed(origin) if self.pendulum else None,
+            stop_poses=tuple(
+                Foothold(*origin.point(*end[:2]), end.yaw + origin.yaw) for end in self.stop_poses
+            ),
         )
 
 
@@ -205,13 +207,13 @@ class Feedback(NamedTuple):
 
     deviation: Vec2 = (0.0, 0.0)
     """Capture point of the robot less that of the plan when this cycle's command is carried out, m."""
-    placement: float = 0.0
+    foothold_bias: float = 0.0
     """Way by which the feet come down behind their footholds, along the heading of the stance foot, m."""
     heading: float = 0.0
     """Of the robot less that of the plan, since the walk began, rad."""
     velocity: Vec2 = (0.0, 0.0)
     """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
-    hold: bool = False
+    extend_step: bool = False
     """The step under way is not to end: the robot stands on the outer edge of its stance foot."""
     tipping: float = 0.0
     """Deviation to the outside of the stance foot, less a part of that along it, m; 0 with both feet."""
@@ -222,7 +224,7 @@ class Feedback(NamedTuple):
     landed: LandedFoot | None = None
     """After a capture step, until the feet close."""
 
-    def seen_from(self, origin: Foothold) -> Feedback:
+    def expressed_in(self, origin: Foothold) -> Feedback:
         """The same in the frame of a pose on the ground."""
         deviation = Foothold(yaw=-origin.yaw).point(*self.deviation)
         measured = self.capture_step and CaptureStep(*(origin.local(*each) for each in self.capture_step))

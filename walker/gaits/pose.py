@@ -139,8 +139,8 @@ class PoseMaker:
         """
         # Frame of the feet here: z up, x along the heading, origin at the planned point on the ground.
         origin = Foothold(*plan.com, heading)
-        left = self._ankle(plan.left.seen_from(origin), tilt)
-        right = self._ankle(plan.right.seen_from(origin), tilt)
+        left = self._ankle(plan.left.expressed_in(origin), tilt)
+        right = self._ankle(plan.right.expressed_in(origin), tilt)
         height, half = plan.hip_height, self._half_hip
         # A leg that leans inwards ends at its HipRoll's range.
         upper = left.place[1] - half + self._lean * (height - (left.place[2] - plan.left.z))

@@ -1,5 +1,8 @@
 """Joint compliance compensation: add to each joint angle the deflection that the load will cause.
 
+Reads: planned joint angles and ZMP, encoders, commands of the last latency; at rest the force sensors.
+Gives: joint angles with the deflections.
+
 Not in the thesis. A position-controlled drive is a spring: a loop of finite gain behind a gear with backlash.
 On one leg a NAO in good order yields by 3 degrees at the hip, leans towards its swing foot and lands early. The
 plan gives the deflection: the weights beyond a joint and the ground's reaction under the feet are its torque,

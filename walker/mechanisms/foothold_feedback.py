@@ -1,7 +1,7 @@
 """Foothold feedback: by how much the robot is off the pendulum of its plan, and its feet off their footholds.
 
 Reads: joint angles, lean of the torso, plans of the last latency.
-Gives: `Feedback.deviation` and `Feedback.placement` for the gait.
+Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
 
 The encoders and the torso's lean place the centre of mass and the swing foot over the standing sole, where
 the plan of a latency before wanted them to be over that foothold. The joints' deflection and backlash put the

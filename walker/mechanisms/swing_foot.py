@@ -1,12 +1,13 @@
-"""Swing-foot orientation control: keep the swing foot's sole level when the torso tilts.
+"""Swing-foot orientation control: keep the swing foot's sole level when the torso tilts; not in the thesis.
+
+Reads: lean of the torso, plan, roles of the legs, contacts; after a capture step capture point and gyroscope.
+Gives: height and turn of both soles against the plan.
 
 A NAO on one leg tilts towards its swing foot, by 7 degrees with the backlash and compliance of a used robot.
 The swing foot then lands 12 mm early and tilted. The admittances know the plan only and would take this for the
 ground; held in stance, the tilt would stay and grow with every step. So the swing foot is turned about the
 stance foot against the measured angle of the torso while it is in the air, and the admittances see the ground
 alone. Once both feet stand the turn returns to zero, and the legs push the torso upright as planned.
-
-Not in the thesis.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A robot that tips over the outer edge of its stance foot: longer steps, foot and arm as counterweights.
 
-Reads: deviation of the capture point (`Feedback.deviation`), plan, the leg that bears the weight. Gives:
-`Feedback` with `hold`, `tipping` and `counterweight` for the gait (`TippingDetector`); angles of the shoulders
-(`ArmCounterweight`).
+Reads: deviation of the capture point (`Feedback.deviation`), plan, the leg that bears the weight.
+Gives: `Feedback` with `extend_step`, `tipping` and `counterweight` for the gait (`TippingDetector`); angles of
+the shoulders (`ArmCounterweight`).
 
 A push towards the stance foot moves the capture point to the outside of that foot, where the swing foot cannot
 follow: the legs would cross. So does a push towards a swing foot that lands before it could go wider. The stiff
@@ -73,7 +73,7 @@ class TippingDetector:
         """Its number, and the counterweight in it, m."""
 
     def update(self, feedback: Feedback, plan: Plan, dt: float) -> Feedback:
-        """One cycle: the feedback with `hold`, `tipping` and `counterweight`.
+        """One cycle: the feedback with `extend_step`, `tipping` and `counterweight`.
 
         Args:
             feedback: with the deviation, in the walk frame.
@@ -93,7 +93,7 @@ class TippingDetector:
             excess = max(tipping - p.counterweight_deviation, 0.0)
             self._out = min(p.counterweight_gain * excess, self._out + p.counterweight_rate * dt)
         hold = self._holds and self._is_to_hold(outward, plan.progress, dt)
-        return feedback._replace(hold=hold, tipping=tipping, counterweight=self._out)
+        return feedback._replace(extend_step=hold, tipping=tipping, counterweight=self._out)
 
     def _is_to_hold(self, outward: float, progress: float, dt: float) -> bool:
         if progress < 1.0:

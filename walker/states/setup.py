@@ -17,7 +17,7 @@ from walker.stabilizer import Stabilizer
 
 
 @dataclass(frozen=True, slots=True)
-class ReadyWalk:
+class WalkSetup:
     """A gait, how far to go, and the controllers for it."""
 
     gait: Gait[Any]
@@ -33,7 +33,7 @@ class ReadyWalk:
     velocity: Vec3 = (0.0, 0.0, 0.0)
     """Mean velocity that the gait's parameters mean, m/s, m/s, rad/s."""
 
-    def with_fresh_controllers(self, body: Body, cycle: float) -> ReadyWalk:
+    def with_fresh_controllers(self, body: Body, cycle: float) -> WalkSetup:
         """The same walk with controllers that remember nothing.
 
         Args:
@@ -48,7 +48,7 @@ class ReadyWalk:
         return SupportStateMachine(p.touch_down if p.switches.late_touch_down else None)
 
 
-def ready_walk(
+def set_up_walk(
     body: Body,
     gait: Gait[Any],
     order: WalkOrder,
@@ -56,7 +56,7 @@ def ready_walk(
     parameters: ControllerParameters,
     step: PeriodicStep | None = None,
     velocity: Vec3 = (0.0, 0.0, 0.0),
-) -> ReadyWalk:
+) -> WalkSetup:
     """Make a walk ready.
 
     Args:
@@ -75,4 +75,4 @@ def ready_walk(
     stand = standing_plan(gait)
     pose = PoseMaker(body, stand, by_pose=gait.quasi_static)
     stabilizer = Stabilizer(body, parameters, pose, cycle)
-    return ReadyWalk(gait, order, parameters, pose, stabilizer, pose.angles(stand), step, velocity)
+    return WalkSetup(gait, order, parameters, pose, stabilizer, pose.angles(stand), step, velocity)

@@ -169,8 +169,8 @@ class Walking:
         """One cycle."""
         self.walked += dt
         plan = self._planner.plan
-        righting = self.corrections.righting and plan.phase == "stand"
-        if not self._support_state.wait and not righting:
+        ground_alignment_active = self.corrections.ground_alignment_active and plan.phase == "stand"
+        if not self._support_state.wait and not ground_alignment_active:
             plan = self._planner.step(dt, walk=self._wants_step(), feedback=estimate.feedback)
         self._support_state = self._support_machine.update(plan, estimate.contacts, dt)
         self.position = self._angles(frame, estimate, dt)

@@ -37,7 +37,7 @@ def test_a_constant_rate_is_extrapolated_over_the_latency():
     lean = Lean(LeanParameters(time_constant=1e9, mean_time_constant=1e9, latency=0.04))
     for _ in range(100):
         lean.update((0.5, 0.0, 0.0), (0.0, 0.0), 0.0, DT)
-    assert lean.swing == pytest.approx((0.5 * (0.04 + 99 * DT), 0.0), rel=1e-3)
+    assert lean.lean_without_mean == pytest.approx((0.5 * (0.04 + 99 * DT), 0.0), rel=1e-3)
 
 
 def test_a_lean_that_stays_is_the_grounds():
@@ -45,7 +45,7 @@ def test_a_lean_that_stays_is_the_grounds():
     for _ in range(4000):
         lean.update((0.0, 0.0, 0.0), (0.1, -0.1), 0.0, DT)
     assert lean.angle == pytest.approx((0.1, -0.1))
-    assert lean.swing == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert lean.lean_without_mean == pytest.approx((0.0, 0.0), abs=1e-3)
 
 
 def test_bias_of_the_gyroscope_leaves_bias_times_time_constant():

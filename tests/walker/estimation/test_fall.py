@@ -15,7 +15,7 @@ from tests.frames import standing_frame
 from walker.estimation.contact import (
     Contacts,
 )
-from walker.estimation.fall import FallDetector, FallParameters, Foresight, ForesightParameters
+from walker.estimation.fall import FallDetector, FallParameters, FallPredictor, FallPredictorParameters
 from walker.gaits import gait_parameters, make_gait, standing_plan
 from walker.gaits.pose import PoseMaker
 
@@ -23,7 +23,7 @@ BODY = load_body("nao-v6")
 GAIT = gait_parameters("omni")
 STAND = standing_plan(make_gait("omni", GAIT, BODY))
 ANGLES = PoseMaker(BODY, STAND).unlimited_angles(STAND)
-P = ForesightParameters()
+P = FallPredictorParameters()
 DT = 0.01
 OMEGA = math.sqrt(GRAVITY / 0.25)
 AHEAD = GAIT.zmp_x - foot_centre(BODY, "L")[0]
@@ -35,7 +35,7 @@ INSIDE = GAIT.l_FA / 2.0 + foot_centre(BODY, "L")[1]
 def foreseen(ways, support="both", phase="stand", capture=None, plan=STAND):
     """Cycle in which a fall is foreseen; `ways` gives lean, rate and acceleration (rad, rad/s, m/s^2)."""
     foresight, plan = (
-        Foresight(P, FloatingBase(BODY)),
+        FallPredictor(P, FloatingBase(BODY)),
         replace(plan, support=support, phase=phase, capture=capture),
     )
     for k in range(200):

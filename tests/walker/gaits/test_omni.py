@@ -17,7 +17,12 @@ from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
 from walker.gaits import GaitCommand, dry_walk, gait_parameters, make_gait
 from walker.gaits.catalogue import check_walkable
-from walker.gaits.omni.footholds import approached, bounded_capture_point, following, transfer_weight
+from walker.gaits.omni.footholds import (
+    bounded_capture_point,
+    nominal_foothold,
+    rate_limited_velocity,
+    transfer_weight,
+)
 from walker.gaits.plan import OTHER_SIDE, Feedback, Foothold
 
 DT = 0.01
@@ -110,10 +115,10 @@ def test_plan_ends_where_it_said(command, steps):
     state = gait.initial()
     for _ in range(1000):
         plan, state = gait.step(state, DT, GaitCommand(walk=True, velocity=command))
-        if plan.step == steps - 1 and plan.ends:
+        if plan.step == steps - 1 and plan.stop_poses:
             break
-    assert len(plan.ends) == 2
-    for more, end in enumerate(plan.ends):
+    assert len(plan.stop_poses) == 2
+    for more, end in enumerate(plan.stop_poses):
         now, then = plan, state
         for _ in range(300):
             asked = GaitCommand(walk=now.step + 1 < steps + more, velocity=(0.0, 0.0, 0.0))
@@ -153,7 +158,7 @@ def test_clipped_command_is_inside_the_limits_and_points_the_same_way(command):
 
 @given(velocity, velocity)
 def test_velocity_changes_no_faster_than_the_limits(now, wanted):
-    then = approached(P, now, wanted)
+    then = rate_limited_velocity(P, now, wanted)
     bounds = zip(P.max_acceleration, P.max_deceleration, strict=True)
     for before, after, goal, (up, down) in zip(now, then, wanted, bounds, strict=True):
         assert abs(after) - abs(before) <= up * P.T + 2e-9
@@ -175,7 +180,7 @@ def test_feet_never_tread_on_each_other(command, side):
     """The soles' outlines of a foothold and the next one, at any velocity that is allowed."""
     inside = P.clipped(command)
     stance = Foothold()
-    landing = following(P, stance, side, inside)
+    landing = nominal_foothold(P, stance, side, inside)
     soles = []
     for foot, s in ((stance, OTHER_SIDE[side]), (landing, side)):
         soles.append(np.array([foot.point(x, y) for x, y in sole_hull(BODY, s)]))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bridge.errors import ConfigurationError
 from walker.gaits import gait_parameters
-from walker.gaits.omni.footholds import approached
+from walker.gaits.omni.footholds import rate_limited_velocity
 from walker.gaits.order import NEAR, TURNED, Steering, WalkOrder, target_order
 from walker.gaits.plan import Foothold
 
@@ -32,7 +32,7 @@ def end(steering: Steering, here: Foothold, steps: int = 400) -> tuple[Foothold,
         if steering.arrived(here, here):
             return here, step
         wanted = P.clipped(steering.velocity(here))
-        velocity = approached(P, velocity, wanted)
+        velocity = rate_limited_velocity(P, velocity, wanted)
         here = moved(here, velocity, P.T)
     pytest.fail(f"not there after {steps} steps, but at {here}")
 

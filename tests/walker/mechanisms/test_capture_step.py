@@ -113,7 +113,7 @@ def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_clos
     assert highest == pytest.approx(P.backward_capture_lift if edge == HEEL else P.l_lift, rel=0.05)
     turned = Foothold(0.3, -0.2, 2.5)  # where the walk began does not matter
     backward = [
-        plan.moved(turned).captures_backward
+        plan.transformed(turned).captures_backward
         for plan in plans
         if plan.capture and abs(plan.left.x - plan.right.x) > 1e-3
     ]

@@ -60,7 +60,7 @@ def watched(outward, *, support="L", yaw=0.0, along=0.0, hold=True, counterweigh
 def test_a_step_is_prolonged_until_the_capture_point_is_back(support, yaw):
     cycles = round(P.T / DT)
     back = [0.09] * (cycles + 30) + [0.02] * 10 + [-0.01] * 5
-    held = [each.hold for each in watched(back, support=support, yaw=yaw)]
+    held = [each.extend_step for each in watched(back, support=support, yaw=yaw)]
     assert not any(held[: round(0.8 * cycles)])
     assert all(held[cycles : cycles + 40])
     assert not any(held[cycles + 40 :])
@@ -68,11 +68,11 @@ def test_a_step_is_prolonged_until_the_capture_point_is_back(support, yaw):
 
 def test_an_undisturbed_step_ends_in_time_and_moves_no_foot():
     for off in (-0.2, 0.0, TIPPING.counterweight_deviation):
-        assert not any(each.hold or each.counterweight for each in watched([off] * 60))
+        assert not any(each.extend_step or each.counterweight for each in watched([off] * 60))
 
 
 def test_a_robot_that_does_not_come_back_is_not_waited_for():
-    held = [each.hold for each in watched([0.1] * 300)]
+    held = [each.extend_step for each in watched([0.1] * 300)]
     cycles = round((P.T + TIPPING.max_hold) / DT)
     assert held[cycles - 3] and not any(held[cycles + 3 : cycles + 4])
 
@@ -98,8 +98,8 @@ def test_tipping_is_the_deviation_to_the_outside_less_half_of_that_along_the_foo
 def test_each_switch_turns_off_its_own():
     held = watched([0.09] * 60, counterweight=False)
     moved = watched([0.09] * 60, hold=False)
-    assert any(each.hold for each in held) and not any(each.counterweight for each in held)
-    assert any(each.counterweight for each in moved) and not any(each.hold for each in moved)
+    assert any(each.extend_step for each in held) and not any(each.counterweight for each in held)
+    assert any(each.counterweight for each in moved) and not any(each.extend_step for each in moved)
 
 
 def plans(feedback):
@@ -117,7 +117,7 @@ def test_a_held_step_rests_at_its_end_and_the_walk_goes_on_from_there():
 
     def held(plan):
         last = plan.step == 8 and plan.progress > 0.9
-        return Feedback(hold=last and next(waits, False))
+        return Feedback(extend_step=last and next(waits, False))
 
     calm, found = list(plans(lambda _: Feedback())), list(plans(held))
     rests = [p for p in found if p.step == 8 and p.progress == 1.0]

@@ -20,7 +20,7 @@ from walker.gaits.omni.parameters import OmniParameters
 from walker.gaits.plan import SIGN, Foothold
 
 
-def approached(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
+def rate_limited_velocity(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
     """The velocity of the next step on the way to a wanted one, within the gait's accelerations."""
     x, y, yaw = (
         _nearer(v, goal, up * p.T, down * p.T)
@@ -41,7 +41,7 @@ def steps_to_rest(p: OmniParameters, velocity: Vec3) -> int:
     return max(math.ceil(abs(v) / (a * p.T) - 1e-9) for v, a in zip(velocity, p.max_deceleration, strict=True))
 
 
-def following(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) -> Foothold:
+def nominal_foothold(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) -> Foothold:
     """The next foothold of a walk at a constant velocity.
 
     Sideways the foot on that side makes the way of two steps and the other one comes after, so that the feet
@@ -63,7 +63,7 @@ def following(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) 
     return Foothold(*middle.point(0.0, half), middle.yaw)
 
 
-def allowed(p: OmniParameters, stance: Foothold, swing: Side, foothold: Foothold) -> Foothold:
+def clip_foothold(p: OmniParameters, stance: Foothold, swing: Side, foothold: Foothold) -> Foothold:
     """The foothold nearest to a wished one that the leg reaches without treading on the other foot.
 
     Args:

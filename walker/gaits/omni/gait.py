@@ -25,10 +25,10 @@ from bridge.types import Side, Vec2, Vec3
 from walker.functions import LinearPendulum, quintic
 from walker.gaits.gait import GaitCommand
 from walker.gaits.omni.footholds import (
-    allowed,
-    approached,
     bounded_capture_point,
-    following,
+    clip_foothold,
+    nominal_foothold,
+    rate_limited_velocity,
     steps_to_rest,
     transfer_weight,
     zmp_under,
@@ -45,8 +45,8 @@ class OmniState(NamedTuple):
 
     stance: Foothold
     """Of the foot that stands, or stands first."""
-    lifted: Foothold
-    """Of the other foot before its swing."""
+    liftoff_pose: Foothold
+    """Pose of the other foot before its swing."""
     swing: Side
     """The other foot."""
     target: Foothold
@@ -60,7 +60,7 @@ class OmniState(NamedTuple):
     """Of the step under way, m/s, m/s, rad/s."""
     correction: Vec3 = REST
     """What feedback adds to it."""
-    turned: float = 0.0
+    heading_correction: float = 0.0
     """Angle by which feedback turned the walk since its beginning, rad."""
     phase: Phase = "stand"
     t: float = 0.0
@@ -74,7 +74,7 @@ class OmniState(NamedTuple):
     """That capture step goes back."""
     adjustment: Vec2 = (0.0, 0.0)
     """By which feedback moved the target, m."""
-    behind: Vec2 = (0.0, 0.0)
+    com_offset: Vec2 = (0.0, 0.0)
     """Planned centre of mass less the pendulum's, m."""
     moved: Vec2 = (0.0, 0.0)
     """Way by which the pendulum was put elsewhere since the beginning, m."""
@@ -128,9 +128,9 @@ class OmniGait:
     def initial(self) -> OmniState:
         """At rest, the feet side by side."""
         swing, half = self._p.first_swing, 0.5 * self._p.l_FA
-        stance, lifted = (Foothold(0.0, -SIGN[swing] * half), Foothold(0.0, SIGN[swing] * half))
+        stance, liftoff_pose = (Foothold(0.0, -SIGN[swing] * half), Foothold(0.0, SIGN[swing] * half))
         com = (self._p.zmp_x, 0.0)
-        return OmniState(stance, lifted, swing, lifted, com, com, com)
+        return OmniState(stance, liftoff_pose, swing, liftoff_pose, com, com, com)
 
     def step(self, state: OmniState, dt: float, command: GaitCommand) -> tuple[Plan, OmniState]:
         """The plan and the state `dt` seconds later; see `Gait.step`."""
@@ -150,7 +150,7 @@ class OmniGait:
                 state = self._advance(state, part, command.feedback)
             left -= part
             if state.t >= self._duration(state) - _EPSILON:
-                if command.feedback.hold and state.single and not state.capture_step:
+                if command.feedback.extend_step and state.single and not state.capture_step:
                     break
                 state = self._next_phase(state, command)
         return self._plan(state, command), state
@@ -170,8 +170,8 @@ class OmniGait:
             for c, x, p in zip(state.com, state.xi, zmp, strict=True)
         )
         keep = math.exp(-dt / (self._p.capture_settling_time if state.capture_step else self._p.catch_up_time))
-        behind = (state.behind[0] * keep, state.behind[1] * keep)
-        state = state._replace(com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt, behind=behind)
+        com_offset = (state.com_offset[0] * keep, state.com_offset[1] * keep)
+        state = state._replace(com=(c_x, c_y), xi=(xi_x, xi_y), t=state.t + dt, com_offset=com_offset)
         if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
             target = self._target(state)
             by = state.adjustment
@@ -183,10 +183,12 @@ class OmniGait:
 
     def _begin_capture_step(self, state: OmniState, measured: CaptureStep) -> OmniState:
         """Begin a step at once with the foot that the capture point is farther from: it bears less."""
-        feet = {state.swing: state.lifted, OTHER_SIDE[state.swing]: state.stance}
+        feet = {state.swing: state.liftoff_pose, OTHER_SIDE[state.swing]: state.stance}
         a, b = (math.dist(measured.xi, feet[side][:2]) for side in ("L", "R"))
         side: Side = "R" if a < b else "L"
-        state = state._replace(swing=side, stance=feet[OTHER_SIDE[side]], lifted=feet[side], target=feet[side])
+        state = state._replace(
+            swing=side, stance=feet[OTHER_SIDE[side]], liftoff_pose=feet[side], target=feet[side]
+        )
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         backward = state.stance.local(*measured.xi)[0] < 0.0
         state = state._replace(phase=phase, t=0.0, velocity=REST, correction=REST, closing=False)
@@ -196,9 +198,9 @@ class OmniGait:
         """A step `dt` seconds later that goes where the measured capture point needs it."""
         p = self._p
         (x, y), (c_x, c_y) = measured.com, state.com
-        behind = c_x + state.behind[0] - x, c_y + state.behind[1] - y
+        com_offset = c_x + state.com_offset[0] - x, c_y + state.com_offset[1] - y
         zmp = self._edge(state, measured.xi)
-        state = state._replace(com=measured.com, xi=measured.xi, zmp=zmp, behind=behind, t=state.t + dt)
+        state = state._replace(com=measured.com, xi=measured.xi, zmp=zmp, com_offset=com_offset, t=state.t + dt)
         if state.t < p.T_capture - _LANDING:
             target = self._target(state)
             if state.backward:
@@ -232,7 +234,7 @@ class OmniGait:
         yield zmp_under(self._p, side, foot)
         for _ in range(_HORIZON):
             side = OTHER_SIDE[side]
-            foot = following(self._p, foot, side, velocity)
+            foot = nominal_foothold(self._p, foot, side, velocity)
             yield zmp_under(self._p, side, foot)
 
     def _target(self, state: OmniState) -> Foothold:
@@ -249,7 +251,7 @@ class OmniGait:
             (p_0 + (xi - p_0) * grow - (e - a) - self._rho * p_0) / (1.0 - self._rho) - a
             for xi, p_0, e, a in zip(state.xi, zmp, beyond, ahead, strict=True)
         )
-        return allowed(p, state.stance, side, Foothold(x, y, yaw))
+        return clip_foothold(p, state.stance, side, Foothold(x, y, yaw))
 
     def _find_endless_walk(self, stance: Foothold, side: Side, velocity: Vec3) -> tuple[float, Vec2, Vec2]:
         """An endless walk at a velocity whose next foothold, of the foot `side`, is put at the origin.
@@ -257,7 +259,7 @@ class OmniGait:
         Returns:
             Yaw of that foothold, rad; the ZMP under it, and the capture point in which the walk begins, m.
         """
-        first = Foothold(yaw=following(self._p, stance, side, velocity).yaw)
+        first = Foothold(yaw=nominal_foothold(self._p, stance, side, velocity).yaw)
         zmps = list(self._walk_on(first, side, velocity))
         return first.yaw, zmps[0], bounded_capture_point(self._omega, self._p.T, self._rho, [zmps[0], *zmps])
 
@@ -276,7 +278,7 @@ class OmniGait:
         wished[1] += SIGN[state.swing] * feedback.counterweight
         x, y = Foothold(yaw=state.stance.yaw).point(wished[0], wished[1])
         wish = Foothold(target.x + x, target.y + y, target.yaw)
-        moved = allowed(p, state.stance, state.swing, wish)
+        moved = clip_foothold(p, state.stance, state.swing, wish)
         return moved.x - target.x, moved.y - target.y
 
     def _start(self, state: OmniState) -> OmniState:
@@ -292,13 +294,15 @@ class OmniGait:
             (xi * grow - a + rho * c) / (grow - 1.0 + rho)
             for xi, a, c in zip(state.xi, needed, state.com, strict=True)
         )
-        return state._replace(phase="start", t=0.0, zmp=(x, y), turned=0.0, capture_step=False, backward=False)
+        return state._replace(
+            phase="start", t=0.0, zmp=(x, y), heading_correction=0.0, capture_step=False, backward=False
+        )
 
     def _next_phase(self, state: OmniState, command: GaitCommand) -> OmniState:
         if state.phase == "start":
             return self._begin_step(state, command)
         if state.phase == "stop":
-            apart = state.stance.local(*state.lifted[:2])
+            apart = state.stance.local(*state.liftoff_pose[:2])
             if math.dist(apart, (0.0, SIGN[state.swing] * self._p.l_FA)) > _APART:
                 return self._start(state)
             state = state._replace(phase="stand", t=0.0, closing=False, velocity=REST)
@@ -316,13 +320,13 @@ class OmniGait:
             com=(state.com[0] + dx, state.com[1] + dy),
             xi=(state.xi[0] + dx, state.xi[1] + dy),
             moved=(state.moved[0] + dx, state.moved[1] + dy),
-            behind=(state.behind[0] - dx, state.behind[1] - dy),
+            com_offset=(state.com_offset[0] - dx, state.com_offset[1] - dy),
             adjustment=(0.0, 0.0),
         )
         old = zmp_under(self._p, stance_side, state.stance)
         return state._replace(
             stance=state.target,
-            lifted=state.stance,
+            liftoff_pose=state.stance,
             target=state.stance,
             swing=stance_side,
             zmp=(old[0] + dx, old[1] + dy),
@@ -333,42 +337,44 @@ class OmniGait:
         """The next step; the last one is made at no velocity."""
         p, number = self._p, state.step + 1
         last = command.last_step or math.inf
-        velocity = approached(p, state.velocity, REST)
+        velocity = rate_limited_velocity(p, state.velocity, REST)
         if command.walk:
-            wanted = approached(p, state.velocity, p.clipped(command.velocity or p.velocity))
+            wanted = rate_limited_velocity(p, state.velocity, p.clipped(command.velocity or p.velocity))
             if number + steps_to_rest(p, wanted) <= last - (wanted == REST):
                 velocity = wanted
         closing = velocity == REST and (not command.walk or number >= last)
-        correction = REST if closing else self._correction(velocity, command.feedback, state.turned)
+        correction = REST if closing else self._correction(velocity, command.feedback, state.heading_correction)
         phase: Phase = "SSL" if state.swing == "R" else "SSR"
         state = state._replace(phase=phase, t=0.0, velocity=velocity, correction=correction, closing=closing)
-        planned = following(p, state.stance, state.swing, velocity)
-        target = following(p, state.stance, state.swing, state.corrected_velocity)
-        return state._replace(target=target, turned=state.turned + target.yaw - planned.yaw)
+        planned = nominal_foothold(p, state.stance, state.swing, velocity)
+        target = nominal_foothold(p, state.stance, state.swing, state.corrected_velocity)
+        return state._replace(
+            target=target, heading_correction=state.heading_correction + target.yaw - planned.yaw
+        )
 
-    def _correction(self, velocity: Vec3, feedback: Feedback, turned: float) -> Vec3:
+    def _correction(self, velocity: Vec3, feedback: Feedback, heading_correction: float) -> Vec3:
         """Velocity that holds the commanded one, and the turn back by a share of the heading's error.
 
         Both are within the limits.
         """
         p, (x, y, turn) = self._p, velocity
         (dx, dy), bound, most = feedback.velocity, p.max_heading_correction, p.max_velocity[2]
-        correction = min(max(-p.heading_gain * (feedback.heading + turned) / p.T, -bound), bound)
+        correction = min(max(-p.heading_gain * (feedback.heading + heading_correction) / p.T, -bound), bound)
         corrected = p.clipped((x + dx, y + dy, turn))
         return corrected[0] - x, corrected[1] - y, min(max(turn + correction, -most), most) - turn
 
     def _rest(self, state: OmniState) -> OmniState:
         """Stay on both feet after a capture step; the centre of mass comes to the middle between them."""
         a = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
-        b = zmp_under(self._p, state.swing, state.lifted)
+        b = zmp_under(self._p, state.swing, state.liftoff_pose)
         x, y = middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
-        behind = state.com[0] + state.behind[0] - x, state.com[1] + state.behind[1] - y
-        return state._replace(phase="stop", t=0.0, com=middle, xi=middle, zmp=middle, behind=behind)
+        com_offset = state.com[0] + state.com_offset[0] - x, state.com[1] + state.com_offset[1] - y
+        return state._replace(phase="stop", t=0.0, com=middle, xi=middle, zmp=middle, com_offset=com_offset)
 
     def _stop(self, state: OmniState) -> OmniState:
         """Lead the capture point by a resting ZMP to the middle between the feet."""
         a = zmp_under(self._p, OTHER_SIDE[state.swing], state.stance)
-        b = zmp_under(self._p, state.swing, state.lifted)
+        b = zmp_under(self._p, state.swing, state.liftoff_pose)
         grow = math.exp(self._omega * self._p.T_start)
         x, y = ((0.5 * (u + v) - xi * grow) / (1.0 - grow) for u, v, xi in zip(a, b, state.xi, strict=True))
         return state._replace(phase="stop", t=0.0, zmp=(x, y))
@@ -388,7 +394,7 @@ class OmniGait:
 
     def _swinging(self, state: OmniState) -> SolePose:
         """The sole in the air: (s (1 - s))^2 in height."""
-        p, a, b = self._p, state.lifted, state.target
+        p, a, b = self._p, state.liftoff_pose, state.target
         s, way = self._swung(state), self._way(state)
         lift = p.backward_capture_lift if state.backward else p.l_lift
         return SolePose(
@@ -400,15 +406,16 @@ class OmniGait:
 
     def _plan(self, state: OmniState, command: GaitCommand) -> Plan:
         stance = SolePose(state.stance.x, state.stance.y, yaw=state.stance.yaw)
-        other = SolePose(state.lifted.x, state.lifted.y, yaw=state.lifted.yaw)
-        ends = self._ends(state)
+        other = SolePose(state.liftoff_pose.x, state.liftoff_pose.y, yaw=state.liftoff_pose.yaw)
+        stop_poses = self._stop_poses(state)
         if state.single:
             other = self._swinging(state)
-            ahead, way = command.feedback.placement, self._way(state)
+            ahead, way = command.feedback.foothold_bias, self._way(state)
             other = _ahead(other, state.stance.yaw, way * ahead)
             stance = _ahead(stance, state.stance.yaw, (1.0 - way) * ahead)
-            ends = tuple(
-                Foothold(*Foothold(e.x, e.y, state.stance.yaw).point(0.5 * ahead, 0.0), e.yaw) for e in ends
+            stop_poses = tuple(
+                Foothold(*Foothold(e.x, e.y, state.stance.yaw).point(0.5 * ahead, 0.0), e.yaw)
+                for e in stop_poses
             )
         left, right = (other, stance) if state.swing == "L" else (stance, other)
         return Plan(
@@ -418,16 +425,16 @@ class OmniGait:
             step=state.step,
             left=left,
             right=right,
-            com=(state.com[0] + state.behind[0], state.com[1] + state.behind[1]),
+            com=(state.com[0] + state.com_offset[0], state.com[1] + state.com_offset[1]),
             zmp=self._zmp(state, state.t),
             hip_height=self._hip_height,
             pendulum=Pendulum(state.com, self._omega, state.target, state.moved, state.velocity),
             capture=(state.swing if state.single else OTHER_SIDE[state.swing]) if state.capture_step else None,
-            ends=ends,
+            stop_poses=stop_poses,
         )
 
-    def _ends(self, state: OmniState) -> tuple[Foothold, ...]:
-        """See `Plan.ends`. Feedback is taken to move the next foothold as far as it does the one under way."""
+    def _stop_poses(self, state: OmniState) -> tuple[Foothold, ...]:
+        """See `Plan.stop_poses`. Feedback counts as moving the next foothold as far as the one under way."""
         left = self._duration(state) - state.t
         if left > _LANDING or state.closing or state.capture_step or state.phase in ("stop", "stand"):
             return ()
@@ -444,7 +451,7 @@ class OmniGait:
         x, y = (xi + self._rho * (b - a) for xi, a, b in zip(landed.xi, landed.zmp, p_1, strict=True))
         after = self._target(landed._replace(xi=(x, y), t=0.0, velocity=REST, correction=REST))
         later = self._side_by_side(Foothold(after.x + dx, after.y + dy, after.yaw), landed.swing)
-        closes = approached(self._p, state.velocity, REST) == REST
+        closes = rate_limited_velocity(self._p, state.velocity, REST) == REST
         return now if closes else later, later
 
     def _side_by_side(self, foothold: Foothold, side: Side) -> Foothold:

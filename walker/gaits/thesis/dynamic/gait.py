@@ -19,14 +19,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import sole_hull
 from bridge.errors import ConfigurationError
 from bridge.polygon import convex_hull
-from bridge.types import Side
+from bridge.types import Array, Side
 from walker.functions import MotionState, lift_spline, quintic
 from walker.gaits.gait import GaitCommand, dry_walk
 from walker.gaits.plan import OTHER_SIDE, SIGN, Phase, Plan, SolePose, Support
@@ -302,20 +301,20 @@ def _check_friction(p: DynamicParameters, plan: StepPlan, transfer: Transfer) ->
             )
 
 
-def _feet(p: DynamicParameters, body: Body, length: float) -> NDArray[np.float64]:
+def _feet(p: DynamicParameters, body: Body, length: float) -> Array:
     """Corners of both soles, the right ankle at x = 0, the left one a step length ahead, shape (n, 2)."""
     right = sole_hull(body, "R") + np.array((0.0, -p.d_0))
     left = sole_hull(body, "L") + np.array((length, p.d_0))
     return np.concatenate((right, left))
 
 
-def _beyond(corners: NDArray[np.float64], points: NDArray[np.float64]) -> float:
+def _beyond(corners: Array, points: Array) -> float:
     """Largest distance of the points from the convex hull of the corners, m; negative inside."""
     edges = _edges(corners)
     return float((points @ edges[:, :2].T + edges[:, 2]).max())
 
 
-def _edges(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _edges(corners: Array) -> Array:
     """Edges of the convex hull of points: outward normals and offsets, n . x + d = 0, shape (n, 3)."""
     hull = np.array(convex_hull(corners))
     along = np.roll(hull, -1, axis=0) - hull
