@@ -16,7 +16,6 @@ from bridge.adapters.naoqi.declared import Method
 from bridge.adapters.naoqi.services import STAGE, Services
 from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
-from bridge.body.kinematics import BodyTree
 from bridge.body.postures import POSTURES
 from bridge.messages import SensorFrame
 
@@ -70,7 +69,6 @@ def services() -> Services:
         _STANDING,
         RLock(),
         walking(_NoWalker(), (1.0, 1.0, 1.0)),
-        lambda body: BodyTree(body).link_frames,
         lambda: None,
         lambda: None,
         lambda *_: None,

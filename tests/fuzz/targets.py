@@ -29,7 +29,6 @@ from bridge.adapters.naoqi.services import Services
 from bridge.adapters.ros.orders import Way
 from bridge.body import Body, load_body
 from bridge.body.joints import N_JOINTS
-from bridge.body.kinematics import BodyTree
 from bridge.config import load_toml, parse_toml
 from bridge.dcm import requests
 from bridge.errors import ConfigurationError, DcmRefused, FrameError, NaoHilError
@@ -170,7 +169,6 @@ def naoqi(data: bytes) -> None:
         STANDING,
         RLock(),
         Unwalking(),  # type: ignore[arg-type]
-        lambda body: BodyTree(body).link_frames,
         lambda: None,
         lambda: None,
         lambda *_: None,

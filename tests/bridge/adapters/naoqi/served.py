@@ -14,7 +14,6 @@ from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.declared import offers
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
-from bridge.body.kinematics import BodyTree
 from bridge.messages import SensorFrame
 
 BEGINNING = ("move", "moveTo", "moveToward", "navigateTo", "moveStraightTo")
@@ -59,7 +58,6 @@ class Robot:
             frame,
             RLock(),
             walking(walks or {}),
-            lambda body: BodyTree(body).link_frames,
             lambda: None,
             self.count,
             lambda event, value, callbacks: self.events.append((event, value)),
