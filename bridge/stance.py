@@ -10,11 +10,11 @@ import msgspec
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.kinematics import foot_in_torso, hip_in_torso
 from bridge.messages import SensorFrame
-from bridge.rotations import R_pitch, R_roll, about_axis, rotation
-from bridge.types import Positive
+from bridge.rotations import rotation
+from bridge.types import SIDES, Positive
 
-_HALF: Final = math.sqrt(0.5)
 _STIFF: Final = 0.2
 """A robot stands by a leg only if each of its joints has at least this stiffness."""
 
@@ -41,20 +41,15 @@ def stands(body: Body, frame: SensorFrame, settings: StanceSettings = STANCE) ->
     """Whether at least one sole is about horizontal and about below its hip.
 
     Args:
-        body: data sheet; lengths of thigh and shank.
+        body: data sheet.
         frame: measured joints and fused angle.
         settings: bounds.
     """
     torso = rotation(*frame.angle, 0.0)
-    for side, slots in LEG_SLOTS.items():
-        yaw_pitch, hip_roll, hip, knee, ankle, ankle_roll = (frame.position[slot] for slot in slots)
-        # docs/protocol.md: HipYawPitch turns the left hip about (0, 1, -1), the right one about (0, 1, 1).
-        axis = (0.0, _HALF, -_HALF if side == "L" else _HALF)
-        thigh = torso @ about_axis(axis, yaw_pitch) @ R_roll(hip_roll) @ R_pitch(hip)
-        shank = thigh @ R_pitch(knee)
-        sole = shank @ R_pitch(ankle) @ R_roll(ankle_roll)
-        ahead = -(body.lengths.ThighLength * thigh[0, 2] + body.lengths.TibiaLength * shank[0, 2])
-        tilt = math.acos(max(-1.0, min(1.0, float(sole[2, 2]))))
+    for side in SIDES:
+        foot = foot_in_torso(body, side, [frame.position[slot] for slot in LEG_SLOTS[side]])
+        ahead = float(torso[0] @ (foot[:3, 3] - hip_in_torso(body, side)))
+        tilt = math.acos(max(-1.0, min(1.0, float(torso[2] @ foot[:3, 2]))))
         if tilt <= settings.max_sole_tilt and abs(ahead) <= settings.max_ankle_offset:
             return True
     return False

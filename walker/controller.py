@@ -13,23 +13,21 @@ from dataclasses import replace
 from typing import Any
 
 from bridge.body import Body
+from bridge.body.kinematics import FloatingBase
 from bridge.messages import ActuatorFrame, SensorFrame, WalkTelemetry
 from bridge.motion import GetUp, Lying, MotionPlayer, lying
 from bridge.types import Vec3
-from walker.estimation import Contacts, Corrections, Estimate, Estimator
-from walker.estimation.heading import GyroscopeHeading
-from walker.estimation.odometry import Odometry, middle_of_soles
-from walker.estimation.walk_end import WalkEnd
-from walker.model.floating_base import FloatingBase
-from walker.planning import Foothold, Gait, Plan
-from walker.planning.order import WalkOrder
-from walker.planning.planner import WalkPlanner
-from walker.planning.steering import Steering
-from walker.stabilization.parameters import ControllerParameters, controller_parameters
-from walker.states import Approaching, Fallen, Moving, Resting, Standing, State, StateName, Walking
-from walker.states.ready import ReadyWalk, ready_walk
-from walker.states.recovery import Recovery
-from walker.states.upper_body import UpperBodyOrders
+from walker.estimation.contact import Contacts
+from walker.estimation.ground import Corrections
+from walker.estimation.odometry import GyroscopeHeading, Odometry, middle_of_soles
+from walker.estimator import Estimate, Estimator
+from walker.gaits import Foothold, Gait, Plan
+from walker.gaits.order import Steering, WalkEnd, WalkOrder, WalkPlanner
+from walker.parameters import ControllerParameters, controller_parameters
+from walker.states.down import Fallen, Moving, Recovery, Resting
+from walker.states.setup import WalkSetup, set_up_walk
+from walker.states.state import State, StateName, UpperBodyOrders
+from walker.states.upright import Approaching, Standing, Walking
 from walker.transitions import ENDINGS, TRANSITIONS, WALKING, Situation, Transition, Verb
 
 __all__ = ["Controller", "WalkOrder"]
@@ -63,13 +61,13 @@ class Controller:
         recover: bool = False,
     ) -> None:
         p = parameters or controller_parameters(gait.name)
-        walk = self._walk = ready_walk(body, gait, order or WalkOrder(), cycle, p)
+        walk = self._walk = set_up_walk(body, gait, order or WalkOrder(), cycle, p)
         self._body, self._cycle, self._waits_for_orders = body, cycle, order is None
         self._planner = WalkPlanner(gait, walk.order)
         self._walking = Walking(self._planner, walk.support_machine(), walk.stabilizer)
         after = self._walking if order is not None else Standing(walk.goal, walk.stabilizer, Corrections())
         self._state: State = Approaching(walk.goal, after, walk.stabilizer.holding)
-        self._next: ReadyWalk | None = None
+        self._next: WalkSetup | None = None
         self._hold = math.inf
         self._fell = False
         """Since the last walk began."""
@@ -143,7 +141,7 @@ class Controller:
         return self._planner.plan
 
     @property
-    def walk(self) -> ReadyWalk:
+    def walk(self) -> WalkSetup:
         """The walk under way, or the last one."""
         return self._walk
 
@@ -167,7 +165,7 @@ class Controller:
         """Way of this walk, or the last one, by the plan, m."""
         return math.dist(self.plan.middle[:2], self._began.middle[:2])
 
-    def begin(self, walk: ReadyWalk, hold: float = math.inf) -> None:
+    def begin(self, walk: WalkSetup, hold: float = math.inf) -> None:
         """Walk: from a stand at once, in stride where the gait can, otherwise after closing the feet.
 
         A walk with bounds of its own begins at a stand. A robot that fell begins once it is upright again.
@@ -184,7 +182,7 @@ class Controller:
             self._next = walk
             self._walking.stop()  # also one that is yet to begin, behind an approach
 
-    def adjust(self, walk: ReadyWalk) -> None:
+    def adjust(self, walk: WalkSetup) -> None:
         """Take over what of a walk can be had in stride: controllers, and the velocity if the gait can.
 
         At rest this does nothing: what the next walk is like is said when it begins.
@@ -219,11 +217,11 @@ class Controller:
             goal = Foothold(*self.odometry_pose.point(x, y), self.odometry_pose.yaw + turn)
             self._steering = Steering(limits, goal, order.share)
             self._walk_end = WalkEnd(self._walk.parameters.deviation.latency, self._cycle)
-        ends = self._walk_end.update(self.odometry_pose, self.plan)
-        if ends and self._steering.arrived(*ends):
+        stop_poses = self._walk_end.update(self.odometry_pose, self.plan)
+        if stop_poses and self._steering.arrived(*stop_poses):
             self._walking.stop()
-        elif ends:
-            self.steer(self._steering.velocity(ends[1]))
+        elif stop_poses:
+            self.steer(self._steering.velocity(stop_poses[1]))
 
     def stop(self) -> None:
         """Close the feet and stand; drops a walk or a motion that has not begun."""
@@ -297,9 +295,11 @@ class Controller:
         )
 
     def _make_estimator(self) -> Estimator:
-        """One that remembers nothing; a robot that can get up foresees its falls."""
+        """One that remembers nothing; a robot that can get up predicts its falls."""
         p = self._walk.parameters
-        return Estimator(self._kinematics, p, self._cycle, p.switches, foresees=self._recovery.after_falls)
+        return Estimator(
+            self._kinematics, p, self._cycle, p.switches, predicts_falls=self._recovery.after_falls
+        )
 
     def _get_up(self, frame: SensorFrame) -> None:
         lies = isinstance(self._state, Fallen) or self.lying_side != "upright"
@@ -336,7 +336,7 @@ class Controller:
         self._seq = seq
         return min(max(cycles, 0) * self._cycle, max(self._walk.parameters.max_gap, self._cycle))
 
-    def _in_stride(self, walk: ReadyWalk) -> bool:
+    def _in_stride(self, walk: WalkSetup) -> bool:
         """Whether the walk under way can turn into this one without a stand."""
         now = self._walk
         return (

@@ -19,7 +19,7 @@ from bridge.messages.guard import GuardStatus
 from bridge.realtime import quiet_process
 from bridge.types import Vec3
 from walker.controller import Controller
-from walker.planning.catalogue import gait_kind
+from walker.gaits.catalogue import gait_kind
 from walker.service import WalkService
 
 logger = logging.getLogger(__name__)
@@ -52,7 +52,7 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """By the fused torso angle."""
     late: bool
-    """Stopped because answers came later than the gait bears, see `walker.estimation.delay`."""
+    """Stopped because answers came later than the gait bears, see `walker.estimator`."""
     interruptions: int
     """How often the walk went on from a stand, or began anew, because the robot had no answer for too long."""
     ticks: int

@@ -22,13 +22,13 @@ from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.motion import GET_UP, GetUp, Lying, MotionPlayer, get_up_motions, named_motion
 from bridge.types import Vec3
 from walker.controller import Controller
-from walker.planning import Gait, gait_parameters
-from walker.planning.order import WalkOrder, target_order
-from walker.planning.parameters import GaitParameters, clipped_in_words
-from walker.planning.walkable import walkable_gait
-from walker.stabilization.parameters import ControllerParameters, controller_parameters, merged
-from walker.stabilization.switches import switch_changes
-from walker.states.ready import ReadyWalk, ready_walk
+from walker.gaits import Gait, gait_parameters
+from walker.gaits.catalogue import walkable_gait
+from walker.gaits.gait import GaitParameters, clipped_in_words
+from walker.gaits.order import WalkOrder, target_order
+from walker.parameters import ControllerParameters, controller_parameters, merged
+from walker.states.setup import WalkSetup, set_up_walk
+from walker.switches import switch_changes
 
 _TIMEOUT: Final = 1.0
 """s to wait for the tick that takes a command over, so that the reply tells what came of it."""
@@ -286,7 +286,7 @@ class WalkService:
             request = request._replace(velocity=command.velocity)
         return request
 
-    def _prepare(self, request: WalkRequest, command: WalkCommand) -> ReadyWalk:
+    def _prepare(self, request: WalkRequest, command: WalkCommand) -> WalkSetup:
         """Everything for a walk that takes time to make."""
         assert self._robot is not None
         body, cycle = self._robot
@@ -306,7 +306,7 @@ class WalkService:
             gait = self._gait(request, parameters)
             step = parameters.periodic_step
         controllers = self._controllers(request)
-        return ready_walk(body, gait, order, cycle, controllers, step, parameters.velocity)
+        return set_up_walk(body, gait, order, cycle, controllers, step, parameters.velocity)
 
     def _gait_parameters(self, request: WalkRequest) -> GaitParameters:
         parameters = gait_parameters(request.gait, self._changes if request.gait == self._first else None)
@@ -374,7 +374,7 @@ def _with_target(order: WalkOrder, command: WalkCommand, parameters: GaitParamet
     return order if target is None else target_order(order, target, parameters)
 
 
-def _in_words(walk: ReadyWalk) -> str:
+def _in_words(walk: WalkSetup) -> str:
     assert walk.step is not None
     order, gait = walk.order, f"by the {walk.gait.name} gait"
     bound = f"{order.steps} steps" if order.steps else ""
@@ -386,7 +386,7 @@ def _in_words(walk: ReadyWalk) -> str:
     return f"{gait} at {speed}, {bound or 'until it is told to stop'}"
 
 
-def _clipped(wanted: Vec3 | None, walk: ReadyWalk) -> str:
+def _clipped(wanted: Vec3 | None, walk: WalkSetup) -> str:
     """What a command lost to the gait's limits, in words."""
     lost = clipped_in_words(wanted or walk.velocity, walk.velocity)
     return f"; {lost}" if lost else ""

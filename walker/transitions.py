@@ -13,12 +13,11 @@ from typing import Final, Literal, NamedTuple
 from bridge.messages import SensorFrame
 from bridge.motion import Lying
 from bridge.stance import stands
-from walker.estimation import Estimate
-from walker.stabilization.parameters import ControllerParameters
-from walker.states import Approaching, Moving, State, StateName, Walking, legs_hold
-from walker.states.fallen import Fallen
-from walker.states.recovery import Recovery
-from walker.states.rest import Resting
+from walker.estimator import Estimate
+from walker.parameters import ControllerParameters
+from walker.states.down import Fallen, Moving, Recovery, Resting
+from walker.states.state import State, StateName, legs_hold
+from walker.states.upright import Approaching, Walking
 
 Verb = Literal[
     "get up",

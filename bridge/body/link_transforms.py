@@ -6,13 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.joints import INDEX_WITH_MIRROR, LEG_SLOTS
+from bridge.body.kinematics import sole_in_torso
 from bridge.body.model import Body
 from bridge.body.topology import TORSO, joint_tree
-from bridge.rotations import about_axis, quaternion, rotation
-from bridge.types import Array, Quaternion, Vec2, Vec3
+from bridge.rotations import quaternion, rotation
+from bridge.types import SIDES, Array, Quaternion, Side, Vec2, Vec3
 
 
 class Transform(NamedTuple):
@@ -35,7 +34,7 @@ class LinkTransforms:
 
     def __init__(self, body: Body) -> None:
         self._tree = joint_tree(body)
-        self._sole = np.array([0.0, 0.0, -body.lengths.FootHeight])
+        self._body = body
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -67,16 +66,10 @@ class LinkTransforms:
             angle: roll and pitch of the torso, rad.
         """
         turn = rotation(angle[0], angle[1], 0.0)
-        left, right = (turn @ self._sole_in_torso(f"{side}AnkleRoll", position) for side in "LR")
+        left, right = (turn @ self._sole_in_torso(side, position) for side in SIDES)
         x, y, _ = (-0.5 * (left + right)).tolist()
         height = -min(float(left[2]), float(right[2]))
         return Transform(parent, TORSO, (x, y, height), quaternion(turn))
 
-    def _sole_in_torso(self, link: str, position: Sequence[float]) -> Array:
-        place = self._sole
-        while link != TORSO:
-            joint = self._tree[link]
-            angle = position[INDEX_WITH_MIRROR[link]]
-            place = about_axis(joint.axis, angle) @ place + joint.offset
-            link = joint.parent
-        return place
+    def _sole_in_torso(self, side: Side, position: Sequence[float]) -> Array:
+        return sole_in_torso(self._body, side, [position[slot] for slot in LEG_SLOTS[side]])[:3, 3]

@@ -12,6 +12,9 @@ from bridge.body.joints import JOINTS
 from bridge.body.model import Body, CouplingRow, Tensor
 from bridge.types import Array
 
+GRAVITY: Final = 9.81
+"""m/s^2 (thesis 2.5)."""
+
 HANDS: Final = ("LHand", "RHand")
 """Slots of the hands: opening fractions, no angles; never part of the tree of joints."""
 

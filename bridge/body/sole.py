@@ -6,14 +6,13 @@ All points in metres, AnkleRoll frame projected to the ground (x forward, y left
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body.model import Body
 from bridge.polygon import convex_hull
-from bridge.types import Side
+from bridge.types import Array, Side
 
 
-def sole_outline(body: Body, side: Side) -> NDArray[np.float64]:
+def sole_outline(body: Body, side: Side) -> Array:
     """Outline of a sole as published, counter-clockwise, shape (n, 2). It is not convex: see `sole_hull`."""
     outline = np.array(body.foot.sole)
     if side == "R":
@@ -23,13 +22,13 @@ def sole_outline(body: Body, side: Side) -> NDArray[np.float64]:
     return outline if twice_area > 0.0 else outline[::-1].copy()
 
 
-def sole_hull(body: Body, side: Side) -> NDArray[np.float64]:
+def sole_hull(body: Body, side: Side) -> Array:
     """Convex hull of a sole, counter-clockwise from the heel's left corner, (n, 2): what bears load."""
     hull = np.array(convex_hull(sole_outline(body, side)))
     return np.roll(hull, -int(np.arctan2(hull[:, 1], hull[:, 0]).argmax()), axis=0)
 
 
-def foot_centre(body: Body, side: Side) -> NDArray[np.float64]:
+def foot_centre(body: Body, side: Side) -> Array:
     """Middle of a sole (FM of the thesis, after 2.18), shape (2,)."""
     x, y = body.foot.centre
     return np.array([x, y if side == "L" else -y])

@@ -10,10 +10,10 @@ import numpy as np
 from bridge.body import load_body
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import along
-from walker.model.arms import ARMS
-from walker.planning import gait_parameters
-from walker.planning.huang import HuangParameters
-from walker.planning.huang.hip import Choice
+from walker.gaits import gait_parameters
+from walker.gaits.huang import HuangParameters
+from walker.gaits.huang.hip import Choice
+from walker.gaits.pose import ARMS
 
 GRID = 100
 POINTS = 8

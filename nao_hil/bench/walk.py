@@ -14,12 +14,12 @@ from typing import Any, Final
 import msgspec
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import FootPose, solve_legs
+from bridge.body.kinematics import foot_in_torso
 from emulator.engine.catalogue import ENGINES
 from nao_hil.bench.floor import bare_cycle
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
-from walker.model.inverse import FootPose, solve_legs
-from walker.model.leg import foot_in_torso
 
 STANDING: Final = (0.0, 0.0, -0.5, 1.0, -0.5, 0.0)
 """Angles of a leg, rad."""

@@ -17,8 +17,8 @@ from emulator.scenarios.events import PushEvent
 from emulator.wear import WearProfile, load_wear
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk
-from walker.planning import gait_parameters
-from walker.stabilization.parameters import controller_parameters
+from walker.gaits import gait_parameters
+from walker.parameters import controller_parameters
 
 PUSH_TIME: Final = 4.0
 """s of robot time at which the quantity `push` pushes."""

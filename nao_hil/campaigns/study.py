@@ -177,8 +177,8 @@ def table(point: Mapping[str, float]) -> dict[str, Any]:
 
 def shipped(space: Mapping[str, Range], ensemble: Ensemble) -> dict[str, float] | None:
     """The values of the base configuration; None: one of them is outside its range or no number."""
-    from walker.planning import gait_parameters
-    from walker.stabilization.parameters import controller_parameters
+    from walker.gaits import gait_parameters
+    from walker.parameters import controller_parameters
 
     base = ensemble.base
     values = {

@@ -34,7 +34,7 @@ def robots(as_json: options.Json = False) -> int:
 def gaits(as_json: options.Json = False) -> int:
     """List the gaits and their shipped parameters."""
     # imported late: the walk stands on SciPy, which help and completion need not wait for
-    from walker.planning import GAITS, gait_parameters
+    from walker.gaits import GAITS, gait_parameters
 
     rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
     if as_json:

@@ -73,8 +73,8 @@ def _whole(settings: RunConfig) -> dict[str, Any]:
     """The configuration with the shipped parameters of gait and controllers filled in; checked."""
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import check_run
-    from walker.planning import gait_parameters
-    from walker.stabilization.parameters import controller_parameters
+    from walker.gaits import gait_parameters
+    from walker.parameters import controller_parameters
 
     check_run(settings)
     whole: dict[str, Any] = msgspec.to_builtins(settings) | {

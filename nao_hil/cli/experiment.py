@@ -96,7 +96,7 @@ def experiment(
         takes = ", ".join(f"`{each}`" for each, entry in EXPERIMENTS.items() if entry.any_gait)
         raise ConfigurationError(f"--gait: {name} has gaits of its own; {takes} take one.")
     if gait is not None:
-        from walker.planning.catalogue import gait_kind  # imported late: help and completion need no gait
+        from walker.gaits.catalogue import gait_kind
 
         gait_kind(gait)  # refuses an unknown name before anything has begun
     changes = chosen_engine(_changes(config, robot, wear, engine, gait), open_console())

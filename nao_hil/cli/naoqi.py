@@ -7,7 +7,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import msgspec
 import typer
@@ -15,7 +15,6 @@ import typer
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
 from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
-from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
@@ -27,9 +26,6 @@ from nao_hil.cli.logs import log_to_stderr
 from nao_hil.cli.signals import on_signals, stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child
-
-if TYPE_CHECKING:
-    from bridge.adapters.naoqi.core.frames import LinkFrames
 
 GRACE = 5.0
 """s a walker has to end by itself."""
@@ -79,7 +75,7 @@ def serve(
     """
     # Imported late: all commands would wait for them, scipy among them.
     from bridge.adapters.naoqi.server import NaoqiServer
-    from walker.planning import GAITS
+    from walker.gaits import GAITS
 
     if gait not in GAITS:
         raise ConfigurationError(unknown_name("gait", gait, GAITS))
@@ -101,7 +97,6 @@ def serve(
             gait,
             lambda _: _full(gait),
             lambda: ServingWalker(name, connect, gait),
-            _links,
             [sys.executable, "-m", "emulator.camera"],
             stop.is_set,
             CONTROLLER_PRIORITY if realtime_priority else None,
@@ -115,16 +110,10 @@ def serve(
 def _full(gait: str) -> Vec3:
     """Full speed of a gait; the gait's own where it walks straight ahead."""
     # Imported late: only a served robot that walks needs the walker's packages.
-    from walker.planning import gait_parameters
+    from walker.gaits import gait_parameters
 
     parameters = gait_parameters(gait)
     return parameters.limits.max_velocity if parameters.limits else parameters.velocity
-
-
-def _links(body: Body) -> LinkFrames:
-    from walker.model.tree import BodyTree
-
-    return BodyTree(body).link_frames
 
 
 def bridge(

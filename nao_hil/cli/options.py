@@ -46,7 +46,7 @@ def _starts() -> Iterable[str]:
 
 
 def _gaits() -> Iterable[str]:
-    from walker.planning import GAITS
+    from walker.gaits import GAITS
 
     return GAITS
 

@@ -22,7 +22,7 @@ from nao_hil.runs.folder import RunDirectory
 
 if TYPE_CHECKING:
     from nao_hil.design.huang.search import CyclePlan
-    from walker.planning.huang import HuangParameters
+    from walker.gaits.huang import HuangParameters
 
 ON_BOUND = 0.97
 """Fraction of bound (11) from which the choice counts as lying on it."""
@@ -73,9 +73,9 @@ def plan(
     from nao_hil.design.huang.cycle import Cycle
     from nao_hil.design.huang.search import search
     from nao_hil.runs.ground import ground_parameters
-    from walker.model.arms import ARMS
-    from walker.planning import gait_parameters
-    from walker.planning.huang import HuangParameters
+    from walker.gaits import gait_parameters
+    from walker.gaits.huang import HuangParameters
+    from walker.gaits.pose import ARMS
 
     settings = run_config(config, robot=robot, scenario=scenario, gait=gait)
     changes = settings.parameters | assignments(values or [])
@@ -117,8 +117,8 @@ def _result(p: HuangParameters, body: Body, found: CyclePlan, seconds: float) ->
     Raises:
         ConfigurationError: a pose that the legs cannot reach or the joints' ranges forbid.
     """
-    from walker.planning.huang import HuangGait
-    from walker.planning.walkable import check_walkable
+    from walker.gaits.catalogue import check_walkable
+    from walker.gaits.huang import HuangGait
 
     check_walkable(body, HuangGait(msgspec.structs.replace(p, **found.choice._asdict()), body))
     bound = 0.5 * p.D_s

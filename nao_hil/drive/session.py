@@ -9,7 +9,7 @@ from bridge.errors import LinkError, WalkRefused
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.types import Vec3
 from nao_hil.drive.driver import Driver, DriveTarget
-from walker.planning import GAITS, gait_parameters
+from walker.gaits import GAITS, gait_parameters
 
 SIGN: Final = 1.0
 """s between two signs of life of the driver."""

@@ -13,8 +13,8 @@ from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.switches import Switches
+from walker.parameters import controller_parameters
+from walker.switches import Switches
 
 
 class AblationCell(msgspec.Struct, frozen=True, kw_only=True):

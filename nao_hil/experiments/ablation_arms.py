@@ -9,7 +9,7 @@ import msgspec
 
 from nao_hil.experiments.context import Plates
 from nao_hil.experiments.plates import drawn_plate
-from walker.stabilization.switches import NAMED, Switches
+from walker.switches import NAMED, Switches
 
 SHIPPED: Final = "as shipped"
 THESIS: Final = "the thesis' alone"

@@ -16,8 +16,8 @@ from nao_hil.analysis.statistics import wilson
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.stabilization.parameters import controller_parameters, merged
-from walker.stabilization.switches import differing
+from walker.parameters import controller_parameters, merged
+from walker.switches import differing
 
 BLOCK: Final = 5
 """Seeds that `Context.run_until_certain` walks between two looks."""
@@ -74,7 +74,7 @@ class Context:
         Args:
             gait: Name.
             seed: Of the run.
-            switches: Fields of `walker.stabilization.switches.Switches`: what the arms of an experiment differ
+            switches: Fields of `walker.switches.Switches`: what the arms of an experiment differ
                 in. They overrule the changes, which hold for their own gait.
         """
         same = gait == self.changes.gait

@@ -26,7 +26,7 @@ from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.static_walk import plan
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
-from walker.planning import Plan, gait_parameters, make_gait
+from walker.gaits import Plan, gait_parameters, make_gait
 
 TOLERANCE: Final = 0.01
 """Share by which a design value may differ."""

@@ -21,8 +21,8 @@ from nao_hil.runs.build import check_run
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.switches import NAMED, Switches
+from walker.parameters import controller_parameters
+from walker.switches import NAMED, Switches
 
 SHIPPED: Final = "as shipped"
 STRAIGHT: Final = "straight"

@@ -6,10 +6,10 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.kinematics import sole_in_torso
 from bridge.rotations import matrix
 from bridge.types import SIDES, Side
 from nao_hil.runs.track import LEG_COLUMNS, Array, Track
-from walker.model.leg import sole_in_torso
 
 
 def soles_in_torso(body: Body, side: Side, joints: Array) -> Array:

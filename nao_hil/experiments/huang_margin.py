@@ -27,10 +27,10 @@ from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.zmp_match import ZmpMatch, in_stance_sole, zmp_match
 from nao_hil.runs.ground import known_ground
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.model.arms import ARMS
-from walker.planning import gait_parameters
-from walker.planning.huang import HuangParameters
-from walker.planning.huang.hip import Choice
+from walker.gaits import gait_parameters
+from walker.gaits.huang import HuangParameters
+from walker.gaits.huang.hip import Choice
+from walker.gaits.pose import ARMS
 
 SCENARIO: Final = "step"
 FLAT: Final = Scenario()

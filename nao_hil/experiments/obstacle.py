@@ -35,7 +35,7 @@ from nao_hil.experiments.plates import covering_plate, drawn_plate
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.torso_drift import MOST_FALL
 from nao_hil.runs.walk import WalkOutcome
-from walker.stabilization.switches import NAMED
+from walker.switches import NAMED
 
 _THESIS: Final[dict[str, Any]] = msgspec.to_builtins(NAMED["thesis"])
 SWITCHES: Final[dict[str, dict[str, Any]]] = {

@@ -10,9 +10,9 @@ from scipy.optimize import least_squares
 
 from bridge.body import Body
 from bridge.body.joints import INDEX
+from bridge.body.kinematics import CentreOfMass
 from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
-from walker.model.com import CentreOfMass
 
 DRAWN_UP: Final = {"RHipRoll": -0.3, "RHipPitch": -0.8, "RKneePitch": 1.6, "RAnklePitch": -0.8}
 """The right leg, rad: its sole is 6 cm over the ground, and the foot clear of the standing leg."""

@@ -18,8 +18,8 @@ from nao_hil.files import write_bytes
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import source_hash
-from walker.planning import gait_parameters
-from walker.stabilization.parameters import controller_parameters
+from walker.gaits import gait_parameters
+from walker.parameters import controller_parameters
 
 GAITS: Final = ("static", "dynamic")
 """Whose parameters the report prints, beside the chosen one's."""

@@ -13,7 +13,7 @@ from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import seed_words
-from walker.stabilization.admittance.leg import LegAdmittance, LegParameters
+from walker.mechanisms.admittance import LegAdmittance, LegParameters
 
 THESIS_POLE = math.pi**2 / 300.0
 """|e| at which the force is infinite with the thesis' parameters, m."""

@@ -25,8 +25,8 @@ from nao_hil.experiments.geometry import ankle_in_hip, soles_in_world
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
-from walker.planning import Gait, Plan, dry_walk, gait_parameters, make_gait
-from walker.stabilization.switches import NAMED
+from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
+from walker.switches import NAMED
 
 TOLERANCE = 0.01
 """Share by which a design value may differ from the thesis'."""

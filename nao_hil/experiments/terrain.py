@@ -24,7 +24,7 @@ from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.events import TorsoLoad
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.planning import gait_parameters
+from walker.gaits import gait_parameters
 
 GAIT: Final = "omni"
 COMPARED_GAIT: Final = {"nao-v6": "huang"}

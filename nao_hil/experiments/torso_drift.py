@@ -28,7 +28,7 @@ from nao_hil.experiments.arms import (
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.walk import WalkOutcome
-from walker.stabilization.switches import NAMED
+from walker.switches import NAMED
 
 _THESIS: Final[dict[str, Any]] = msgspec.to_builtins(NAMED["thesis"])
 SWITCHES: Final[dict[str, dict[str, Any]]] = {"with": _THESIS, "without": _THESIS | {"torso": "none"}}

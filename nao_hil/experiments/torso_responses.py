@@ -18,7 +18,7 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import FLAT, Scenario
 from emulator.wear import WearProfile
 from nao_hil.experiments.one_leg import one_leg_stance
-from walker.stabilization.torso.sign import ankle_pitch_from_lean
+from walker.mechanisms.torso_control import ankle_pitch_from_lean
 
 Vector = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from nao_hil.experiments.context import Context
 from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.velocity_measure import Straight, VelocityCell, cell, straight, true_path
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.planning import gait_parameters
+from walker.gaits import gait_parameters
 
 FASTEST: Final = {"nao-v6": 0.40}
 """Forward speed to reach, m/s, by body; of the others `FORWARD`."""

@@ -11,8 +11,8 @@ from bridge.guard import Guard, GuardSettings
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile
 from walker.controller import Controller, WalkOrder
-from walker.planning import dry_walk, gait_parameters, make_gait
-from walker.stabilization.parameters import controller_parameters
+from walker.gaits import dry_walk, gait_parameters, make_gait
+from walker.parameters import controller_parameters
 
 STEPS: Final = {"omni": 40, "dynamic": 20, "static": 6}
 """Of the walk that is cut, by gait."""

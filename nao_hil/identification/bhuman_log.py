@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body.joints import INDEX, JOINTS
+from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
 from bridge.messages.elements import ELEMENTS
 from nao_hil.identification.readings import Readings, specific_force
 from nao_hil.identification.signals import Array
-from walker.model.gravity import GRAVITY
 
 _UNCOMPRESSED, _COMPRESSED, _MESSAGE_IDS, _TYPES, _SETTINGS = range(5)
 """Kinds of chunks."""

@@ -16,10 +16,10 @@ from mcap.reader import make_reader
 from zstandard import ZstdError
 
 from bridge.body.joints import INDEX, JOINTS
+from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
 from nao_hil.identification.readings import Readings, specific_force
 from nao_hil.identification.signals import Array
-from walker.model.gravity import GRAVITY
 
 ENCODING: Final = "messagepack"
 """`message_encoding` of the channels, in lower case."""

@@ -12,10 +12,9 @@ import numpy as np
 
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR
-from bridge.body.quantities import tensor_matrix
+from bridge.body.quantities import GRAVITY, tensor_matrix
 from bridge.body.topology import TORSO
 from nao_hil.identification.signals import Array
-from walker.model.gravity import GRAVITY
 
 
 @dataclass(frozen=True)

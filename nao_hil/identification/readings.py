@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.body.quantities import GRAVITY
 from nao_hil.identification.signals import COMMANDS, NAMES, Array, Signals
-from walker.model.gravity import GRAVITY
 
 _GAP: Final = 1.0
 """Shortest time without a sample that is reported, s."""

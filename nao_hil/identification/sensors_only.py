@@ -9,13 +9,13 @@ import msgspec
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from bridge.body.quantities import GRAVITY
 from emulator.sensors.fusion import FusedAngle, fuse
 from emulator.sensors.parameters import FusedAngleParameters
 from nao_hil.identification.clock import follow_lag
 from nao_hil.identification.readings import Readings
 from nao_hil.identification.recorded import RecordedSignals
 from nao_hil.identification.signals import Array, Signals
-from walker.model.gravity import GRAVITY
 
 _WINDOW: Final = 0.5
 """Time over which a torso is quiet, s."""

@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 
 from bridge.body import Body
-from bridge.body.quantities import total_mass
+from bridge.body.quantities import GRAVITY, total_mass
 from nao_hil.identification.signals import Signals
-from walker.model.gravity import GRAVITY
 
 _UNLOADED: Final = 0.3
 """Fraction of the weight below which the feet carry nothing."""

@@ -18,7 +18,6 @@ from bridge.body import load_body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.messages import SensorFrame
-from walker.model.tree import BodyTree
 
 PAGE: Final = Path(__file__).parents[2] / "docs" / "naoqi-methods.md"
 BEGIN: Final = "<!-- begin of the table by nao_hil.naoqi_programs.method_table -->\n"
@@ -70,7 +69,6 @@ def services() -> Services:
         _STANDING,
         RLock(),
         walking(_NoWalker(), (1.0, 1.0, 1.0)),
-        lambda body: BodyTree(body).link_frames,
         lambda: None,
         lambda: None,
         lambda *_: None,

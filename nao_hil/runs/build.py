@@ -12,12 +12,12 @@ from bridge.errors import ConfigurationError
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters
-from walker.planning.order import target_order
-from walker.planning.parameters import GaitParameters, clipped_in_words
-from walker.planning.walkable import walkable_gait
+from walker.gaits import gait_parameters
+from walker.gaits.catalogue import walkable_gait
+from walker.gaits.gait import GaitParameters, clipped_in_words
+from walker.gaits.order import target_order
+from walker.parameters import controller_parameters
 from walker.process import MakeController
-from walker.stabilization.parameters import controller_parameters
 
 if TYPE_CHECKING:
     from emulator.robot import EmulatedRobot

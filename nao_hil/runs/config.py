@@ -76,7 +76,7 @@ def run_config(
 
     Args:
         file: TOML.
-        stabilizer: a named set of switches, `walker.stabilization.switches.StabilizerName`.
+        stabilizer: a named set of switches, `walker.switches.StabilizerName`.
         torso: torso control; into the table `controller.switches`, as the next.
         admittance: of legs and ankles.
         options: fields of `RunConfig`; a duration or a target without steps bounds the walk alone.
@@ -85,9 +85,9 @@ def run_config(
         ConfigurationError: unreadable file, unknown key, or an impossible value.
     """
     # imported late: help and completion need not wait for the walk
-    from walker.planning import GAITS
-    from walker.stabilization.parameters import merged
-    from walker.stabilization.switches import switch_changes
+    from walker.gaits import GAITS
+    from walker.parameters import merged
+    from walker.switches import switch_changes
 
     base = _of_file(file) if file else RunConfig()
     given = {k: v for k, v in options.items() if v is not None}

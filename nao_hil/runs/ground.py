@@ -9,11 +9,11 @@ import msgspec
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.kinematics import foot_in_torso
 from bridge.errors import ConfigurationError
 from bridge.ground import KnownGround, Patch
 from emulator.scenarios import PlacedBox, Scenario, load_scenario
 from nao_hil.runs.config import RunConfig
-from walker.model.leg import foot_in_torso
 
 STEP_UP: Final = 0.03
 """m; a box higher than this is an obstacle, no ground."""

@@ -51,7 +51,7 @@ from nao_hil.view.server import HTML, PageServer
 from nao_hil.view.signals import Lateness
 from nao_hil.view.state import describe
 from walker.estimation.odometry import GroundPlane
-from walker.planning.catalogue import GAITS, gait_parameters
+from walker.gaits.catalogue import GAITS, gait_parameters
 
 RATE: Final = 40.0
 """Looks for new messages per second."""

@@ -6,12 +6,12 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase
 from bridge.rotations import heading
 from bridge.types import SIDES, Array, Side
 from nao_hil.analysis.diagnosis import Balance
 from walker.estimation.odometry import on_ground
-from walker.model.floating_base import FloatingBase
-from walker.planning.plan import Foothold
+from walker.gaits.plan import Foothold
 
 Kind = Literal["planned", "made"]
 

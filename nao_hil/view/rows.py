@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
+from bridge.body.kinematics import FloatingBase
 from bridge.messages.world_state import WorldReply
 from bridge.rotations import heading, rotation
 from bridge.types import SIDES, Array
@@ -25,7 +26,6 @@ from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
 from nao_hil.view.support import soles_that_touch, tips
 from nao_hil.view.surroundings import terrain_meshes
 from walker.estimation.odometry import GroundPlane
-from walker.model.floating_base import FloatingBase
 
 PERIOD: Final = 0.03
 """Robot time from one row to the next, s; the page interpolates between them."""

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
+from bridge.body.kinematics import FloatingBase
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.types import SIDES
 from nao_hil.analysis.diagnosis import Stand
-from walker.model.floating_base import FloatingBase
 
 FAR: Final = 0.03
 """A capture point this far outside the support polygon is marked, m."""

@@ -15,12 +15,12 @@ from mcap.reader import make_reader
 from scipy.spatial.transform import Rotation
 
 from bridge.body import load_body
+from bridge.body.kinematics import BodyTree
 from bridge.messages import Contact, SensorFrame, TruthFrame
 from bridge.recording.foxglove import EVERY, RobotScene
 from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
 from tests.frames import standing_frame
-from walker.model.tree import BodyTree
 
 BODY = load_body("nao-v6")
 REQUIRED = {

@@ -16,9 +16,9 @@ from emulator.robot import EmulatedRobot
 from emulator.sensors.fsr import FootForceSensors
 from emulator.wear import WearProfile, load_wear
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.switches import Switches
+from walker.gaits import gait_parameters, make_gait
+from walker.parameters import controller_parameters
+from walker.switches import Switches
 
 SENSORS = WearProfile(name="test", sensors=load_wear("nominal").sensors)
 

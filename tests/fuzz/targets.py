@@ -58,7 +58,6 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.view.access import Access, Answer
 from nao_hil.view.server import door
 from tests.frames import STANDING, standing_frame
-from walker.model.tree import BodyTree
 
 FRAMES: Final = (
     SensorFrame,
@@ -170,7 +169,6 @@ def naoqi(data: bytes) -> None:
         STANDING,
         RLock(),
         Unwalking(),  # type: ignore[arg-type]
-        lambda body: BodyTree(body).link_frames,
         lambda: None,
         lambda: None,
         lambda *_: None,

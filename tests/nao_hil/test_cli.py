@@ -23,7 +23,7 @@ from nao_hil.cli.walk import in_words
 from nao_hil.runs.config import RunConfig, run_config
 from tests.loops import TIMEOUT, repeat_while
 from walker.controller import Controller, WalkOrder
-from walker.planning import GAITS, gait_parameters, make_gait
+from walker.gaits import GAITS, gait_parameters, make_gait
 from walker.process import WalkResult
 
 REPOSITORY = Path(__file__).parents[2]
@@ -292,7 +292,7 @@ def test_help_and_completion_load_no_library_of_one_command() -> None:
         "optuna",
         "control",
         "cryptography",
-        "walker.planning",
+        "walker.gaits",
     ]
     script = (
         "import sys; from nao_hil.cli.main import run; run(['--help']); "

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
+from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import total_mass
 from bridge.guard import Guard
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
@@ -34,8 +35,7 @@ from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.in_process import run
 from walker.estimation.odometry import GroundPlane, Odometry
-from walker.model.floating_base import FloatingBase
-from walker.planning.plan import Foothold
+from walker.gaits.plan import Foothold
 
 BODY = load_body("nao-v3")
 

@@ -16,8 +16,8 @@ from emulator.scenarios.ground import PlacedBox, ScenarioFloor, Start
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.ground import ground_parameters, known_ground
-from walker.planning import gait_parameters, make_gait
-from walker.planning.huang import HuangGait
+from walker.gaits import gait_parameters, make_gait
+from walker.gaits.huang import HuangGait
 
 BODY = load_body("nao-v3")
 VALUES = ("T_c=0.4", "T_d=0.12", "T_m=0.25", "D_s=0.05", "y_d=0.016", "y_m=0.029")

@@ -16,7 +16,7 @@ from nao_hil.analysis.inspection import inspect
 from nao_hil.runs import in_process as inprocess
 from nao_hil.runs.summary import RunStatistics
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
+from walker.gaits import gait_parameters, make_gait
 
 BODY = load_body("nao-v3")
 ORDER = WalkOrder(steps=2, settle=0.0)

@@ -13,7 +13,7 @@ from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.summary import RunStatistics
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
+from walker.gaits import gait_parameters, make_gait
 
 
 class Deaf(RunStatistics):

@@ -8,10 +8,10 @@ import pytest
 
 from bridge.body import BODIES, load_body
 from bridge.body.joints import INDEX
+from bridge.body.kinematics import CentreOfMass
 from bridge.errors import ConfigurationError
 from nao_hil.experiments.one_leg import one_leg_stance
 from nao_hil.experiments.torso_step import run
-from walker.model.com import CentreOfMass
 
 
 @pytest.mark.parametrize("name", BODIES)

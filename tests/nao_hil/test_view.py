@@ -48,7 +48,7 @@ from nao_hil.view.surroundings import initial_world, terrain_meshes
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_port
-from walker.planning import gait_parameters
+from walker.gaits import gait_parameters
 
 BODY = load_body("nao-v3")
 REPLY = WorldReply(

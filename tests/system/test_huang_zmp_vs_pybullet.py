@@ -9,9 +9,9 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.joints import INDEX_WITH_MIRROR
-from walker.model.arms import ARMS
-from walker.model.transforms import homogeneous
-from walker.planning.huang.multibody import Ankle, Bodies
+from bridge.body.kinematics import homogeneous
+from walker.gaits.huang.multibody import Ankle, Bodies
+from walker.gaits.pose import ARMS
 
 pytest.importorskip("pybullet")
 

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body import BODIES, TORSO, joint_tree, load_body
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
-from walker.model.com import CentreOfMass
-from walker.model.transforms import homogeneous
+from bridge.body.kinematics import CentreOfMass, homogeneous
 
 pytest.importorskip("pybullet")
 

@@ -14,7 +14,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.track import PHASES
 from nao_hil.runs.walk import Walk, walk
-from walker.planning.plan import Foothold
+from walker.gaits.plan import Foothold
 
 WALKED = 6.0
 """s; the first two do not count, and what is left are whole strides of a slow sideways walk."""
@@ -100,7 +100,7 @@ def test_a_capture_step_does_not_depend_on_where_the_frame_of_the_plan_heads():
         with build_robot(config) as robot:
             controller = controller_maker(config, waits=True)(robot.body, robot.body.cycle)
             planner = controller._planner
-            planner.plan, planner._origin = planner.plan.moved(origin), origin
+            planner.plan, planner._origin = planner.plan.transformed(origin), origin
             for k in range(600):
                 command = controller.tick(robot.frame)
                 if k == 300:

@@ -26,8 +26,8 @@ from nao_hil.runs.capture import Capture, described
 from nao_hil.runs.replay import Replay
 from tests.loops import TIMEOUT, repeat_while, until
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
-from walker.stabilization.parameters import controller_parameters
+from walker.gaits import gait_parameters, make_gait
+from walker.parameters import controller_parameters
 
 BODY = load_body("nao-v3")
 

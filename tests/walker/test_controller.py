@@ -18,9 +18,9 @@ from emulator.wear import load_wear
 from tests.frames import standing_frame
 from tests.loops import repeat_while
 from walker.controller import Controller, WalkOrder
-from walker.planning import gait_parameters, make_gait
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.switches import NAMED, Switches
+from walker.gaits import gait_parameters, make_gait
+from walker.parameters import controller_parameters
+from walker.switches import NAMED, Switches
 
 BODY = load_body("nao-v3")
 UPRIGHT = (0.0, 0.0, 9.81)

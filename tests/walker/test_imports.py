@@ -13,8 +13,8 @@ import sys
 import walker.process
 from bridge.body import load_body
 from walker.controller import Controller
-from walker.stabilization.parameters import controller_parameters
-from walker.planning import GAITS, gait_parameters, make_gait
+from walker.parameters import controller_parameters
+from walker.gaits import GAITS, gait_parameters, make_gait
 
 for name in ("nao-v3", "nao-v6"):  # cycles of 10 and 12 ms
     body = load_body(name)

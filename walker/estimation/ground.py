@@ -1,24 +1,48 @@
 """The tilt of the ground under the feet that stand; not in the thesis.
 
 A sole that bears weight lies on the ground, so its tilt is the ground's. The torso's measured angle and the
-leg's encoders, which see the deflection of the drives as well, give it. The plan is laid onto the slope and the
-torso stays upright over it. Torso control and admittances correct the error of the slow mean.
+leg's encoders, which see the deflection of the drives as well, give it; the corrections of the last cycle tell
+the ground's tilt from the feet's own turns. The plan is laid onto the slope and the torso stays upright over
+it. Torso control and admittances correct the error of the slow mean.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from typing import NamedTuple
 
 import msgspec
 
 from bridge.body import Body
 from bridge.body.joints import LEG_SLOTS
+from bridge.body.kinematics import foot_in_torso
 from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import SIDES, NotNegative, Positive, Vec2
-from walker.estimation.corrections import Corrections
-from walker.model.leg import foot_in_torso
+from walker.functions import clip
+
+
+class Corrections(NamedTuple):
+    """Offsets from the plan, left and right."""
+
+    lift: Vec2 = (0.0, 0.0)
+    """Height of the feet over the plan (leg admittance, swing-foot orientation control), m."""
+    ankle_roll: Vec2 = (0.0, 0.0)
+    """AnkleRoll (ankle admittance, swing-foot orientation control), rad."""
+    ankle_pitch: Vec2 = (0.0, 0.0)
+    """AnklePitch (ankle admittance, swing-foot orientation control), rad."""
+    torso: Vec2 = (0.0, 0.0)
+    """AnklePitch (torso control, its damping included), rad."""
+    common: Vec2 = (0.0, 0.0)
+    """Turn that both ankles had in common; it counts as the ground's from now on, roll and pitch, rad."""
+    ground_alignment_active: bool = False
+    """The plan is more than half a degree off the ground as it was found, and is being turned onto it."""
+
+    @property
+    def soles(self) -> tuple[Vec2, Vec2]:
+        """Roll and pitch by which the left and the right sole were turned against the plan, rad."""
+        return (self.ankle_roll[0], self.ankle_pitch[0]), (self.ankle_roll[1], self.ankle_pitch[1])
 
 
 class GroundParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -102,12 +126,8 @@ class GroundTilt:
         if load:
             weight = 1.0 - math.exp(-dt / (p.walking_time_constant if walking else p.time_constant))
             self._tilt = (
-                self._tilt[0] + weight * (_clip(roll / load, p.max_tilt) - self._tilt[0]),
-                self._tilt[1] + weight * (_clip(pitch / load, p.max_tilt) - self._tilt[1]),
+                self._tilt[0] + weight * (clip(roll / load, -p.max_tilt, p.max_tilt) - self._tilt[0]),
+                self._tilt[1] + weight * (clip(pitch / load, -p.max_tilt, p.max_tilt) - self._tilt[1]),
             )
         self._past.append(self._tilt)
         return self._tilt
-
-
-def _clip(value: float, bound: float) -> float:
-    return min(max(value, -bound), bound)

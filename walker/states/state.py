@@ -1,12 +1,14 @@
-"""What every state of the walk is."""
+"""The interface of every state, and the orders for head and arms over a state's answer."""
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
+from typing import Final, Literal, Protocol
 
-from bridge.body.joints import LEG_SLOTS
+from bridge.body.joints import INDEX, LEG_SLOTS, N_JOINTS
 from bridge.messages import SensorFrame
-from walker.estimation import Corrections, Estimate
+from bridge.messages.walk import UpperBody
+from walker.estimation.ground import Corrections
+from walker.estimator import Estimate
 
 StateName = Literal["approach", "walk", "stopping", "stand", "fallen", "motion", "rest"]
 
@@ -58,3 +60,45 @@ def legs_hold(frame: SensorFrame, stiffness: float) -> bool:
         stiffness: that the state asks for.
     """
     return min(frame.stiffness[slot] for slots in LEG_SLOTS.values() for slot in slots) > 2.0 * stiffness
+
+
+RETURN: Final = 2.0
+"""rad/s at which a joint that was given back goes to where the walker has it."""
+
+
+class UpperBodyOrders:
+    """Puts the newest order over what a state asks for."""
+
+    def __init__(self) -> None:
+        self._ordered: dict[int, tuple[float, float]] = {}
+        """Slot -> angle and stiffness."""
+        self._away: dict[int, float] = {}
+        """Slot -> angle of the last cycle, of each joint that is not where the walker has it."""
+
+    def take(self, order: UpperBody) -> None:
+        """From now on this one."""
+        rows = zip(order.joints, order.position, order.stiffness, strict=True)
+        self._ordered = {INDEX[joint]: (angle, stiffness) for joint, angle, stiffness in rows}
+
+    def merged(self, state: State, dt: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Angles and stiffnesses of this cycle, 25 slots; a robot that fell or plays a motion has its own.
+
+        Args:
+            state: of the controller.
+            dt: time since the last cycle, s.
+        """
+        position, stiffness = state.position, (state.stiffness,) * N_JOINTS
+        if state.name in ("fallen", "motion", "rest"):
+            self._away.clear()
+        if state.name in ("fallen", "motion", "rest") or not (self._ordered or self._away):
+            return position, stiffness
+        angles, stiff = list(position), list(stiffness)
+        for slot, last in list(self._away.items()):
+            angles[slot] = min(max(position[slot], last - RETURN * dt), last + RETURN * dt)
+            self._away[slot] = angles[slot]
+            if angles[slot] == position[slot]:
+                del self._away[slot]
+        for slot, (angle, value) in self._ordered.items():
+            angles[slot], stiff[slot] = angle, value
+            self._away[slot] = angle
+        return tuple(angles), tuple(stiff)

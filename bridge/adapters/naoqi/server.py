@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.cameras import DrawnEyes
-from bridge.adapters.naoqi.core.frames import LinkFrames
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.walker_handover import StartedWalker, WalkerHandover
 from bridge.adapters.naoqi.core.walking import WalkingMethods
@@ -39,7 +38,6 @@ class NaoqiServer:
         gait: for `moveTo` and its like.
         full: of that gait on a body, see `WalkingMethods`.
         start_walker: starts a walker that serves.
-        links: forward kinematics of a body.
         cameras: command that draws pictures of an emulated robot's world; ROBOT, ENDPOINT, BODY and a socket's
             number follow.
         stop: becomes true when the server is to end.
@@ -57,7 +55,6 @@ class NaoqiServer:
         gait: str,
         full: Callable[[Body], Vec3],
         start_walker: Callable[[], StartedWalker],
-        links: Callable[[Body], LinkFrames],
         cameras: Sequence[str],
         stop: Callable[[], bool],
         priority: int | None = None,
@@ -65,7 +62,7 @@ class NaoqiServer:
         require_free(url)
         self._priority = priority
         self._link, self._url, self._stop = link, url, stop
-        self._gait, self._full, self._start_walker, self._links = gait, full, start_walker, links
+        self._gait, self._full, self._start_walker = gait, full, start_walker
         self._cameras = cameras
         self._lock = threading.RLock()
         self._commanding = False
@@ -180,7 +177,6 @@ class NaoqiServer:
             frame,
             self._lock,
             WalkingMethods(handover, self._full(body)),
-            self._links,
             self._require_lease,
             self._answer_anew,
             self._publish,

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from bridge.adapters.naoqi.core.breathing import Breathing
 from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
 from bridge.adapters.naoqi.core.cartesian import Cartesian
-from bridge.adapters.naoqi.core.frames import LinkFrames, RobotFrames
+from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.inert_settings import InertSettings
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import DcmService, Joints, moved_joints
@@ -57,7 +57,6 @@ from bridge.adapters.naoqi.interaction.leds import Leds
 from bridge.adapters.naoqi.interaction.photos import PhotoCapture, VideoRecorder
 from bridge.adapters.naoqi.interaction.speech import Speech
 from bridge.adapters.naoqi.interaction.tracker import Following, OldTracker, Tracker
-from bridge.body import Body
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.messages import SensorFrame
 from bridge.validation import unknown_name
@@ -79,7 +78,6 @@ class Services:
         frame: its first one.
         lock: held while joints and memory are touched.
         walking: walks, and hands the joints back and forth.
-        links: forward kinematics of a body.
         require_lease: raises `NaoHilError` unless the joints may be commanded.
         commanded: called, with the lock held, when a call may have changed the joints' commands.
         publish: called for each event of ALMemory.
@@ -92,7 +90,6 @@ class Services:
         frame: SensorFrame,
         lock: RLock,
         walking: WalkingMethods,
-        links: Callable[[Body], LinkFrames],
         require_lease: Callable[[], None],
         commanded: Callable[[], None],
         publish: Publish,
@@ -109,7 +106,7 @@ class Services:
         self._async_calls = AsyncCalls([self._tasks, self._others], numbers, self.motion.end_task)
         self._audio = AudioPlayer(self._others, lambda: self.joints.now, numbers)
         self._postures = Postures(self.joints, self.motion, self._tasks)
-        self._frames = RobotFrames(self.joints, links(config.body), self._robot_place, walking.steps_ahead)
+        self._frames = RobotFrames(self.joints, self._robot_place, walking.steps_ahead)
         self._arms = ArmProtection(self.joints, self._frames.links)
         self._breathing = Breathing(self.joints, self._postures)
         self._falls = FallManager(self.joints, self.motion)

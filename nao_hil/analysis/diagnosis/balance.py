@@ -10,19 +10,60 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.kinematics import FloatingBase, RobotPose, homogeneous
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, matrix
 from bridge.types import SIDES, Array, Pose, Side
 from nao_hil.analysis.diagnosis.moment import Moment
-from walker.estimation.com_state import ComEstimator, ComState
-from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts
-from walker.estimation.heading import GyroscopeHeading
-from walker.estimation.odometry import GroundPlane, Odometry, middle_of_soles, on_ground
-from walker.model.floating_base import FloatingBase, RobotPose
-from walker.model.transforms import homogeneous
-from walker.model.zmp import FootForces
-from walker.planning.plan import Foothold
+from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
+from walker.estimation.odometry import GroundPlane, GyroscopeHeading, Odometry, middle_of_soles, on_ground
+from walker.functions import LinearPendulum
+from walker.gaits.plan import Foothold
+
+SMOOTHING: Final = 0.05
+"""Time constant of the velocity, s: a difference of cycles is mostly the encoders' steps."""
+
+
+class ComState(NamedTuple):
+    """Centre of mass in the world."""
+
+    position: Array
+    """Shape (3,), m."""
+    velocity: Array
+    """Shape (3,), m/s."""
+
+    def capture_point(self, height: float) -> tuple[float, float]:
+        """Where a foot would have to stand for the robot to come to rest over it, x and y in the world, m.
+
+        Args:
+            height: of the centre of mass above the ground, m.
+        """
+        pendulum, (x, y), (vx, vy) = LinearPendulum(height), self.position[:2], self.velocity[:2]
+        return float(pendulum.capture_point(x, vx)), float(pendulum.capture_point(y, vy))
+
+
+class ComEstimator:
+    """Adds the velocity to positions of the centre of mass: their smoothed difference."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, Array] | None = None
+        self._velocity: Array = np.zeros(3)
+
+    def update(self, time: float, position: Array) -> ComState:
+        """One position.
+
+        Args:
+            time: of the robot, s; one that is not later than the last leaves the velocity as it is.
+            position: in the world, shape (3,), m.
+        """
+        if self._last is not None and time > self._last[0]:
+            dt = time - self._last[0]
+            raw = (position - self._last[1]) / dt
+            self._velocity = self._velocity + min(dt / SMOOTHING, 1.0) * (raw - self._velocity)
+        self._last = (time, position)
+        return ComState(position, self._velocity)
+
 
 Point = tuple[float, float]
 

@@ -8,16 +8,16 @@ from typing import Final
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.inverse_kinematics import UnreachableError
+from bridge.body.quantities import GRAVITY
 from bridge.types import Array
 from nao_hil.design.huang.motions import Linear, sample_x, sample_y
 from nao_hil.design.huang.support import CycleSupport
 from nao_hil.design.huang.table import ZmpTable
-from walker.model.errors import UnreachableError
-from walker.model.gravity import GRAVITY
-from walker.planning.huang.foot import FootPath, FootShape, Placement
-from walker.planning.huang.hip import Choice, hip_x, hip_y, hip_z
-from walker.planning.huang.multibody import Ankle, Bodies
-from walker.planning.huang.parameters import HuangParameters, check_bounds, refuse
+from walker.gaits.huang.foot import FootPath, FootShape, Placement
+from walker.gaits.huang.hip import Choice, hip_x, hip_y, hip_z
+from walker.gaits.huang.multibody import Ankle, Bodies
+from walker.gaits.huang.parameters import HuangParameters, check_bounds, refuse
 
 SAMPLE: Final = 0.01
 """Time between the moments of a cycle at which the margin is computed, s."""

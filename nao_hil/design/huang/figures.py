@@ -10,16 +10,16 @@ import msgspec
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.kinematics import BodyTree
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import along
 from nao_hil.files import atomic_path
-from walker.model.arms import ARMS
-from walker.model.tree import BodyTree
-from walker.planning.gait import dry_walk
-from walker.planning.huang import HuangGait, HuangParameters
-from walker.planning.huang.hip import Choice
-from walker.planning.huang.multibody import Ankle, Bodies
-from walker.planning.plan import Plan
+from walker.gaits.gait import dry_walk
+from walker.gaits.huang import HuangGait, HuangParameters
+from walker.gaits.huang.hip import Choice
+from walker.gaits.huang.multibody import Ankle, Bodies
+from walker.gaits.plan import Plan
+from walker.gaits.pose import ARMS
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bridge.types import Array
-from walker.planning.huang.hip import hip_x, hip_y
-from walker.planning.huang.parameters import HuangParameters
+from walker.gaits.huang.hip import hip_x, hip_y
+from walker.gaits.huang.parameters import HuangParameters
 
 
 class Sampled(NamedTuple):

@@ -12,9 +12,9 @@ from bridge.types import Array
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.motions import Linear, sample_x, sample_y
 from nao_hil.design.huang.table import ZmpTable
-from walker.planning.huang.hip import Choice
-from walker.planning.huang.parameters import HuangParameters
-from walker.planning.huang.spline import even
+from walker.gaits.huang.hip import Choice
+from walker.gaits.huang.parameters import HuangParameters
+from walker.gaits.huang.spline import even
 
 MEAN_WEIGHT: Final = 0.02
 """Weight of the mean margin over the cycle beside the minimum. The minimum has flat tops, of which the mean

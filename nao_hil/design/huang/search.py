@@ -17,7 +17,7 @@ from bridge.types import Array
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.motions import Linear, Sampled, sample_x, sample_y
 from nao_hil.design.huang.refinement import MEAN_WEIGHT, grids, refined, tabulated
-from walker.planning.huang.hip import Choice
+from walker.gaits.huang.hip import Choice
 
 GRID: Final = 40
 """Points along each of x_sd and x_ed."""

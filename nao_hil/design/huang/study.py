@@ -16,9 +16,9 @@ from bridge.body import Body
 from bridge.errors import ConfigurationError
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import search
-from walker.model.arms import ARMS
-from walker.planning.huang import HuangGait, HuangParameters
-from walker.planning.walkable import check_walkable
+from walker.gaits.catalogue import check_walkable
+from walker.gaits.huang import HuangGait, HuangParameters
+from walker.gaits.pose import ARMS
 
 COARSE: Final = 12
 """Points of a trial's grid along each dimension; the refinement goes between them."""

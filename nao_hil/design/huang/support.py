@@ -15,8 +15,8 @@ from bridge.body import Body
 from bridge.body.sole import sole_hull
 from bridge.types import Array
 from nao_hil.design.huang.table import BLOCK
-from walker.planning.huang.foot import FootPath, FootShape
-from walker.planning.huang.parameters import HuangParameters
+from walker.gaits.huang.foot import FootPath, FootShape
+from walker.gaits.huang.parameters import HuangParameters
 
 
 def contact(outline: Array, shape: FootShape, x: float, z: float, pitch: float, give: float) -> Array:

@@ -17,7 +17,7 @@ from numpy.polynomial import chebyshev
 
 from bridge.types import Array
 from nao_hil.design.huang.motions import Sampled
-from walker.planning.huang.multibody import STEP, Bodies
+from walker.gaits.huang.multibody import STEP, Bodies
 
 NODES: Final = 7
 MIN_HALF_SPAN: Final = 2e-3

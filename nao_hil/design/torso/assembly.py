@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_hil.design.torso.analysis import Margins, StepResponse, margins, step_response
 from nao_hil.design.torso.transfer import closed_loop, denominator, numerator, to_q, to_z, zero_order_hold
-from walker.stabilization.torso.controller import TorsoController
+from walker.mechanisms.torso_control import TorsoController
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,7 @@ from nao_hil.design.torso.robust import robust_design
 from nao_hil.design.torso.thesis import thesis_design
 from nao_hil.design.torso.transfer import transfer_function
 from nao_hil.files import write_text
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.torso.designs import (
+from walker.mechanisms.torso_control import (
     RobustRecord,
     RobustSpecification,
     ThesisRecord,
@@ -24,6 +23,7 @@ from walker.stabilization.torso.designs import (
     TorsoDesigns,
     TorsoPlant,
 )
+from walker.parameters import controller_parameters
 
 CYCLES: Final = (0.010, 0.012)
 """Cycle times of the shipped bodies, s."""

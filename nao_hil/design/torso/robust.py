@@ -27,7 +27,7 @@ from nao_hil.design.torso.assembly import TorsoDesign, assemble
 from nao_hil.design.torso.robust_search import RobustSearch
 from nao_hil.design.torso.transfer import CYCLE, check_plant
 from nao_hil.design.torso.uncertainty import corners, worst_case
-from walker.stabilization.torso.designs import RobustSpecification
+from walker.mechanisms.torso_control import RobustSpecification
 
 
 def robust_design(

@@ -14,7 +14,7 @@ from nao_hil.design.torso.analysis import Complexes, frequency_response
 from nao_hil.design.torso.assembly import PI
 from nao_hil.design.torso.thesis import resonance
 from nao_hil.design.torso.transfer import Floats, denominator, numerator, to_q, zero_order_hold
-from walker.stabilization.torso.designs import RobustSpecification
+from walker.mechanisms.torso_control import RobustSpecification
 
 _TIGHTENING: Final = 0.01
 """Fraction by which the bounds are tightened inside the search, because its frequencies are a grid."""

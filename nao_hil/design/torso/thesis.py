@@ -12,7 +12,7 @@ from bridge.errors import ConfigurationError
 from nao_hil.design.torso.analysis import frequency_response
 from nao_hil.design.torso.assembly import PI, TorsoDesign, assemble
 from nao_hil.design.torso.transfer import CYCLE, check_plant, to_q, zero_order_hold
-from walker.stabilization.torso.designs import ThesisSpecification
+from walker.mechanisms.torso_control import ThesisSpecification
 
 STATIC_GAIT: Final = ThesisSpecification(rise_time=0.563, overshoot=0.10)
 """The thesis' specification for the statically stable gait."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import ConfigurationError
-from walker.stabilization.torso.designs import TorsoPlant
+from walker.mechanisms.torso_control import TorsoPlant
 
 CYCLE: Final = 0.01
 """Sample time of the DCM exchange, s (thesis ch. 1.2)."""
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 def transfer_function(plant: TorsoPlant) -> control.TransferFunction:
-    """G_s(s) of a plant, in the thesis' sign (see `walker.stabilization.torso.sign`)."""
+    """G_s(s) of a plant, in the thesis' sign (see `walker.mechanisms.torso_control`)."""
     return control.tf(list(plant.numerator), list(plant.denominator))
 
 

@@ -23,7 +23,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.executors import Job, WorkerRefused, base, open_executor
 from nao_hil.runs.walk import Walk
 from tests.loops import until
-from walker.stabilization.switches import switch_changes
+from walker.switches import switch_changes
 
 pytestmark = pytest.mark.usefixtures("connections_left_open")
 BARE = switch_changes("none")

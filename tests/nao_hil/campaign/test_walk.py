@@ -21,7 +21,7 @@ from nao_hil.runs.dataset import Dataset
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.executors import RunFailed
 from nao_hil.runs.walk import Walk, WalkOutcome, _WalkObserver, walk
-from walker.stabilization.switches import switch_changes
+from walker.switches import switch_changes
 
 BARE = switch_changes("none")
 

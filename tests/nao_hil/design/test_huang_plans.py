@@ -10,10 +10,10 @@ from bridge.config import load_toml
 from bridge.errors import ConfigurationError
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import GRID, search
-from walker.model.arms import ARMS
-from walker.planning import gait_parameters
-from walker.planning.huang import HuangGait, HuangParameters
-from walker.planning.huang.plans import PLANS, ShippedPlan, choice_of
+from walker.gaits import gait_parameters
+from walker.gaits.huang import HuangGait, HuangParameters
+from walker.gaits.huang.hip import PLANS, ShippedPlan, choice_of
+from walker.gaits.pose import ARMS
 
 
 def parameters(**changes: object) -> HuangParameters:

@@ -7,19 +7,18 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
+from bridge.body.kinematics import CentreOfMass
 from bridge.polygon import SupportPolygon, convex_hull
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.motions import sample_x, sample_y
 from nao_hil.design.huang.search import GRID, CyclePlan, across, along, search
 from nao_hil.design.huang.support import contact
-from walker.model.arms import ARMS
-from walker.model.com import CentreOfMass
-from walker.planning import gait_parameters
-from walker.planning.huang import HuangParameters
-from walker.planning.huang.foot import FootShape
-from walker.planning.huang.hip import Choice
-from walker.planning.huang.multibody import Ankle, Bodies
-from walker.planning.huang.plans import choice_of
+from walker.gaits import gait_parameters
+from walker.gaits.huang import HuangParameters
+from walker.gaits.huang.foot import FootShape
+from walker.gaits.huang.hip import Choice, choice_of
+from walker.gaits.huang.multibody import Ankle, Bodies
+from walker.gaits.pose import ARMS
 
 BODY = load_body("nao-v3")
 CHOICE = Choice(0.0186, 0.0169, 0.0194, 0.0410)

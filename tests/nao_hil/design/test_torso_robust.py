@@ -14,7 +14,7 @@ from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import denominator, numerator, thesis_plant
 from nao_hil.design.torso.uncertainty import corners, perturbations, perturbed, worst_case
 from tests.plants import second_order_plant
-from walker.stabilization.torso.designs import RobustSpecification
+from walker.mechanisms.torso_control import RobustSpecification
 
 
 @pytest.fixture(scope="module")

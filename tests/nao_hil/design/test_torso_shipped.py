@@ -16,9 +16,9 @@ from nao_hil.design.torso.robust import robust_design
 from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import thesis_plant
 from nao_hil.runs.config import RunConfig
-from walker.planning import GAITS
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.torso.controller import TorsoController
+from walker.gaits import GAITS
+from walker.mechanisms.torso_control import TorsoController
+from walker.parameters import controller_parameters
 
 
 def numbers(controller: TorsoController) -> list[float]:

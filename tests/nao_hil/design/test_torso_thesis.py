@@ -17,7 +17,7 @@ from nao_hil.design.torso.transfer import (
     zero_order_hold,
 )
 from tests.plants import second_order_plant
-from walker.stabilization.torso.designs import ThesisSpecification
+from walker.mechanisms.torso_control import ThesisSpecification
 
 BRISK = ThesisSpecification(rise_time=0.4)
 DENOMINATOR_Z = [1.0, -2.91467, 2.83405, -0.91937]

@@ -26,8 +26,8 @@ from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.switches import Switches, differing
+from walker.parameters import controller_parameters
+from walker.switches import Switches, differing
 
 NOMINAL = RunConfig(wear="nominal")
 

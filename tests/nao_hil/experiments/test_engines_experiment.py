@@ -29,7 +29,7 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
-from walker.stabilization.switches import NAMED
+from walker.switches import NAMED
 
 
 def test_the_interval_of_a_mean_is_students() -> None:

@@ -14,8 +14,8 @@ from nao_hil.experiments.context import Context
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
-from walker.stabilization.parameters import controller_parameters
-from walker.stabilization.switches import differing
+from walker.parameters import controller_parameters
+from walker.switches import differing
 
 
 class _Stopped:

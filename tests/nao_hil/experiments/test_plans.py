@@ -11,8 +11,8 @@ from nao_hil.experiments.dynamic_walk import DT, EXPECTED, read_plan
 from nao_hil.experiments.spring import SpringSetup as SpringSetup
 from nao_hil.experiments.spring import deflection
 from nao_hil.experiments.static_walk import design_values, plan
-from walker.planning import gait_parameters, make_gait
-from walker.stabilization.admittance.leg import LegParameters
+from walker.gaits import gait_parameters, make_gait
+from walker.mechanisms.admittance import LegParameters
 
 V3 = load_body("nao-v3")
 

@@ -26,6 +26,7 @@ from bridge.body import TORSO, Body
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
+from bridge.body.kinematics import BodyTree
 from bridge.body.quantities import total_mass
 from bridge.body.sole import sole_hull
 from bridge.config import read_toml
@@ -86,7 +87,6 @@ class RobotFrames:
 
     Args:
         joints: of the robot.
-        links: its forward kinematics.
         robot_place: where the robot's space is in the world's: x, y (m) and yaw (rad).
         steps: footsteps to come, as `WalkingMethods.steps_ahead`.
     """
@@ -94,11 +94,11 @@ class RobotFrames:
     def __init__(
         self,
         joints: Joints,
-        links: LinkFrames,
         robot_place: Callable[[], Sequence[float]],
         steps: Callable[[], list[list[Any]]],
     ) -> None:
-        self._joints, self.links, self._robot_place, self._steps = joints, links, robot_place, steps
+        self._joints, self._robot_place, self._steps = joints, robot_place, steps
+        self.links: LinkFrames = BodyTree(joints.body).link_frames
         self.effectors = self._effectors()
 
     @property

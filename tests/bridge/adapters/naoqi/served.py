@@ -15,7 +15,6 @@ from bridge.adapters.naoqi.declared import offers
 from bridge.adapters.naoqi.services import Services
 from bridge.body import load_body
 from bridge.messages import SensorFrame
-from walker.model.tree import BodyTree
 
 BEGINNING = ("move", "moveTo", "moveToward", "navigateTo", "moveStraightTo")
 
@@ -59,7 +58,6 @@ class Robot:
             frame,
             RLock(),
             walking(walks or {}),
-            lambda body: BodyTree(body).link_frames,
             lambda: None,
             self.count,
             lambda event, value, callbacks: self.events.append((event, value)),

@@ -11,11 +11,11 @@ import pytest
 from bridge.adapters.naoqi.core.protection import MARGIN, ArmClearance
 from bridge.body import load_body
 from bridge.body.joints import INDEX
+from bridge.body.kinematics import BodyTree
 from bridge.body.postures import POSTURES
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from tests.bridge.adapters.naoqi.served import Robot
-from walker.model.tree import BodyTree
 
 INTO_HEAD = [math.radians(angle) for angle in (-50, 6, 0, -85, 0, 0)]
 """The pose of the vendor's sample in which the left arm is at the head, within the elbow's range."""

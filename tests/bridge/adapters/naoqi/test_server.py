@@ -31,7 +31,7 @@ def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
     link: Any = Link()
     nothing: Any = None
     server = NaoqiServer(
-        link, f"tcp://127.0.0.1:{free_port()}", "omni", nothing, nothing, nothing, (), lambda: False, None
+        link, f"tcp://127.0.0.1:{free_port()}", "omni", nothing, nothing, (), lambda: False, None
     )
     server._commanding = True
     server._read_notices()

@@ -14,11 +14,10 @@ import pytest
 from bridge.body import load_body
 from bridge.body.cameras import LINK, cameras
 from bridge.body.joints import INDEX
+from bridge.body.kinematics import BodyTree, homogeneous
 from bridge.messages import SensorFrame
 from bridge.rotations import R_pitch
 from tests.bridge.adapters.naoqi.served import Robot
-from walker.model.transforms import homogeneous
-from walker.model.tree import BodyTree
 
 BODY = load_body("nao-v5")
 TREE = BodyTree(BODY)

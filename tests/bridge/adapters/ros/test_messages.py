@@ -16,12 +16,12 @@ from bridge.adapters.ros.bag import write_bag
 from bridge.adapters.ros.messages import EVERY, RosMessages
 from bridge.body import load_body
 from bridge.body.joints import INDEX
+from bridge.body.kinematics import BodyTree
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, WalkTelemetry
 from bridge.recording.recorder import Recorder
 from bridge.rotations import matrix
 from tests.frames import standing_frame
-from walker.model.tree import BodyTree
 
 BODY = load_body("nao-v6")
 STORE = get_typestore(Stores.ROS2_JAZZY)

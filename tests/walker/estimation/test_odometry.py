@@ -1,0 +1,73 @@
+"""Heading by the gyroscope: a turn of a tilted torso, and the bias at rest."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.rotations import rotation
+from tests.walker.test_controller import frame
+from walker.estimation.odometry import GyroscopeHeading
+
+BODY = load_body("nao-v6")
+DT = 0.01
+
+
+def turned(rates, *, angle=(0.0, 0.0), moving=True):
+    """Heading after frames with these rates of the torso, rad/s."""
+    heading, found = GyroscopeHeading(BODY), 0.0
+    for seq, rate in enumerate(rates):
+        still = frame(seq)
+        position = tuple(p + 0.01 * (seq % 2) for p in still.position) if moving else still.position
+        told = msgspec.structs.replace(
+            still, time=seq * DT, gyroscope=tuple(rate), angle=angle, position=position
+        )
+        found = heading.update(told)
+    return found
+
+
+@pytest.mark.parametrize("angle", [(0.0, 0.0), (0.1, 0.0), (0.0, -0.2), (0.1, 0.2)])
+def test_a_turn_about_the_vertical_is_seen_whatever_the_tilt(angle):
+    rate = rotation(*angle, 0.0).T @ np.array([0.0, 0.0, 0.5])
+    assert turned([rate] * 201, angle=angle) == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("bias", [0.01, -0.04, 0.09])  # 0.09: three deviations of the ensemble's largest
+def test_the_bias_at_rest_is_not_a_turn(bias):
+    rates = [(0.0, 0.0, bias)] * 1001
+    assert abs(turned(rates, moving=False)) < 0.15 * abs(10.0 * bias)  # what came before it was known
+    assert turned(rates) == pytest.approx(10.0 * bias)
+
+
+def test_a_turn_by_hand_is_no_bias():
+    assert turned([(0.0, 0.0, 0.2)] * 1001, moving=False) == pytest.approx(2.0)
+
+
+def test_only_three_axes_tell_a_heading():
+    assert GyroscopeHeading.of(load_body("nao-v3")) is None
+    assert math.isfinite(turned([(0.0, 0.0, 1.0)] * 3))
+
+
+def test_the_bias_is_known_after_a_crouch_on_both_feet():
+    """The torso shakes forward and back and the knees bend; nothing turns it but the bias of 0.01 rad/s."""
+    heading, found = GyroscopeHeading(BODY), []
+    for seq in range(1001):
+        still = frame(seq)
+        position = list(still.position)
+        position[INDEX["LHipYawPitch"]] = 0.0
+        position[INDEX["LKneePitch"]] += 0.01 * seq if seq < 100 else 1.0 + 0.01 * (seq % 2)
+        told = msgspec.structs.replace(
+            still,
+            time=seq * DT,
+            gyroscope=(-0.02, 0.3 * math.sin(0.1 * seq), 0.01),
+            angle=(0.0, 0.0),
+            position=tuple(position),
+            fsr=(6.0,) * 8,
+        )
+        found.append(heading.update(told))
+    assert found[-1] - found[100] == pytest.approx(0.0, abs=1e-6)

@@ -1,0 +1,222 @@
+"""All estimates of one cycle together, and the delay of the walker's answers at the robot.
+
+The delay is estimated from the frames alone. Sensor frame k names the frame whose answer was in force in the
+cycle before it (`command`); on a good link that is k - 1. The difference to k - 1 is the delay of the whole
+loop in cycles: way to the walker, tick, way back, wait for the boundary. No clocks are compared.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import msgspec
+
+from bridge.body.kinematics import FloatingBase, Transform, homogeneous
+from bridge.messages import SensorFrame
+from bridge.rotations import R_yaw
+from bridge.types import Side, Vec2
+from walker.estimation.attitude import Attitude, AttitudeParameters, Lean, LeanParameters
+from walker.estimation.contact import ContactEstimator, ContactParameters, Contacts, FootForces
+from walker.estimation.fall import FallDetector, FallParameters, FallPredictor, FallPredictorParameters
+from walker.estimation.ground import Corrections, GroundParameters, GroundTilt
+from walker.gaits.plan import NO_FEEDBACK, Feedback, Foothold, Plan, SolePose
+from walker.mechanisms.capture_step import CaptureEstimator, CaptureParameters, LandedFootEstimator
+from walker.mechanisms.foothold_feedback import DeviationEstimator, DeviationParameters
+from walker.mechanisms.hold import HeadingError, VelocityHold, VelocityHoldParameters
+from walker.mechanisms.tipping import TippingDetector, TippingParameters
+from walker.switches import Switches
+
+TIME_CONSTANT: Final = 0.5
+"""s; of the mean: it ignores a single late answer, and gaps that the guard handles."""
+RESTART_GAP: Final = 0.25
+"""s without a frame after which the mean begins anew: meanwhile the guard's commands were in force."""
+MAX_DELAY: Final = 0.040
+"""s; a delay counts as no more, so that one gap that the guard bridges does not end a walk."""
+
+
+class DelayEstimator:
+    """Mean delay of the answers; for one boot of a robot.
+
+    Args:
+        cycle: of the robot, s.
+    """
+
+    def __init__(self, cycle: float) -> None:
+        self._cycle = cycle
+        self._first: int | None = None
+        self._seq = 0
+        self.mean = 0.0
+        """s; weighted with exp(-age / `TIME_CONSTANT`), each delay at most `MAX_DELAY`."""
+        self.gap = 0.0
+        """s by which the last answer in force was older than the mean; 0 before any was in force."""
+
+    def update(self, frame: SensorFrame) -> None:
+        """The next frame that is answered."""
+        cycles = frame.seq - self._seq
+        self._seq = frame.seq
+        self.gap = 0.0
+        if self._first is None:
+            self._first = frame.seq
+            return
+        # What was in force before this controller's first answer is not its own.
+        late = frame.seq - 1 - max(frame.command, self._first - 1)
+        if frame.command >= self._first:
+            self.gap = max(0.0, late * self._cycle - self.mean)
+        if cycles * self._cycle > RESTART_GAP:
+            self._first = frame.seq
+            return
+        weight = min(1.0, cycles * self._cycle / TIME_CONSTANT)
+        self.mean += weight * (min(late * self._cycle, MAX_DELAY) - self.mean)
+
+
+class EstimatorParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Parameters of all estimates, SI units and rad."""
+
+    contact: ContactParameters = ContactParameters()
+    attitude: AttitudeParameters = AttitudeParameters()
+    ground: GroundParameters = GroundParameters()
+    lean: LeanParameters = LeanParameters()
+    deviation: DeviationParameters = DeviationParameters()
+    velocity_hold: VelocityHoldParameters = VelocityHoldParameters()
+    tipping: TippingParameters = TippingParameters()
+    capture: CaptureParameters = CaptureParameters()
+    fall: FallParameters = FallParameters()
+    foresight: FallPredictorParameters = FallPredictorParameters()
+
+
+class Estimate(NamedTuple):
+    """What one sensor frame tells."""
+
+    contacts: Contacts
+    zmp: Vec2 | None
+    """Measured zero moment point in the walk frame, m; None without load."""
+    angle: Vec2
+    """Torso roll and pitch, rad."""
+    falling: bool
+    ground: Vec2 = (0.0, 0.0)
+    """Roll and pitch of the ground under the standing feet, rad."""
+    delay: float = 0.0
+    """By which answers are late at the robot, in the mean, s."""
+    gap: float = 0.0
+    """By which the answer in force was older than that, s."""
+    lean: Vec2 | None = None
+    """Torso roll and pitch by the gyroscope less their mean when this command is carried out, rad;
+    None: off."""
+    feedback: Feedback = NO_FEEDBACK
+    """For the gait, in the walk frame."""
+
+
+class Estimator:
+    """Turns sensor frames into estimates, once per received frame.
+
+    Args:
+        base: kinematics of the body.
+        parameters: of the single estimates.
+        cycle: of the robot, s.
+        on: which estimates are made.
+        predicts_falls: a fall is also what `FallPredictor` takes for one.
+    """
+
+    def __init__(
+        self,
+        base: FloatingBase,
+        parameters: EstimatorParameters,
+        cycle: float,
+        on: Switches,
+        *,
+        predicts_falls: bool = False,
+    ) -> None:
+        body = base.body
+        self._attitude = Attitude(parameters.attitude if on.attitude_correction else None)
+        self._contact = ContactEstimator(parameters.contact)
+        self._fall = FallDetector(parameters.fall)
+        self._fall_predictor = FallPredictor(parameters.foresight, base) if predicts_falls else None
+        self._forces = FootForces(body)
+        self._ground = GroundTilt(parameters.ground, body, cycle)
+        self._height = body.lengths.FootHeight
+        self._delay = DelayEstimator(cycle)
+        self._deviation = DeviationEstimator(
+            parameters.deviation,
+            base,
+            cycle,
+            deviation=on.foothold_feedback,
+            placement=on.foot_placement,
+        )
+        self._capture = CaptureEstimator(parameters.capture, base) if on.capture_step else None
+        self._landed = LandedFootEstimator(parameters.capture, base)
+        self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
+        self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
+        self._tipping = TippingDetector(parameters.tipping, hold=on.step_hold, counterweight=on.counterweight)
+        self._lean = Lean(parameters.lean)
+        self._planned: float | None = None
+        """Heading of the plan in the last cycle, rad."""
+        self._predicts = on.gyroscope_lean
+
+    def update(
+        self,
+        frame: SensorFrame,
+        dt: float,
+        plan: Plan,
+        corrections: Corrections,
+        here: Foothold,
+        *,
+        walking: bool,
+    ) -> Estimate:
+        """One cycle.
+
+        Args:
+            frame: newest sensor frame.
+            dt: time since the last one, s.
+            plan: the plan in force: the feet that touch are taken to stand, level, where it put them.
+            corrections: of the last cycle.
+            here: middle between the soles by the odometry, m, rad.
+            walking: as in `FallDetector.update`.
+        """
+        contacts = self._contact.update(frame.fsr)
+        angle = self._attitude.update(frame, dt)
+        zmp = self._zmp(frame, contacts, plan)
+        capturing = plan.capture is not None
+        falling = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
+        moves = plan.phase != "stand"
+        ground = self._ground.update(frame, angle, corrections, dt, walking=moves, capturing=capturing)
+        self._delay.update(frame)
+        planned = plan.middle.yaw
+        turn = (planned - self._planned) / dt if self._planned is not None and dt > 0.0 else 0.0
+        self._planned = planned
+        lean = self._lean.update(frame.gyroscope, angle, turn, dt)
+        if self._fall_predictor is not None:
+            predicted = self._fall_predictor.update(frame, lean, plan, dt)
+            falling = falling or (predicted and not contacts.none)
+        feedback = self._deviation.update(frame.position, lean, plan, dt)
+        if self._capture is not None:
+            measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
+            landed = self._landed.update(frame.position, lean, frame.gyroscope, plan, dt)
+            feedback = feedback._replace(capture_step=measured, landed=landed)
+        if self._heading_error is not None:
+            feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
+        if self._velocity_hold is not None:
+            feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
+        feedback = self._tipping.update(feedback, plan, dt)
+        return Estimate(
+            contacts,
+            zmp,
+            angle,
+            falling,
+            ground,
+            self._delay.mean,
+            self._delay.gap,
+            self._lean.lean_without_mean if self._predicts else None,
+            feedback,
+        )
+
+    def _zmp(self, frame: SensorFrame, contacts: Contacts, plan: Plan) -> Vec2 | None:
+        feet: dict[Side, Transform] = {}
+        if contacts.left:
+            feet["L"] = self._pose(plan.left)
+        if contacts.right:
+            feet["R"] = self._pose(plan.right)
+        point = self._forces.zmp(frame.fsr, feet)
+        return None if point is None else (float(point[0]), float(point[1]))
+
+    def _pose(self, foot: SolePose) -> Transform:
+        return homogeneous(R_yaw(foot.yaw), (foot.x, foot.y, self._height))

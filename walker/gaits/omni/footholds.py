@@ -1,0 +1,109 @@
+"""Footholds of the omnidirectional gait: the nominal ones of a velocity, their limits, and the capture point.
+
+Capture-point end conditions say where the capture point must be for a walk to go on without end. For a ZMP p(t)
+the capture point obeys xi' = omega (xi - p) (Englsberger et al., T-RO 31(2), 2015). It stays bounded only if it
+begins at xi(0) = omega int_0^inf exp(-omega t) p(t) dt. In step i, of duration T, the ZMP goes within the first
+T_DSP straight from p_{i-1} to p_i and rests there. With q = exp(-omega T) and
+rho = 1 - (1 - exp(-omega T_DSP)) / (omega T_DSP) the integral is
+
+    xi(0) = sum_i q^(i-1) ((1 - q) p_i - rho (p_i - p_{i-1})),  i = 1, 2, ...
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from bridge.types import Side, Vec2, Vec3
+from walker.gaits.omni.parameters import OmniParameters
+from walker.gaits.plan import SIGN, Foothold
+
+
+def rate_limited_velocity(p: OmniParameters, now: Vec3, wanted: Vec3) -> Vec3:
+    """The velocity of the next step on the way to a wanted one, within the gait's accelerations."""
+    x, y, yaw = (
+        _nearer(v, goal, up * p.T, down * p.T)
+        for v, goal, up, down in zip(now, wanted, p.max_acceleration, p.max_deceleration, strict=True)
+    )
+    return x, y, yaw
+
+
+def _nearer(v: float, goal: float, up: float, down: float) -> float:
+    """One component: a change of sign goes by way of rest."""
+    goal = goal if v * goal >= 0.0 else 0.0
+    bound = down if abs(goal) < abs(v) else up
+    return goal if abs(goal - v) < bound + 1e-9 else v + math.copysign(bound, goal - v)
+
+
+def steps_to_rest(p: OmniParameters, velocity: Vec3) -> int:
+    """Number of steps after one at a velocity until one at rest, within the gait's accelerations."""
+    return max(math.ceil(abs(v) / (a * p.T) - 1e-9) for v, a in zip(velocity, p.max_deceleration, strict=True))
+
+
+def nominal_foothold(p: OmniParameters, stance: Foothold, swing: Side, velocity: Vec3) -> Foothold:
+    """The next foothold of a walk at a constant velocity.
+
+    Sideways the foot on that side makes the way of two steps and the other one comes after, so that the feet
+    are never closer than the step width; most of a turn is made by the foot that turns its toes outward.
+
+    Args:
+        p: of the gait.
+        stance: foothold of the foot that stands.
+        swing: the other foot.
+        velocity: m/s, m/s, rad/s.
+    """
+    sign, (x, y, yaw) = SIGN[swing], velocity
+    way = 2.0 * y * p.T if y * sign > 0.0 else 0.0
+    turn = 2.0 * yaw * p.T * (p.turn_share if yaw * sign > 0.0 else 1.0 - p.turn_share)
+    half = 0.5 * sign * p.l_FA
+    # The middle between the feet goes straight in the mean of its headings.
+    middle = Foothold(*stance.point(0.0, half), stance.yaw + 0.5 * turn)
+    middle = Foothold(*middle.point(x * p.T, way), stance.yaw + turn)
+    return Foothold(*middle.point(0.0, half), middle.yaw)
+
+
+def clip_foothold(p: OmniParameters, stance: Foothold, swing: Side, foothold: Foothold) -> Foothold:
+    """The foothold nearest to a wished one that the leg reaches without treading on the other foot.
+
+    Args:
+        p: of the gait.
+        stance: foothold of the foot that stands.
+        swing: the other foot.
+        foothold: wished.
+    """
+    sign = SIGN[swing]
+    x, y = stance.local(foothold.x, foothold.y)
+    x = min(max(x, -p.max_length), p.max_length)
+    y = sign * min(max(sign * y, p.min_width), p.max_width)
+    return Foothold(*stance.point(x, y), foothold.yaw)
+
+
+def zmp_under(p: OmniParameters, side: Side, foothold: Foothold) -> Vec2:
+    """The point under a sole where the ZMP of single support is planned, m."""
+    return foothold.point(p.zmp_x, SIGN[side] * p.zmp_y)
+
+
+def transfer_weight(omega: float, duration: float) -> float:
+    """rho: the weight that the ZMP of the step before keeps, for a transfer within `duration` (s)."""
+    s = omega * duration
+    return 1.0 + math.expm1(-s) / s if s > 0.0 else 0.0
+
+
+def bounded_capture_point(omega: float, T: float, rho: float, zmps: Sequence[Vec2]) -> Vec2:
+    """Capture point at the beginning of a step from which the walk stays bounded, m.
+
+    Args:
+        omega: natural frequency of the pendulum, 1/s.
+        T: duration of a step, s.
+        rho: see `transfer_weight`.
+        zmps: p_0 (of the step before), p_1, p_2, ...; the last one is kept for ever.
+    """
+    q = math.exp(-omega * T)
+    x = y = 0.0
+    weight = 1.0
+    for before, here in itertools.pairwise(zmps):
+        x += weight * ((1.0 - q) * here[0] - rho * (here[0] - before[0]))
+        y += weight * ((1.0 - q) * here[1] - rho * (here[1] - before[1]))
+        weight *= q
+    return x + weight * zmps[-1][0], y + weight * zmps[-1][1]

@@ -1,0 +1,235 @@
+"""The plan of one cycle, and the feedback that changes it: feet, centre of mass and zero moment point.
+
+The walk frame lies on the nominal ground: x forward, y left, z up, origin midway between the ankles where the
+walker began.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, Literal, NamedTuple
+
+from bridge.types import Side, Vec2
+
+Support = Literal["L", "R", "both"]
+Phase = Literal["stand", "start", "DSL", "SSL", "DSR", "SSR", "stop"]
+OTHER_SIDE: Final[dict[Side, Side]] = {"L": "R", "R": "L"}
+SIGN: Final[dict[Side, float]] = {"L": 1.0, "R": -1.0}
+"""Of a foot's y."""
+
+
+class Foothold(NamedTuple):
+    """A pose on the ground, an element of SE(2): where a sole stands, or the origin of a walk."""
+
+    x: float = 0.0
+    """m"""
+    y: float = 0.0
+    """m"""
+    yaw: float = 0.0
+    """rad, positive: to the left"""
+
+    def point(self, x: float, y: float) -> tuple[float, float]:
+        """A point of this pose's frame in the frame of the pose.
+
+        Args:
+            x: in this pose's frame, m.
+            y: the same.
+
+        Returns:
+            x and y, m.
+        """
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return c * x - s * y + self.x, s * x + c * y + self.y
+
+    def local(self, x: float, y: float) -> tuple[float, float]:
+        """A point of the frame of this pose in this pose's frame, the inverse of `point`.
+
+        Args:
+            x: in the frame of the pose, m.
+            y: the same.
+
+        Returns:
+            x and y, m.
+        """
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        x, y = x - self.x, y - self.y
+        return c * x + s * y, c * y - s * x
+
+
+class SolePose(NamedTuple):
+    """Pose of a sole (frame 9 of the thesis, below the ankle) in the walk frame."""
+
+    x: float
+    """m"""
+    y: float
+    """m"""
+    z: float = 0.0
+    """m above the nominal ground"""
+    roll: float = 0.0
+    """rad, positive: left edge up; orientation: R_yaw R_pitch R_roll (2.4)"""
+    pitch: float = 0.0
+    """rad, positive: toe down"""
+    yaw: float = 0.0
+    """rad, positive: toe to the left"""
+
+    @property
+    def foothold(self) -> Foothold:
+        """Place and heading on the ground."""
+        return Foothold(self.x, self.y, self.yaw)
+
+    def transformed(self, origin: Foothold) -> SolePose:
+        """The same sole in another frame.
+
+        Args:
+            origin: where the frame of this pose is in the other one.
+        """
+        x, y = origin.point(self.x, self.y)
+        return self._replace(x=x, y=y, yaw=self.yaw + origin.yaw)
+
+    def expressed_in(self, origin: Foothold) -> SolePose:
+        """The same sole in the frame of a pose on the ground, the inverse of `transformed`.
+
+        Args:
+            origin: where that frame is in the frame of this pose.
+        """
+        x, y = origin.local(self.x, self.y)
+        return self._replace(x=x, y=y, yaw=self.yaw - origin.yaw)
+
+
+class Pendulum(NamedTuple):
+    """The inverted pendulum that a plan follows, as far as feedback needs it."""
+
+    com: tuple[float, float]
+    """Its mass in the walk frame, m. The planned centre of mass may still be on its way there."""
+    omega: float
+    """Natural frequency, 1/s."""
+    target: Foothold
+    """Where the step under way ends."""
+    moved: tuple[float, float] = (0.0, 0.0)
+    """Way by which it was put elsewhere since the beginning, with footholds that feedback moved, m."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Commanded, of the step under way, m/s, m/s, rad/s."""
+
+    def transformed(self, origin: Foothold) -> Pendulum:
+        """The same in the frame in which this one's origin is `origin`."""
+        target = Foothold(*origin.point(*self.target[:2]), self.target.yaw + origin.yaw)
+        moved = Foothold(yaw=origin.yaw).point(*self.moved)
+        return Pendulum(origin.point(*self.com), self.omega, target, moved, self.velocity)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a gait plans for one instant, in the walk frame, SI units."""
+
+    phase: Phase
+    support: Support
+    """The foot that bears the weight; `both` in double support."""
+    progress: float
+    """Fraction of the phase that has passed, 0..1."""
+    step: int
+    """Steps completed (swing feet put down)."""
+    left: SolePose
+    right: SolePose
+    com: tuple[float, float]
+    """Centre of mass, x and y, m."""
+    zmp: tuple[float, float]
+    """m"""
+    hip_height: float
+    """Height of the hip joints (frame 0 of the legs) above the nominal ground, m."""
+    pendulum: Pendulum | None = None
+    """Of gaits that take `Feedback`; None: the others."""
+    capture: Side | None = None
+    """The foot of a capture step, from the beginning of that step until the robot stands."""
+    stop_poses: tuple[Foothold, ...] = ()
+    """Where `middle` comes to rest if the feet close after the step under way, and after one more. Empty but at
+    the end of a step of a gait that walks to a place."""
+
+    def foot(self, side: Side) -> SolePose:
+        """The sole of one side."""
+        return self.left if side == "L" else self.right
+
+    @property
+    def captures_backward(self) -> bool:
+        """Whether the capture step goes, or went, back: behind the other foot, along that one's heading."""
+        if self.capture is None:
+            return False
+        foot, other = self.foot(self.capture), self.foot(OTHER_SIDE[self.capture])
+        return other.foothold.local(foot.x, foot.y)[0] < 0.0
+
+    @property
+    def middle(self) -> Foothold:
+        """Middle between both soles, and the mean of their yaws."""
+        left, right = self.left, self.right
+        return Foothold(0.5 * (left.x + right.x), 0.5 * (left.y + right.y), 0.5 * (left.yaw + right.yaw))
+
+    def transformed(self, origin: Foothold, steps: int = 0) -> Plan:
+        """The plan of a walk that begins at another place.
+
+        Args:
+            origin: where the frame of this plan is, in the frame of the result.
+            steps: number of steps that were completed before.
+        """
+        return replace(
+            self,
+            step=self.step + steps,
+            left=self.left.transformed(origin),
+            right=self.right.transformed(origin),
+            com=origin.point(*self.com),
+            zmp=origin.point(*self.zmp),
+            pendulum=self.pendulum.transformed(origin) if self.pendulum else None,
+            stop_poses=tuple(
+                Foothold(*origin.point(*end[:2]), end.yaw + origin.yaw) for end in self.stop_poses
+            ),
+        )
+
+
+class CaptureStep(NamedTuple):
+    """Measured pendulum of a robot that falls unless it makes a capture step."""
+
+    com: Vec2
+    """Centre of mass, m."""
+    xi: Vec2
+    """Capture point, m."""
+
+
+class LandedFoot(NamedTuple):
+    """Measured about the foot that landed from a capture step."""
+
+    xi: float
+    """Capture point to the left of its ankle, in its frame, m."""
+    roll: float
+    """Of the torso when this cycle's command is carried out, rad."""
+
+
+class Feedback(NamedTuple):
+    """Measured, in the frame of the plan."""
+
+    deviation: Vec2 = (0.0, 0.0)
+    """Capture point of the robot less that of the plan when this cycle's command is carried out, m."""
+    foothold_bias: float = 0.0
+    """Way by which the feet come down behind their footholds, along the heading of the stance foot, m."""
+    heading: float = 0.0
+    """Of the robot less that of the plan, since the walk began, rad."""
+    velocity: Vec2 = (0.0, 0.0)
+    """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
+    extend_step: bool = False
+    """The step under way is not to end: the robot stands on the outer edge of its stance foot."""
+    tipping: float = 0.0
+    """Deviation to the outside of the stance foot, less a part of that along it, m; 0 with both feet."""
+    counterweight: float = 0.0
+    """Way by which the swing foot goes farther to its side, m."""
+    capture_step: CaptureStep | None = None
+    """While the robot makes a capture step; when this cycle's command is carried out."""
+    landed: LandedFoot | None = None
+    """After a capture step, until the feet close."""
+
+    def expressed_in(self, origin: Foothold) -> Feedback:
+        """The same in the frame of a pose on the ground."""
+        deviation = Foothold(yaw=-origin.yaw).point(*self.deviation)
+        measured = self.capture_step and CaptureStep(*(origin.local(*each) for each in self.capture_step))
+        return self._replace(deviation=deviation, capture_step=measured)
+
+
+NO_FEEDBACK = Feedback()
+"""As if no sensor were there."""

@@ -1,0 +1,1 @@
+"""The gaits of Prenner's thesis: statically and dynamically stable."""

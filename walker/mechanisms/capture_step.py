@@ -1,0 +1,311 @@
+"""The capture step: a robot that stands answers a push by a step to where it comes to rest; not in the thesis.
+
+1. Trigger (`CaptureEstimator`). Reads joint angles, lean, gyroscope, load of the feet. Gives the measured
+   centre of mass and capture point (`Feedback.capture_step`) while toes or heels do not hold the robot; no plan
+   says where they should be. The row "capture step" of `walker.transitions` begins the step.
+2. Foothold. The gait puts the swing foot where the measured capture point needs it (`walker.gaits.omni`).
+3. Bend of the hips (`HipBend`). Reads plan and capture point. Gives the angle by which both hips bend in a step
+   back. A robot that tips over its heels leans back as a whole. Its HipPitch then comes to its stop (27.7
+   degrees, data sheet) while the foot that steps is still ahead of where the capture point asks for it. Where
+   both hips bend by one angle, the torso turns ahead by it, and the legs stay as they are: the stop is as much
+   farther away. The bend must begin with the step. It goes back where the capture point shows within the first
+   cycles that the push is weak or goes to a side.
+4. Arms. In a step back both swing up (`walker.mechanisms.tipping.ArmCounterweight`).
+5. Landing. The swing foot is level as it lands, the other one comes after it (`walker.mechanisms.swing_foot`).
+6. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
+   Reads joint angles, lean, gyroscope, contacts. Gives the turn of the landed sole, and the damping of both
+   soles. The foot that stayed hangs in the air for up to half a second, since the torso leans towards the
+   landed foot. Meanwhile the robot is an inverted pendulum on one sole. An ankle that keeps its angle pushes
+   the robot towards the lean that it had at the landing, and often over the foot that hangs. So the ankle turns
+   with the lean, which leaves it without a moment, and beyond it by as much as brings the centre of pressure p
+   past the capture point: with xi' = omega (xi - p) and p = k xi, k > 1, the capture point goes back over the
+   ankle. Once both feet stand after a step back, the robot comes ahead over a narrow support. Both soles then
+   turn against the torso's rate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final, Literal
+
+import msgspec
+import numpy as np
+
+from bridge.body import Body
+from bridge.body.kinematics import FloatingBase
+from bridge.body.quantities import GRAVITY, total_mass
+from bridge.body.sole import sole_hull
+from bridge.types import SIDES, NotNegative, Positive, Vec2, Vec3
+from walker.estimation.contact import Contacts
+from walker.estimation.fall import MassOverSoles
+from walker.functions import clip
+from walker.gaits.plan import OTHER_SIDE, CaptureStep, LandedFoot, Plan
+
+_STANDING_LOAD: Final = 0.3
+"""Part of the weight under both feet from which on the robot stands on the ground (assumed).
+
+Less than one cell reads at most, 25 N (range of the data sheet): a robot may be on the corner of one sole.
+"""
+
+
+class CaptureParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the capture point is filtered and predicted."""
+
+    latency: NotNegative = 0.04
+    """From a command to the motion that the encoders report, s; the capture point is predicted over it."""
+    smoothing: Positive = 0.03
+    """As in `MassOverSoles`, s."""
+    min_time_after_step: NotNegative = 0.1
+    """Time after a step of the walk in which no capture step begins, s. The encoders report a foot a latency
+    late: while it still swings ahead, the centre of mass seems to go back between the soles."""
+
+
+class CaptureEstimator:
+    """Follows the centre of mass over the soles, and says when toes or heels do not hold it.
+
+    Args:
+        parameters: of filter and prediction.
+        base: kinematics of the body.
+    """
+
+    def __init__(self, parameters: CaptureParameters, base: FloatingBase) -> None:
+        self._p = parameters
+        self._base = base
+        self._mass = MassOverSoles(base, parameters.smoothing)
+        x, _ = sole_hull(base.body, "L").T
+        self._heel, self._toe = float(x.min()), float(x.max())
+        self._weight = GRAVITY * total_mass(base.body)
+        self._lost = False
+        self._since_step = math.inf
+        """Time since the last step by the plan, s."""
+
+    def update(
+        self,
+        position: Sequence[float],
+        lean: Vec2,
+        gyroscope: Vec3,
+        load: float,
+        plan: Plan,
+        dt: float,
+    ) -> CaptureStep | None:
+        """One cycle.
+
+        Args:
+            position: joint angles, 25 slots, rad.
+            lean: roll and pitch of the torso, rad.
+            gyroscope: angular velocity in the Torso frame, rad/s.
+            load: on both feet, N.
+            plan: in force.
+            dt: time since the last cycle, s.
+
+        Returns:
+            Centre of mass and capture point when this cycle's command is carried out, in the walk frame, while
+            the robot makes a capture step; None: it stands, or walks.
+        """
+        rests = plan.phase in ("stand", "stop")
+        self._since_step = self._since_step + dt if plan.support == "both" else 0.0
+        if plan.pendulum is None or not (rests or self._lost):
+            self._mass.reset()
+            return None
+        sides = SIDES if plan.support == "both" else (plan.support,)
+        pose = self._base.place(self._base.in_torso(position), np.eye(4))
+        over, rate, _ = self._mass.update(pose, sides, lean, gyroscope, dt)
+        com = over + np.mean([self._base.centres[side][:2] for side in sides], axis=0)
+        base = plan.middle if plan.support == "both" else plan.foot(plan.support).foothold
+        ahead = [base.local(*plan.foot(side)[:2])[0] for side in sides]
+        heel, toe = self._heel + min(ahead), self._toe + max(ahead)
+        omega = plan.pendulum.omega
+        x, y = (com + rate / omega).tolist()
+        edge = min(max(x, heel), toe)
+        if rests:
+            landed = plan.capture is not None or self._since_step > self._p.min_time_after_step
+            self._lost = landed and x != edge and load > _STANDING_LOAD * self._weight
+        if not self._lost:
+            return None
+        x = edge + (x - edge) * math.exp(omega * self._p.latency)
+        c_x, c_y = (com + self._p.latency * rate).tolist()
+        return CaptureStep(base.point(c_x, c_y), base.point(x, y))
+
+
+class HipBendParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How far, how fast and for which pushes the hips bend."""
+
+    angle: NotNegative = 0.35
+    """Of the torso against the legs, rad."""
+    rate: Positive = 4.0
+    """Of the bend, rad/s: HipPitch turns at 7 rad/s at most (no-load speed)."""
+    return_rate: Positive = 2.0
+    """Of the way back, rad/s: as the leg that landed rights the torso."""
+    min_behind: NotNegative = 0.081
+    """Capture point behind the stance ankle beyond which the bend goes on, m."""
+    decision: NotNegative = 0.15
+    """Fraction of the step at which the capture point must have been that far behind."""
+    max_beside: NotNegative = 0.02
+    """Capture point beside the middle between the feet beyond which the hips stay as they are, m."""
+
+
+class HipBend:
+    """Bends both hips in a capture step straight back.
+
+    Args:
+        parameters: how far and when.
+        body: data sheet.
+    """
+
+    def __init__(self, parameters: HipBendParameters, body: Body) -> None:
+        self._p = parameters
+        self._half_width = body.lengths.HipOffsetY
+        self._angle = 0.0
+        self._behind = self._beside = 0.0
+        """Farthest places of the capture point before the decision, m."""
+
+    def update(self, plan: Plan, measured: CaptureStep | None, dt: float) -> float:
+        """One cycle.
+
+        Args:
+            plan: in force.
+            measured: centre of mass and capture point in the walk frame.
+            dt: time since the last cycle, s.
+
+        Returns:
+            Angle by which the torso is turned ahead against the legs, rad.
+        """
+        p, goal, rate = self._p, 0.0, self._p.return_rate
+        if plan.captures_backward and plan.support != "both":
+            rate = p.rate
+            undecided = plan.progress <= p.decision
+            if undecided and measured is not None:
+                x, y = plan.foot(plan.support).foothold.local(*measured.xi)
+                self._behind = max(self._behind, -x)
+                self._beside = max(self._beside, abs(abs(y) - self._half_width))
+            needed = undecided or self._behind > p.min_behind
+            goal = p.angle if needed and self._beside <= p.max_beside else 0.0
+        else:
+            self._behind = self._beside = 0.0
+        self._angle += clip(goal - self._angle, -rate * dt, rate * dt)
+        return self._angle
+
+
+class LandedFootEstimator:
+    """Follows the centre of mass over the foot that landed, by encoders, lean and gyroscope.
+
+    Args:
+        parameters: of filter and prediction.
+        base: kinematics of the body.
+    """
+
+    def __init__(self, parameters: CaptureParameters, base: FloatingBase) -> None:
+        self._p = parameters
+        self._base = base
+        self._mass = MassOverSoles(base, parameters.smoothing)
+
+    def update(
+        self, position: Sequence[float], lean: Vec2, gyroscope: Vec3, plan: Plan, dt: float
+    ) -> LandedFoot | None:
+        """One cycle.
+
+        Args:
+            position: joint angles, 25 slots, rad.
+            lean: roll and pitch of the torso, rad.
+            gyroscope: angular velocity in the Torso frame, rad/s.
+            plan: in force.
+            dt: time since the last cycle, s.
+
+        Returns:
+            From the landing of a capture step until the feet close, else None.
+        """
+        if plan.capture is None or plan.support != "both" or plan.pendulum is None:
+            self._mass.reset()
+            return None
+        pose = self._base.place(self._base.in_torso(position), np.eye(4))
+        over, rate, _ = self._mass.update(pose, (plan.capture,), lean, gyroscope, dt)
+        y = float(over[1] + self._base.centres[plan.capture][1])
+        xi = y + float(rate[1]) / plan.pendulum.omega
+        return LandedFoot(xi, lean[0] + self._p.latency * gyroscope[0])
+
+
+class LandedFootParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Gains and bounds of the balance after a capture step."""
+
+    gain: Positive = 1.5
+    """Centre of pressure over the capture point, both from the ankle."""
+    max_offset: NotNegative = 0.03
+    """Farthest centre of pressure from the ankle, m; the sole ends at 39 and 50 mm (published outline)."""
+    turn: NotNegative = 1.5
+    """Turn of the ankle over the centre of pressure that it causes, rad/m. The weight over the stiffness of a
+    leg about x gives 1.3, 52 N over 40 N m/rad (read off one walk)."""
+    landing_time: NotNegative = 0.03
+    """Time after the landing in which the ankle turns with the lean even if both feet touch, s."""
+    contact_time: NotNegative = 0.015
+    """Contact of the other foot after which the robot is on both, s."""
+    standing_time: NotNegative = 0.3
+    """Contact of both feet after which the robot stands, s."""
+    damping: tuple[NotNegative, NotNegative] = (0.10, 0.06)
+    """Turn of both soles about x and y over the torso's rate after a step back, s."""
+    max_damping: NotNegative = 0.15
+    """Largest such turn, rad."""
+
+
+class LandedFootBalance:
+    """Turns the ankle of the foot that landed.
+
+    Args:
+        parameters: gains and bounds.
+    """
+
+    def __init__(self, parameters: LandedFootParameters) -> None:
+        self._p = parameters
+        self._stage: Literal["landing", "alone", "both"] = "landing"
+        self._since = 0.0
+        """Time since the landing, s."""
+        self._touches = 0.0
+        """Time for which the other foot has touched, s."""
+        self._both = 0.0
+        """Time for which both feet have touched, s."""
+        self.roll: float | None = None
+        """Turn of the landed sole about x at which its ankle brings the centre of pressure to its place, rad;
+        None: the robot does not stand on that foot alone."""
+        self.damping: Vec2 = (0.0, 0.0)
+        """To add to the turns of both soles, roll and pitch, rad."""
+
+    @property
+    def stands(self) -> bool:
+        """Both feet have touched for a while since the landing."""
+        return self._both > self._p.standing_time
+
+    def update(
+        self, plan: Plan, contacts: Contacts, measured: LandedFoot | None, gyroscope: Vec3, dt: float
+    ) -> None:
+        """One cycle.
+
+        Args:
+            plan: in force.
+            contacts: of the feet.
+            measured: about the foot that landed.
+            gyroscope: angular velocity in the Torso frame, rad/s.
+            dt: time since the last cycle, s.
+        """
+        p = self._p
+        self.roll, self.damping = None, (0.0, 0.0)
+        if plan.capture is None or plan.support != "both" or measured is None:
+            self._stage, self._since, self._touches, self._both = "landing", 0.0, 0.0, 0.0
+            return
+        touches = contacts.of(OTHER_SIDE[plan.capture])
+        self._since += dt
+        self._touches = self._touches + dt if touches else 0.0
+        self._both = self._both + dt if touches and contacts.of(plan.capture) else 0.0
+        if self._stage == "landing" and not touches:
+            self._stage = "alone"
+        elif self._stage == "alone" and self._touches > p.contact_time:
+            self._stage = "both"
+        if self._stage == "alone" or (self._stage == "landing" and self._since < p.landing_time):
+            # While the other foot bears as well, nothing is to be brought over the landed one.
+            cop = 0.0 if touches else clip(p.gain * measured.xi, -p.max_offset, p.max_offset)
+            self.roll = -measured.roll - p.turn * cop
+        elif plan.captures_backward:
+            roll, pitch = (
+                clip(gain * rate, -p.max_damping, p.max_damping)
+                for gain, rate in zip(p.damping, gyroscope[:2], strict=True)
+            )
+            self.damping = roll, pitch if self._stage == "both" else 0.0

@@ -1,0 +1,197 @@
+"""Foothold feedback: by how much the robot is off the pendulum of its plan, and its feet off their footholds.
+
+Reads: joint angles, lean of the torso, plans of the last latency.
+Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
+
+The encoders and the torso's lean place the centre of mass and the swing foot over the standing sole, where
+the plan of a latency before wanted them to be over that foothold. The joints' deflection and backlash put the
+centre of mass off the plan in each step alike. That is no disturbance: the slow mean of each stance foot, part
+by part of the step, is subtracted. The same deflection puts the feet down beside their footholds: it is learnt.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import msgspec
+import numpy as np
+
+from bridge.body.kinematics import FloatingBase, homogeneous
+from bridge.rotations import heading, rotation
+from bridge.types import Array, Fraction, NotNegative, Positive, Side, Vec2
+from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
+
+_PARTS: Final = 8
+"""Of a step, each with a mean of its own."""
+_STEPS: Final = 6
+"""After so many steps the mean is there, and the whole deviation counts."""
+_FIRST_STEPS: Final = 2
+"""After so many steps counts what is beyond `_UNLEARNT`: a worn robot is thrown back in its third step."""
+_UNLEARNT: Final = 0.015
+"""m of the capture point's deviation that may be the joints' deflection and backlash, without their mean."""
+_CHANGE: Final = (0.1, 0.1, 1.0)
+"""Change of the velocity, m/s, m/s, rad/s, after which the mean is as good as not there."""
+_LARGEST_MISS: Final = 0.02
+"""m of a miss that counts in one step."""
+
+
+class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the deviation is filtered and predicted."""
+
+    latency: NotNegative = 0.04
+    """From a command to the motion that the encoders report, s; the deviation is predicted over it."""
+    position_gain: Fraction = 0.5
+    """Share of a cycle's innovation that goes to the deviation."""
+    velocity_gain: Fraction = 0.12
+    """Share of the innovation over the cycle that goes to its rate."""
+    mean_gain: Fraction = 0.05
+    """Share of a deviation that goes to the mean."""
+    first_mean_gain: tuple[Fraction, Fraction] = (0.3, 0.1)
+    """The same in the first steps and after a change of the velocity, along and across the stance foot."""
+    max_innovation: Positive = 0.015
+    """Largest difference from the mean that counts in it, m."""
+    placement_gain: Fraction = 0.2
+    """Share of a foot's miss that is learnt in a step."""
+    max_placement: NotNegative = 0.025
+    """Bound of the placement, m."""
+    max_placement_change: NotNegative = 0.003
+    """Bound of its change from step to step, m."""
+
+
+class _Measured(NamedTuple):
+    """Less the plan, in the frame of the stance foot, shape (2,), m."""
+
+    com: Array
+    """Of the centre of mass."""
+    miss: Array
+    """From the swing foot to its foothold."""
+
+
+class DeviationEstimator:
+    """Follows the deviation of a walk whose plans have a pendulum.
+
+    Args:
+        parameters: of filter and prediction.
+        base: kinematics of the body.
+        cycle: of the robot, s.
+        deviation: estimate the capture point's deviation.
+        placement: learn where the feet come down.
+    """
+
+    def __init__(
+        self,
+        parameters: DeviationParameters,
+        base: FloatingBase,
+        cycle: float,
+        *,
+        deviation: bool,
+        placement: bool,
+    ) -> None:
+        self._p = parameters
+        self._on, self._learns = deviation, placement
+        self._base = base
+        self._plans: deque[Plan] = deque(maxlen=1 + round(parameters.latency / cycle))
+        self._before: Plan | None = None
+        self._first = 0
+        """Number of the first step."""
+        self._yaw = 0.0
+        """Of the stance foot; position and rate are in its frame."""
+        self._at: Array = np.zeros(2)
+        self._rate: Array = np.zeros(2)
+        self._miss: Array = np.zeros(2)
+        self._mean: dict[Side, Array] = {"L": np.zeros((_PARTS, 2, 2)), "R": np.zeros((_PARTS, 2, 2))}
+        """Position, and rate over omega, of each part, m."""
+        self._learnt = 0.0
+        """Placement that is learnt, m; it stays from walk to walk."""
+        self._placement = 0.0
+        """In force, m."""
+        self._velocity: Array = np.zeros(3)
+        """At which the mean was learnt."""
+
+    def update(self, position: Sequence[float], lean: Vec2, plan: Plan, dt: float) -> Feedback:
+        """One cycle.
+
+        Args:
+            position: joint angles, 25 slots, rad.
+            lean: roll and pitch of the torso, rad.
+            plan: in force.
+            dt: time since the last cycle, s.
+        """
+        if plan.pendulum is None or not (self._on or self._learns):
+            return NO_FEEDBACK
+        self._plans.append(plan)
+        then, before = self._plans[0], self._before
+        self._before = then
+        if before is not None and before.support != "both" and then.step != before.step:
+            self._place()
+        if then.support == "both":
+            self._first, self._rate, self._placement = then.step, np.zeros(2), 0.0
+            return NO_FEEDBACK
+        measured = self._measured(position, lean, then, then.support)
+        self._miss = measured.miss
+        if before is None or then.support != before.support:
+            yaw = then.foot(then.support).yaw
+            self._at, self._rate, self._yaw = measured.com, _turned(self._rate, self._yaw - yaw), yaw
+        elif dt > 0.0:
+            innovation = measured.com - (self._at + dt * self._rate)
+            self._at = self._at + dt * self._rate + self._p.position_gain * innovation
+            self._rate = self._rate + self._p.velocity_gain / dt * innovation
+        return Feedback(self._deviation(then, plan), self._placement)
+
+    def _deviation(self, then: Plan, now: Plan) -> Vec2:
+        """Of the capture point from that of the plan in force now, walk frame, m."""
+        if then.support == "both" or then.pendulum is None or now.pendulum is None:
+            return NO_FEEDBACK.deviation
+        p, omega = self._p, then.pendulum.omega
+        steps = then.step - self._first
+        change = np.subtract(then.pendulum.velocity, self._velocity)
+        self._velocity += change * (p.mean_gain / _PARTS if steps >= _STEPS else 1.0)
+        unlearnt = min(float(np.max(np.abs(change) / _CHANGE)), 1.0) if steps >= _STEPS else 1.0
+        mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
+        off = np.array([self._at, self._rate / omega]) - mean
+        if then.progress < 1.0:  # a step that is prolonged is no usual one
+            gain = p.mean_gain + unlearnt * (np.array(p.first_mean_gain) - p.mean_gain)
+            bound = p.max_innovation * (1.0 + unlearnt)
+            mean += gain * np.clip(off, -bound, bound)
+        if not self._on or steps < _FIRST_STEPS:
+            return NO_FEEDBACK.deviation
+        off = math.exp(omega * p.latency) * (off[0] + off[1])
+        bound = unlearnt * _UNLEARNT
+        off -= np.clip(off, -bound, bound)
+        x, y = _turned(off, self._yaw)
+        (a, b), (c, d) = now.pendulum.moved, then.pendulum.moved
+        return float(x) - (a - c), float(y) - (b - d)
+
+    def _place(self) -> None:
+        """The end of a step: learn from its miss, and set the placement of the next one."""
+        if self._learns:
+            p = self._p
+            # a change that is still under way is not learnt
+            miss = float(self._miss[0]) - (self._learnt - self._placement)
+            learnt = self._learnt + p.placement_gain * min(max(miss, -_LARGEST_MISS), _LARGEST_MISS)
+            self._learnt = min(max(learnt, -p.max_placement), p.max_placement)
+            change = self._learnt - self._placement
+            self._placement += min(max(change, -p.max_placement_change), p.max_placement_change)
+
+    def _measured(self, position: Sequence[float], lean: Vec2, then: Plan, side: Side) -> _Measured:
+        assert then.pendulum is not None
+        torso = homogeneous(rotation(*lean, 0.0), (0.0, 0.0, 0.0))
+        pose, centres = self._base.place(self._base.in_torso(position), torso), self._base.centres
+        stance, foot = pose.feet[side], then.foot(side).foothold
+        other = OTHER_SIDE[side]
+        sole = (stance @ centres[side])[:2]
+        swung = (pose.feet[other] @ centres[other])[:2]
+        measured = Foothold(yaw=-heading(stance))
+        middle = foot.point(*centres[side][:2])
+        planned = Foothold(*middle, foot.yaw)
+        wanted = then.pendulum.target.point(*centres[other][:2])
+        com = np.subtract(measured.point(*(pose.com[:2] - sole)), planned.local(*then.pendulum.com))
+        miss = np.subtract(planned.local(*wanted), measured.point(*(swung - sole)))
+        return _Measured(com, miss)
+
+
+def _turned(vector: Array, yaw: float) -> Array:
+    return np.array(Foothold(yaw=yaw).point(float(vector[0]), float(vector[1])))

@@ -1,1 +1,0 @@
-"""Kinematics of the NAO: legs forward and inverse, the whole tree, the centre of mass."""

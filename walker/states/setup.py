@@ -1,0 +1,78 @@
+"""A walk made ready: whatever takes time to make is made before the cycle in which the walk begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from bridge.body import Body
+from bridge.types import Vec3
+from walker.estimation.contact import SupportStateMachine
+from walker.gaits import Gait, standing_plan
+from walker.gaits.gait import PeriodicStep
+from walker.gaits.order import WalkOrder
+from walker.gaits.pose import PoseMaker
+from walker.parameters import ControllerParameters
+from walker.stabilizer import Stabilizer
+
+
+@dataclass(frozen=True, slots=True)
+class WalkSetup:
+    """A gait, how far to go, and the controllers for it."""
+
+    gait: Gait[Any]
+    order: WalkOrder
+    parameters: ControllerParameters
+    pose: PoseMaker
+    """Inverse kinematics of the plans."""
+    stabilizer: Stabilizer
+    goal: tuple[float, ...]
+    """Joint angles of the initial stand, rad."""
+    step: PeriodicStep | None
+    """The gait's periodic step; None where nobody asks."""
+    velocity: Vec3 = (0.0, 0.0, 0.0)
+    """Mean velocity that the gait's parameters mean, m/s, m/s, rad/s."""
+
+    def with_fresh_controllers(self, body: Body, cycle: float) -> WalkSetup:
+        """The same walk with controllers that remember nothing.
+
+        Args:
+            body: data sheet.
+            cycle: of the robot, s.
+        """
+        return replace(self, stabilizer=Stabilizer(body, self.parameters, self.pose, cycle))
+
+    def support_machine(self) -> SupportStateMachine:
+        """Phases against contacts."""
+        p = self.parameters
+        return SupportStateMachine(p.touch_down if p.switches.late_touch_down else None)
+
+
+def set_up_walk(
+    body: Body,
+    gait: Gait[Any],
+    order: WalkOrder,
+    cycle: float,
+    parameters: ControllerParameters,
+    step: PeriodicStep | None = None,
+    velocity: Vec3 = (0.0, 0.0, 0.0),
+) -> WalkSetup:
+    """Make a walk ready.
+
+    Args:
+        body: data sheet.
+        gait: to walk by.
+        order: how far to walk.
+        cycle: of the robot, s.
+        parameters: of the controllers.
+        step: the gait's periodic step; None where nobody asks.
+        velocity: that the gait's parameters mean, m/s, m/s, rad/s.
+
+    Raises:
+        ConfigurationError: no torso controller can be designed to the parameters.
+        UnreachableError: the gait's stand is out of the legs' reach.
+    """
+    stand = standing_plan(gait)
+    pose = PoseMaker(body, stand, by_pose=gait.quasi_static)
+    stabilizer = Stabilizer(body, parameters, pose, cycle)
+    return WalkSetup(gait, order, parameters, pose, stabilizer, pose.angles(stand), step, velocity)
