@@ -10,7 +10,7 @@ import msgspec
 from scipy.stats import binomtest, norm
 
 ENOUGH: Final = 20
-"""Runs of an arm; a report of fewer says so in its title."""
+"""Runs of a condition; a report of fewer says so in its title."""
 
 
 def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -87,11 +87,17 @@ def few_words(n: int) -> str:
     return f" (only {n} of {ENOUGH} seeds)" if n < ENOUGH else ""
 
 
+def percent(interval: tuple[float, float]) -> str:
+    """An interval of a share in words: `84 to 100 %`."""
+    low, high = (100.0 * bound for bound in interval)
+    return f"{low:.0f} to {high:.0f} %"
+
+
 class Paired(msgspec.Struct, frozen=True, kw_only=True):
     """The same seeds with and without."""
 
     n: int
-    """Seeds that ran in both arms."""
+    """Seeds that ran in both conditions."""
     both: int
     """Survived in both."""
     only_with: int
@@ -104,7 +110,7 @@ class Paired(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def paired(with_: Sequence[bool], without: Sequence[bool]) -> Paired:
-    """Compare two arms seed by seed.
+    """Compare two conditions seed by seed.
 
     Args:
         with_: Survived, one element per seed.
@@ -131,8 +137,8 @@ def mcnemar(only_first: int, only_second: int) -> float:
     """Two-sided exact p-value of McNemar's test.
 
     Args:
-        only_first: Pairs that succeeded in the first arm only.
-        only_second: Pairs that succeeded in the second arm only.
+        only_first: Pairs that succeeded in the first condition only.
+        only_second: Pairs that succeeded in the second condition only.
     """
     n = only_first + only_second
     return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0

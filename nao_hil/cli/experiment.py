@@ -24,7 +24,7 @@ Seeds = Annotated[
     int | None,
     typer.Option(
         "--seeds",
-        help="Runs per arm, each with its own seed; default: the experiment's own.",
+        help="Runs per condition, each with its own seed; default: the experiment's own.",
         min=1,
         metavar="N",
     ),

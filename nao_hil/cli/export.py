@@ -99,7 +99,7 @@ def _text(form: str, robot: str | None, wear: str | None) -> tuple[Any, str, str
     from emulator.engine.catalogue import require_engine
     from emulator.wear import load_wear
     from nao_hil import __version__
-    from nao_hil.experiments.one_leg import one_leg_stance
+    from nao_hil.experiments.torso_responses import one_leg_stance
 
     body = load_body(robot or "nao-v3")
     profile = load_wear(wear or "nominal", body)

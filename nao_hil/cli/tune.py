@@ -142,9 +142,10 @@ def _summary(kept: Study, walks_of_a_trial: int) -> dict[str, Any]:
 def _show(console: Console, data: dict[str, Any], parameters: Path) -> None:
     """The comparison on seeds the study never saw, what pruning saved, and where the parameters are."""
     for which in ("shipped", "before", "after"):
-        arm = data["unseen"][which]
+        robots = data["unseen"][which]
         console.print(
-            f"{which:7} {arm['survived']} of {arm['n']} walk on, mean score {arm['score']:.3f}", highlight=False
+            f"{which:7} {robots['survived']} of {robots['n']} walk on, mean score {robots['score']:.3f}",
+            highlight=False,
         )
     console.print(
         f"{data['walks']} walks, {100 * data['share']:.0f} % of those without pruning.", highlight=False

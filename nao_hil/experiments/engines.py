@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES, require_engine
 from emulator.wear import load_wear
-from nao_hil.analysis.report.page import Outcome, ReportPage
+from nao_hil.analysis.report.page import Outcome
 from nao_hil.analysis.statistics import few_words
-from nao_hil.experiments import dynamic_torso, obstacle, torso_drift
+from nao_hil.experiments import obstacle, torso_control
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.engines_rows import (
     Row,
@@ -26,16 +25,11 @@ from nao_hil.experiments.engines_rows import (
     row_claims,
     rows_table,
 )
-from nao_hil.experiments.get_up import dropped_courses
-from nao_hil.experiments.get_up_run import WITHIN
-from nao_hil.experiments.landing_force import ObstacleSetup
-from nao_hil.experiments.plant_fit import fit_plant, read_shape
-from nao_hil.experiments.plates import covering_plate, drawn_plate
-from nao_hil.experiments.servo_measure import ServoRow, measure
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.torso_responses import Responses, run_task
+from nao_hil.experiments.get_up import WITHIN, dropped_courses
+from nao_hil.experiments.obstacle import ObstacleSetup, covering_plate, drawn_plate
+from nao_hil.experiments.servo_bench import ServoRow, bench_tracks, measure
+from nao_hil.experiments.torso_responses import Responses, fit_plant, read_shape, run_task
 from nao_hil.experiments.torso_step import AMPLITUDE, torso_step_tasks
-from nao_hil.runs.campaign import Interrupted
 
 DIFFERENCES: Final = (
     "What differs between the engines: the contact model (PyBullet carries a sole by four points of the "
@@ -80,15 +74,6 @@ class EnginesSetup:
     """Fraction by which walking speeds may differ."""
 
 
-class EnginesResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "engines"
-    passed: bool
-    """The engines agree in every row of which something is asked."""
-    rows: tuple[Row, ...]
-
-
 class ComparedWalk(NamedTuple):
     """A walk that both engines walk with every seed."""
 
@@ -105,28 +90,28 @@ class ComparedWalk(NamedTuple):
 
 
 def compared_walks(setup: EnginesSetup) -> tuple[ComparedWalk, ...]:
-    """The gaits by themselves, and the arms of R1, R2 and R5."""
+    """The gaits by themselves, and the conditions of R1, R2 and R5."""
     gaits = [
         ComparedWalk(f"{gait} gait, {seconds:g} s", gait, seconds, speed=True) for gait, seconds in setup.walks
     ]
     r1 = [
         ComparedWalk(
-            f"R1, {kind}, {arm} leg admittance, {setup.obstacle.duration:g} s",
+            f"R1, {kind}, {condition} leg admittance, {setup.obstacle.duration:g} s",
             "static",
             setup.obstacle.duration,
-            obstacle.SWITCHES[arm],
+            obstacle.SWITCHES[condition],
             obstacle.plates(setup.obstacle, plate),
         )
         for kind, plate in (("drawn plate", drawn_plate), ("plate that covers the sole", covering_plate))
-        for arm in ("with", "without")
+        for condition in ("with", "without")
     ]
     r2 = [
-        ComparedWalk(f"R2, {arm} torso control, {setup.drift:g} s", "static", setup.drift, switches)
-        for arm, switches in torso_drift.SWITCHES.items()
+        ComparedWalk(f"R2, {condition} torso control, {setup.drift:g} s", "static", setup.drift, switches)
+        for condition, switches in torso_control.SWITCHES.items()
     ]
     r5 = [
-        ComparedWalk(f"R5, torso control {arm}, {setup.dynamic:g} s", "dynamic", setup.dynamic, switches)
-        for arm, switches in dynamic_torso.SWITCHES.items()
+        ComparedWalk(f"R5, torso control {condition}, {setup.dynamic:g} s", "dynamic", setup.dynamic, switches)
+        for condition, switches in torso_control.SWITCHES.items()
     ]
     return (*gaits, *r1, *r2, *r5)
 
@@ -137,7 +122,7 @@ def torso_rows(context: Context, within: float) -> list[Row]:
     found = []
     for engine in ENGINES:
         tasks = torso_step_tasks(context.seeds, body, context.wear, AMPLITUDE, engine)
-        runs: list[Responses | None] = _all(context, "torso-step", run_task, tasks)
+        runs: list[Responses | None] = context.map_all("torso-step", run_task, tasks)
         found.append(
             {
                 task.seed: _fit(run.fused.mean(axis=0), body.cycle)
@@ -156,7 +141,7 @@ def torso_rows(context: Context, within: float) -> list[Row]:
 
 def drive_rows(context: Context) -> list[Row]:
     """Each quantity of the leg drives for the joint in which the engines differ most."""
-    tables = _all(context, "drives", _measure, [(context.robot, context.wear, engine) for engine in ENGINES])
+    tables = context.map_all("drives", _measure, [(context.robot, context.wear, engine) for engine in ENGINES])
     joints = list(zip(*tables, strict=True))
     rows = []
     for quantity, words in DRIVES.items():
@@ -223,16 +208,16 @@ def experiment(context: Context, setup: EnginesSetup | None = None) -> Outcome:
         *(row for walk in compared_walks(setup) for row in walk_rows(context, walk, setup.speed)),
         *get_up_rows(context),
     )
-    page = ReportPage(
-        name="engines",
-        title=f"PyBullet and MuJoCo: the same robot{few_words(len(context.seeds))}",
-        source="No part of the thesis: a claim that holds on two engines does not hang on one contact model.",
-        setup=setup_rows(context, _setup_words(setup)),
+    return context.outcome(
+        "engines",
+        f"PyBullet and MuJoCo: the same robot{few_words(len(context.seeds))}",
+        "No part of the thesis: a claim that holds on two engines does not hang on one contact model.",
+        setup=_setup_words(setup),
         claims=row_claims(rows),
-        tables=(rows_table(rows),),
-        findings=(DIFFERENCES,),
+        tables=[rows_table(rows)],
+        findings=[DIFFERENCES],
+        figures={"rows": rows},
     )
-    return Outcome(EnginesResult(passed=page.passed, rows=rows), page)
 
 
 def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
@@ -245,28 +230,17 @@ def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
         ),
         (
             "R2",
-            f"arms of `torso-drift`, {setup.drift:g} s in place of {torso_drift.TorsoDriftSetup.duration:g} s",
+            f"conditions of `torso-drift`, {setup.drift:g} s in place of "
+            f"{torso_control.TorsoDriftSetup.duration:g} s",
         ),
         (
             "R5",
-            f"arms of `dynamic-torso`, {setup.dynamic:g} s in place of "
-            f"{dynamic_torso.DynamicTorsoSetup.duration:g} s",
+            f"conditions of `dynamic-torso`, {setup.dynamic:g} s in place of "
+            f"{torso_control.DynamicTorsoSetup.duration:g} s",
         ),
         ("get-up", "drops of `get-up`"),
         ("means", "over the seeds that have the figure on both engines; ratios seed by seed"),
     ]
-
-
-def _all(context: Context, name: str, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
-    """A function's results for all tasks.
-
-    Raises:
-        Interrupted: it was stopped before the last.
-    """
-    results = context.campaign.map(name, function, tasks)
-    if len(results) < len(tasks):
-        raise Interrupted
-    return results
 
 
 def _fit(response: NDArray[np.float64], cycle: float) -> tuple[float, float]:
@@ -275,8 +249,9 @@ def _fit(response: NDArray[np.float64], cycle: float) -> tuple[float, float]:
     return fit_plant(time, response)[0].natural_frequency_rad_s, read_shape(time, response).peak
 
 
-def _measure(task: tuple[str, str, str]) -> tuple[ServoRow, ...]:
+def _measure(task: tuple[str, str, str]) -> list[ServoRow]:
     """The leg drives of a robot and wear on an engine, for a worker."""
     robot, wear, engine = task
     body = load_body(robot)
-    return measure(body, load_wear(wear, body), engine)
+    profile = load_wear(wear, body)
+    return measure(body, profile, bench_tracks(body, profile, engine))

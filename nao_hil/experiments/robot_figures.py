@@ -72,7 +72,7 @@ FIGURES: Final = {
         "Accelerometer noise at rest", "m/s^2", 0.05, 0.04, 0.06, "recording of an H25 at rest"
     ),
     "imu_noise.encoders": Figure(
-        "Leg and arm joints whose reading changes at rest", "", 0.92, 0.60, 1.0, "V6, 22 of 24 joints"
+        "Leg and condition joints whose reading changes at rest", "", 0.92, 0.60, 1.0, "V6, 22 of 24 joints"
     ),
     "force_cells.noise": Figure("Noise of one foot's force sum", "N", 0.46, 0.30, 0.62, _CELLS),
     "force_cells.sum": Figure("Force sum standing over weight", "", 0.83, 0.70, 1.30, _CELLS),

@@ -12,8 +12,7 @@ from rich.text import Text
 from nao_hil.analysis.report.page import Outcome, ReportPage
 from nao_hil.analysis.report.render import Report, write_report
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
-from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import seed_words
+from nao_hil.experiments.context import Context, seed_words
 from nao_hil.files import write_bytes
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
@@ -25,8 +24,8 @@ GAITS: Final = ("static", "dynamic")
 """Whose parameters the report prints, beside the chosen one's."""
 ABOUT: Final = (
     "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: what it claims, "
-    "beside what the emulated robot does. Shares have 95 % Wilson intervals. Arms that are compared walk with "
-    "the same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
+    "beside what the emulated robot does. Shares have 95 % Wilson intervals. Compared conditions walk with the "
+    "same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
     "anything but a foot on the ground. A claim that is not confirmed stands here as such, with what the "
     "robot does instead."
 )
@@ -103,8 +102,9 @@ class Runner:
 
     def _keep(self, name: str, out: Path, outcome: Outcome) -> None:
         seeds = self.seeds(name)
-        write_bytes(out / f"{name}.json", msgspec.json.format(msgspec.json.encode(outcome.result)))
-        self.results[name] = msgspec.json.decode(msgspec.json.encode(outcome.result)) | {
+        written = msgspec.json.encode(outcome.result)
+        write_bytes(out / f"{name}.json", msgspec.json.format(written))
+        self.results[name] = msgspec.json.decode(written) | {
             "robot": self._changes.robot,
             "wear": self._changes.wear,
             "engine": self._changes.engine,

@@ -72,7 +72,7 @@ def text_of(stored: Stored) -> str:
         "# The last campaign",
         "What the thesis (Prenner 2011) claims, beside what the emulated robot does in the last campaign. "
         "[Experiments](experiments.md) says how each is measured. Shares have 95 % Wilson intervals; "
-        "arms that are compared walk with the same seeds.",
+        "conditions that are compared walk with the same seeds.",
         table(("", ""), [*report.facts, ("made", stored.made)]),
         table(("experiment", "claims that hold", "verdict"), verdicts),
         *(section(page) for page in report.pages),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from nao_hil.experiments.plant_fit import THESIS, Plant, fit_plant, read_shape
+from nao_hil.experiments.torso_responses import THESIS, Plant, fit_plant, read_shape
 
 TIME = np.arange(0.01, 4.001, 0.01)
 

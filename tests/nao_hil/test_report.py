@@ -33,7 +33,7 @@ def test_one_file_holds_claims_figures_and_verdicts_and_loads_nothing(tmp_path: 
         setup=(("gait", "static"),),
         claims=(Claim("With it x < 5 & more", "4 of 5", True), Claim("Without it", "none", False)),
         pictures=(Picture(picture, "Figure 4.1", "A curve"),),
-        tables=(ReportTable("Arms", ("arm", "n"), (("with", "5"),)),),
+        tables=(ReportTable("Conditions", ("condition", "n"), (("with", "5"),)),),
         findings=("It leans.",),
     )
     report = Report("Title", [page], [("robot", "nao-v3")], 'torso = "robust"', [("slope", "interrupted")])
@@ -60,7 +60,7 @@ def test_the_page_of_the_documentation_has_every_claim_and_picture(tmp_path: Pat
         setup=(("gait", "static"),),
         claims=(Claim("With | it <b> x_1", "4 of 5", True), Claim("Without it", "none", False)),
         pictures=(Picture(image, "Figure 4.1", "A curve"),),
-        tables=(ReportTable("Arms", ("arm", "n"), (("with", "5"),)),),
+        tables=(ReportTable("Conditions", ("condition", "n"), (("with", "5"),)),),
         findings=("It leans.",),
     )
     write_report(

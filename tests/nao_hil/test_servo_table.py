@@ -9,9 +9,8 @@ from scipy import signal
 from bridge.body import load_body
 from emulator.wear import load_wear
 from nao_hil.experiments import servo_bench
-from nao_hil.experiments.servo_bench import LEGS, part
-from nao_hil.experiments.servo_figures import published_response
-from nao_hil.experiments.servo_measure import cruise_speed, motion_times
+from nao_hil.experiments.servo_bench import LEGS, cruise_speed, motion_times, part
+from nao_hil.experiments.servo_table import published_response
 
 V3, NOMINAL = load_body("nao-v3"), load_wear("nominal")
 

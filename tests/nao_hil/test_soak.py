@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nao_hil.experiments.soak_result import lateness, punctuality
+from nao_hil.experiments.soak import lateness, punctuality
 
 CYCLE = 0.01
 N = 6000

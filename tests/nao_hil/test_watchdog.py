@@ -5,8 +5,7 @@ import msgspec
 from bridge.body import load_body
 from bridge.guard import GuardSettings
 from emulator.wear import load_wear
-from nao_hil.experiments.watchdog import judge
-from nao_hil.experiments.watchdog_run import LONGEST, Outage, run_once
+from nao_hil.experiments.watchdog import LONGEST, Outage, judge, run_once
 
 BODY = load_body("nao-v3")
 OUTAGE = Outage(

@@ -1,10 +1,12 @@
-"""Arms of an experiment summed up: who survived, when and which way the others fell, and what gave in."""
+"""Conditions of an experiment summed up: who survived, when and which way the others fell, and what gave in."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import msgspec
@@ -12,17 +14,19 @@ import numpy as np
 
 from bridge.body import Body
 from nao_hil.analysis.report.page import Claim, ReportTable
-from nao_hil.analysis.statistics import Paired, paired, wilson
+from nao_hil.analysis.statistics import Paired, paired, percent, wilson
 from nao_hil.experiments.geometry import zmp_margin
 from nao_hil.runs.track import LEG_NAMES, PHASES, Array, Track
 from nao_hil.runs.walk import WalkEnd, WalkOutcome
 
+MOST: Final = 2.0 / 3.0
+"""Lower bound of the share that falls, and of the share that walks on: 18 of 20 reach it, 17 do not."""
 BEFORE_FALL: Final = 1.0
 """s before a fall in which the joint that lags most is looked for."""
 
 
-class Arm(msgspec.Struct, frozen=True, kw_only=True):
-    """Runs of one arm."""
+class Condition(msgspec.Struct, frozen=True, kw_only=True):
+    """Runs of one condition."""
 
     n: int
     survived: int
@@ -42,25 +46,24 @@ class Arm(msgspec.Struct, frozen=True, kw_only=True):
 
     def words(self) -> str:
         """For claims that they walk on."""
-        low, high = (100.0 * bound for bound in self.interval)
-        return f"{self.survived} of {self.n} walk on ({low:.0f} to {high:.0f} %)"
+        return f"{self.survived} of {self.n} walk on ({percent(self.interval)})"
 
     def fall_words(self) -> str:
         """For claims that they fall; Wilson's interval of the complement is the interval's."""
-        low, high = (100.0 * (1.0 - bound) for bound in reversed(self.interval))
-        return f"{self.n - self.survived} of {self.n} fall ({low:.0f} to {high:.0f} %)"
+        low, high = self.interval
+        return f"{self.n - self.survived} of {self.n} fall ({percent((1.0 - high, 1.0 - low))})"
 
 
-def arm(results: Sequence[WalkOutcome], by: float = math.inf) -> Arm:
-    """Sum up an arm.
+def condition(results: Sequence[WalkOutcome], by: float = math.inf) -> Condition:
+    """Sum up a condition.
 
     Args:
-        results: Of one arm.
+        results: Of one condition.
         by: Time until which a run must stand to count as survived, s of the walk.
     """
     alive = [result.end.survived or result.end.time > by for result in results]
     tilts = np.degrees([result.end.tilt_max for result in results])
-    return Arm(
+    return Condition(
         n=len(results),
         survived=sum(alive),
         interval=wilson(sum(alive), len(results)),
@@ -70,24 +73,48 @@ def arm(results: Sequence[WalkOutcome], by: float = math.inf) -> Arm:
     )
 
 
-def falls_claim(text: str, of: Arm, least: float) -> Claim:
+@dataclass(frozen=True)
+class Comparison:
+    """Walks of several conditions with the same seeds."""
+
+    walks: dict[str, list[WalkOutcome]]
+    """By the condition's name."""
+
+    @cached_property
+    def conditions(self) -> dict[str, Condition]:
+        """Each condition summed up."""
+        return {name: condition(results) for name, results in self.walks.items()}
+
+    @property
+    def pair(self) -> Paired:
+        """The first two conditions, seed by seed."""
+        first, second, *_ = self.walks.values()
+        return pairs(first, second)
+
+    def findings(self, body: Body | None) -> list[str]:
+        """How the falls of each condition came about, after the pairs of the first two."""
+        texts = [pair_words(self.pair)] if len(self.walks) > 1 else []
+        return texts + [falls_finding(name, results, body) for name, results in self.walks.items()]
+
+
+def falls_claim(text: str, of: Condition, least: float) -> Claim:
     """A claim that a ratio of robots or more falls: the lower bound of the interval decides.
 
     Args:
         text: The claim.
-        of: The arm.
+        of: The condition.
         least: Ratio, 0..1. All of 16 or more seeds must fall for 0.8.
     """
     return Claim(text, of.fall_words(), 1.0 - of.interval[1] >= least)
 
 
-def survives_claim(text: str, of: Arm, least: float) -> Claim:
+def survives_claim(text: str, of: Condition, least: float) -> Claim:
     """A claim that a ratio of robots or more walks on; arguments and verdict as in `falls_claim`."""
     return Claim(text, of.words(), of.interval[0] >= least)
 
 
 def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome]) -> Paired:
-    """The seeds that ran in both arms, compared."""
+    """The seeds that ran in both conditions, compared."""
     first = {result.seed: result.end.survived for result in with_}
     second = {result.seed: result.end.survived for result in without}
     seeds = [seed for seed in first if seed in second]
@@ -97,35 +124,34 @@ def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome]) -> Paire
 def pair_words(pair: Paired) -> str:
     """As text for the report."""
     return (
-        f"Same seeds: {pair.both} walk on in both arms, {pair.only_with} only with, {pair.only_without} only "
-        f"without, {pair.neither} in neither; exact McNemar p = {pair.p_value:.2g}."
+        f"Same seeds: {pair.both} walk on in both conditions, {pair.only_with} only with, {pair.only_without} "
+        f"only without, {pair.neither} in neither; exact McNemar p = {pair.p_value:.2g}."
     )
 
 
-def arms_table(arms: dict[str, Arm]) -> ReportTable:
-    """Arms side by side."""
-    rows = []
-    for name, a in arms.items():
-        low, high = (100.0 * bound for bound in a.interval)
-        rows.append(
-            (
-                name,
-                f"{a.survived} of {a.n}",
-                f"{low:.0f} to {high:.0f} %",
-                _times(a.fall_times),
-                f"{a.tilt_max_deg[0]:.1f} / {a.tilt_max_deg[1]:.1f}",
-                f"{a.speed:.3f}",
-            )
+def conditions_table(conditions: Mapping[str, Condition]) -> ReportTable:
+    """Conditions side by side."""
+    rows = tuple(
+        (
+            name,
+            f"{each.survived} of {each.n}",
+            percent(each.interval),
+            _times(each.fall_times),
+            f"{each.tilt_max_deg[0]:.1f} / {each.tilt_max_deg[1]:.1f}",
+            f"{each.speed:.3f}",
         )
-    head = (
-        "arm",
-        "survived",
-        "95 % interval",
-        "falls at, s: first / median / last",
-        "torso tilt, deg: median / worst",
-        "m/s over ground",
+        for name, each in conditions.items()
     )
-    return ReportTable("Arms", head, tuple(rows))
+    head = (
+        *("condition", "survived", "95 % interval", "falls at, s: first / median / last"),
+        *("torso tilt, deg: median / worst", "m/s over ground"),
+    )
+    return ReportTable("Conditions", head, rows)
+
+
+def before_fall(result: WalkOutcome) -> Track:
+    """The walk up to a second before any fall."""
+    return result.track.until(result.end.time - (0.0 if result.end.survived else BEFORE_FALL))
 
 
 def _times(times: Sequence[float]) -> str:
@@ -135,7 +161,7 @@ def _times(times: Sequence[float]) -> str:
 
 
 def falls_finding(name: str, results: Sequence[WalkOutcome], body: Body | None) -> str:
-    """How the falls of an arm came about in numbers; empty when none fell. Without a body, no margins."""
+    """How the falls of a condition came about in numbers; empty when none fell. Without a body, no margins."""
     fallen = [result for result in results if not result.end.survived]
     if not fallen:
         return ""
@@ -169,10 +195,6 @@ def direction(end: WalkEnd) -> str:
     return "forward" if end.pitch > 0.0 else "backward"
 
 
-def _before(result: WalkOutcome, seconds: float) -> Track:
-    return result.track.until(result.end.time - seconds)
-
-
 def _phase_of_fall(result: WalkOutcome) -> str:
     """Phase in which the torso last passed 10 degrees on its way down."""
     track = result.track.until(result.end.time)
@@ -194,8 +216,7 @@ def largest_lag(result: WalkOutcome) -> tuple[str, float] | None:
 
 def least_margin(result: WalkOutcome, body: Body) -> float | None:
     """Least distance of the true ZMP from the stance sole's edge in single support before any fall, m."""
-    track = _before(result, 0.0 if result.end.survived else BEFORE_FALL)
-    margins = zmp_margin(track, body)
+    margins = zmp_margin(before_fall(result), body)
     return float(np.nanmin(margins)) if np.isfinite(margins).any() else None
 
 
