@@ -16,16 +16,10 @@ from bridge.body import Body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
-from bridge.guard.approach import Approach
-from bridge.guard.closing import CloseStance, CommandStream
 from bridge.guard.config import GuardSettings
-from bridge.guard.descent import Descent
-from bridge.guard.fall import FallMonitor, tilt
+from bridge.guard.motions import Approach, CloseStance, CommandStream, Descent, SitDown, Watchdog
 from bridge.guard.output import JointOutput
-from bridge.guard.sit_down import SitDown
-from bridge.guard.status import StatusLog
-from bridge.guard.supplies import SupplyMonitor
-from bridge.guard.watchdog import Watchdog
+from bridge.guard.status import FallMonitor, StatusLog, SupplyMonitor, tilt
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.motion import motion_for

@@ -10,8 +10,8 @@ import typer
 
 from bridge.adapters.lola.address import listen, parse_address, remove
 from bridge.adapters.lola.bridge import LolaBridge
-from bridge.adapters.lola.identity import Identity
-from bridge.adapters.lola.schema import DEFAULT_SOCKET
+from bridge.adapters.lola.codec import DEFAULT_SOCKET
+from bridge.adapters.lola.packets import Identity
 from bridge.adapters.lola.server import LolaServer
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink

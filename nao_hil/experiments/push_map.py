@@ -37,7 +37,12 @@ class Threshold(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ThresholdSearch:
-    """What is known of a threshold; all within the range are as likely as each other, by their logarithm.
+    """The strength of a stimulus at which half of the trials fail, by few trials.
+
+    Bayesian adaptive estimation on a grid (Watson and Pelli, QUEST, Perception & Psychophysics 33, 1983), with
+    the slope as a second unknown. The chance of a failure at the strength s is Phi(ln(s / m) / w), mixed with a
+    chance for trials that fail or stand at any strength. All strengths are equally likely at first, by their
+    logarithm.
 
     Args:
         low: Smallest strength.

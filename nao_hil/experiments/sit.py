@@ -9,7 +9,7 @@ import msgspec
 
 from bridge.body import load_body
 from bridge.guard import Guard
-from bridge.guard.fall import tilt
+from bridge.guard.status import tilt
 from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
 from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, wilson

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bridge.adapters.lola.setpoints import Setpoints
+from bridge.adapters.lola.client import Setpoints
 
 
 @pytest.mark.parametrize("wrong", [True, False, "0.1", None, math.nan, [0.1]])
