@@ -21,7 +21,7 @@ from bridge.messages.faults import (
     PowerLoss,
     SensorFault,
 )
-from emulator.engine.multibody import Multibody
+from emulator.engine.base import Multibody
 from emulator.faults.commands import CommandChannel
 from emulator.faults.joints import JointFaults
 from emulator.faults.sensors import FrameFault, FrameFaults

@@ -9,7 +9,7 @@ import numpy as np
 
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.messages.faults import JointBacklash, JointFault, JointHot, JointLimp, JointStuck, JointWeak
-from emulator.engine.multibody import Multibody
+from emulator.engine.base import Multibody
 from emulator.servo.servo import Servo
 
 JAM_TORQUE: Final = 100.0

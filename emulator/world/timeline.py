@@ -8,12 +8,80 @@ from dataclasses import replace
 import numpy as np
 
 from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
+from bridge.messages.world_state import HeightGrid, Terrain, Tile
 from emulator.engine.base import Engine
+from emulator.poses import Pose
+from emulator.scenarios.ground import Heightfield, Tiles
 from emulator.scenarios.model import Scenario
 from emulator.world.events import WorldEvent
-from emulator.world.surfaces import SURFACES
-from emulator.world.terrain import lay_terrain, terrain_of
-from emulator.world.world import World
+from emulator.world.world import SURFACES, World
+
+_FOUNDATION = 0.02
+"""Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
+
+
+def terrain_of(scenario: Scenario, random: np.random.Generator) -> Terrain:
+    """The ground of a scenario that is not flat.
+
+    Args:
+        scenario: The world.
+        random: For tiles and heightfields without a seed of their own.
+    """
+    grid = None if scenario.heightfield is None else height_grid(scenario.heightfield, random)
+    return Terrain(() if scenario.tiles is None else tiles_of(scenario.tiles, random), grid)
+
+
+def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:
+    """Square tiles of random heights, equally likely from 0 to the maximum.
+
+    A round place about the start stays free, so that the robot begins on the floor.
+
+    Args:
+        tiles: Their numbers.
+        random: For tiles without a seed of their own.
+    """
+    if tiles.seed is not None:
+        random = np.random.default_rng(tiles.seed)
+    columns, rows = (max(1, round(length / tiles.edge)) for length in tiles.area)
+    heights = random.uniform(0.0, tiles.height, (rows, columns))
+    found = []
+    for row in range(rows):
+        for column in range(columns):
+            x = tiles.centre[0] + (column - 0.5 * (columns - 1)) * tiles.edge
+            y = tiles.centre[1] + (row - 0.5 * (rows - 1)) * tiles.edge
+            if math.hypot(x, y) >= tiles.free:
+                found.append(Tile((x, y), tiles.edge, float(heights[row, column])))
+    return tuple(found)
+
+
+def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:
+    """The heights as they are given, or random ones.
+
+    Args:
+        field: Its numbers.
+        random: For a field without a seed of its own.
+    """
+    if field.heights:
+        return HeightGrid(field.centre, field.spacing, field.heights)
+    if field.seed is not None:
+        random = np.random.default_rng(field.seed)
+    columns, rows = (max(2, round(length / field.spacing) + 1) for length in field.area)
+    heights = random.uniform(0.0, field.roughness, (rows, columns))
+    return HeightGrid(field.centre, field.spacing, tuple(tuple(row) for row in heights.tolist()))
+
+
+def lay_terrain(world: World, terrain: Terrain) -> None:
+    """Fix tiles and heightfield on the floor of a world."""
+    scene = world.engine.scene
+    if terrain.grid is not None:
+        grid = terrain.grid
+        heights = np.array(grid.heights, dtype=np.float64)
+        scene.add_heightfield("terrain grid", heights, grid.spacing, (*grid.centre, 0.0))
+    for number, tile in enumerate(terrain.tiles):
+        size = (tile.edge, tile.edge, tile.height + _FOUNDATION)
+        pose = Pose((*tile.at, size[2] / 2.0 - _FOUNDATION))
+        scene.add_box(f"terrain tile {number}", size, pose)
+    world.terrain = terrain
 
 
 def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator) -> World:

@@ -15,7 +15,7 @@ from bridge.recording.playback import recorded_config
 from bridge.rotations import R_yaw, rotation
 from emulator.scenarios import load_scenario
 from emulator.scenarios.model import Scenario
-from emulator.world.terrain import terrain_of
+from emulator.world.timeline import terrain_of
 
 
 def recorded_world(recording: Path) -> WorldReply | None:

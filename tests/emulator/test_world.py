@@ -30,7 +30,7 @@ from emulator.scenarios.model import Scenario
 from emulator.world import World
 from emulator.world.actions import PendulumStrike
 from emulator.world.queries import carry_out
-from emulator.world.terrain import lay_terrain, terrain_of
+from emulator.world.timeline import lay_terrain, terrain_of
 
 BODY = load_body("nao-v3")
 MASS = sum(link.mass for link in BODY.links.values())
