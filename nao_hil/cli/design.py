@@ -11,10 +11,9 @@ from rich.table import Table
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.assignments import Assignments, assignments
-from nao_hil.cli.campaign_progress import CampaignProgress
-from nao_hil.cli.console import open_console
-from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.options import Assignments, assignments
+from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 
@@ -74,7 +73,7 @@ def torso(
         command = " ".join(("nao-hil design torso --gait", gait, *(f"--set {v}" for v in values or [])))
         records.write_designs(out, designed.records, command)
     if as_json:
-        print(json.dumps({"gait": gait, "file": out and str(out), "designs": rows}), flush=True)
+        print_json({"gait": gait, "file": out and str(out), "designs": rows})
     return 0
 
 

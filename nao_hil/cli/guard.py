@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
@@ -13,6 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.guard_client import GuardClient
 from bridge.messages.guard import GuardStatus
 from nao_hil.cli import options
+from nao_hil.cli.console import print_json
 
 _WHO = "nao-hil on the command line"
 
@@ -68,5 +68,5 @@ def _confirm(guard: GuardClient, name: str) -> None:
 def _tell(status: GuardStatus, as_json: bool) -> int:
     typer.echo(status.text, err=True)
     if as_json:
-        print(msgspec.json.encode(status).decode(), flush=True)
+        print_json(status)
     return 0

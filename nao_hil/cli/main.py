@@ -21,9 +21,9 @@ from typer.core import TyperGroup
 from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
 from nao_hil import __version__
-from nao_hil.cli.certificates import with_keys_option
+from nao_hil.cli.added_options import with_keys_option
+from nao_hil.cli.console import end_log
 from nao_hil.cli.loading import loading
-from nao_hil.cli.logs import end_log
 from nao_hil.files import FULL
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
@@ -37,24 +37,24 @@ _COMMANDS: Final = {
     "drive": "drive:drive",
     "view": "view:view",
     "ros": "ros:ros",
-    "record": "record:record",
-    "replay": "replay:replay",
-    "info": "info:info",
+    "record": "recordings:record",
+    "replay": "recordings:replay",
+    "info": "recordings:info",
     "plot": "plot:plot",
     "diff": "diff:diff",
-    "compare": "compare:compare",
-    "excite": "excite:excite",
+    "compare": "identify:compare",
+    "excite": "identify:excite",
     "identify": "identify:identify",
     "doctor": "doctor:doctor",
     "plan": "plan:plan",
     "run-naoqi": "run_naoqi:run_naoqi",
-    "run-choregraphe": "run_choregraphe:run_choregraphe",
+    "run-choregraphe": "run_naoqi:run_choregraphe",
     "motion": "motion:motion",
     "experiment": "experiment:experiment",
     "campaign": "campaign:campaign",
-    "map": "map:map_",
+    "map": "campaign:map_",
     "tune": "tune:tune",
-    "results": "results:results",
+    "results": "campaign:results",
     "robots": "catalogue:robots",
     "gaits": "catalogue:gaits",
     "experiments": "experiment:experiments",
@@ -88,7 +88,7 @@ _GROUPS: Final = {
     "export": (
         "Write a recorded run as a page, a video or a ROS bag, or the calibrated robot for other simulators.",
         {
-            "run": "export_run:export_run",
+            "run": "export:export_run",
             "rosbag": "ros:rosbag",
             "mjcf": "export:mjcf",
             "urdf": "export:urdf",

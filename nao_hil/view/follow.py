@@ -41,10 +41,8 @@ from nao_hil.analysis.diagnosis import (
 from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
-from nao_hil.view.driving import Driving
-from nao_hil.view.hand import Hand
 from nao_hil.view.live import Commands, Published, Subscriber
-from nao_hil.view.orders import Orders
+from nao_hil.view.orders import Driving, Hand, Orders
 from nao_hil.view.page import recorded_page
 from nao_hil.view.rows import RunRows, events_json, world_json
 from nao_hil.view.server import HTML, PageServer

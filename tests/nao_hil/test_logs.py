@@ -7,7 +7,7 @@ import sys
 
 SAYS_MUCH = """
 import logging, os
-from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.console import log_to_stderr
 log_to_stderr()
 for _ in range(5000):
     logging.getLogger("robot").warning("x" * 100)
@@ -16,7 +16,7 @@ os._exit(0)
 """
 SAYS_LITTLE = """
 import logging
-from nao_hil.cli.logs import end_log, log_to_stderr
+from nao_hil.cli.console import end_log, log_to_stderr
 log_to_stderr()
 logging.getLogger("robot").warning("x" * 100)
 end_log()

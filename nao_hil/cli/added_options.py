@@ -1,11 +1,16 @@
-"""The options of a run, declared once for the commands that take them."""
+"""Options that a decorator adds to commands: those of a run, and `--keys` of an endpoint."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import Any, Final, get_type_hints
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any, Final, get_type_hints
 
+import typer
+
+from bridge.link.certificates import with_keys
 from nao_hil.cli import options
 from nao_hil.runs.config import run_config
 
@@ -27,6 +32,17 @@ OPTIONS: Final[dict[str, Any]] = {
     "seed": options.Seed,
 }
 """Argument of `run_config`: how it is given on the command line."""
+ENDPOINTS: Final = ("connect", "listen")
+"""Parameters of commands that are endpoints."""
+_KEYS: Final = Annotated[
+    Path | None,
+    typer.Option(
+        "--keys",
+        help="Folder of certificates (`nao-hil keys`) for an endpoint tls/HOST:PORT.",
+        metavar="DIR",
+        show_default=False,
+    ),
+]
 
 
 def takes_run(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]:
@@ -59,3 +75,26 @@ def takes_run(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]
         return command
 
     return decorate
+
+
+def with_keys_option(run: Callable[..., Any]) -> Callable[..., Any]:
+    """The function of a command, with the option `--keys` if it takes an endpoint."""
+    signature = inspect.signature(run)
+    endpoints = [name for name in ENDPOINTS if name in signature.parameters]
+    if not endpoints:
+        return run
+
+    @wraps(run)
+    def command(*args: Any, keys: Path | None = None, **kwargs: Any) -> Any:
+        for name in endpoints:
+            if kwargs.get(name) is not None and "://" not in kwargs[name]:  # those are not places of the link
+                kwargs[name] = with_keys(kwargs[name], keys)
+        return run(*args, **kwargs)
+
+    hints = get_type_hints(run, include_extras=True)
+    parameters = [p.replace(annotation=hints[p.name]) for p in signature.parameters.values()]
+    parameters.append(inspect.Parameter("keys", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_KEYS))
+    del command.__wrapped__  # typer is to see this signature, not the one inside
+    command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = hints | {"keys": _KEYS}
+    return command
