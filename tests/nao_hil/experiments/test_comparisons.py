@@ -262,7 +262,7 @@ class Made:
         ]
 
 
-def test_an_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
+def test_a_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
     """Lower bound of 19 of 20: 0.764, of 20: 0.839 (Wilson 1927). One fall decides against 0.8."""
     context = Context(cast(Campaign, Made()), tmp_path, tuple(range(20)), NOMINAL)
     conditions = [context.walks(name, "static", 60.0) for name in ("stands", "falls")]

@@ -1,6 +1,9 @@
+"""None"""
+
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from pathlib import Path
 from typing import Any
@@ -11,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.adapters.lola import codec
+from bridge.adapters.lola.client import Setpoints
 from bridge.adapters.lola.codec import MAX_MESSAGE, MapStream
 
 ACTUATORS = (Path(__file__).parent / "data" / "actuators.msgpack").read_bytes()
@@ -131,3 +135,13 @@ def test_100_000_damaged_replies_never_desynchronise_the_stream() -> None:
             found = stream.feed(MARK)
             assert found and is_mark(found[-1])
     assert late < 1000  # the rest of such a damaged message looks like a part of the next
+
+
+@pytest.mark.parametrize("wrong", [True, False, "0.1", None, math.nan, [0.1]])
+def test_an_element_that_is_no_number_leaves_its_joint_as_it_was(wrong: object) -> None:
+    """LoLA's arrays are float 32; msgpack's booleans are another type."""
+    setpoints = Setpoints([0.5] * 25, [0.0] * 25)
+    errors = setpoints.update({"Position": [wrong, *[0.1] * 24]})
+    assert setpoints.position == (0.5, *[0.1] * 24)
+    assert [error.kind for error in errors] == ["Position, number"]
+    assert "HeadYaw" in errors[0].text

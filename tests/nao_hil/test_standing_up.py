@@ -1,11 +1,14 @@
-"""A robot that lies gets up and carries out its order."""
+"""A robot that lies or sits stands up, and carries out its order."""
 
 from __future__ import annotations
 
 import pytest
 
-from nao_hil.runs.config import run_config
+from bridge.motion import MotionPlayer, load_motion
+from nao_hil.runs.build import build_robot
+from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.in_process import walk_in_process
+from nao_hil.runs.motion import play
 
 
 @pytest.mark.parametrize(("robot", "start"), [("nao-v6", "lie-back"), ("nao-v3", "lie-front")])
@@ -28,3 +31,10 @@ def test_without_recovery_it_stays_where_it_is() -> None:
         run_config(None, robot="nao-v6", engine="mujoco", gait="dynamic", start="lie-back", steps=4, seed=21)
     )
     assert (summary.recoveries, summary.steps, summary.stands) == (0, 0, False)
+
+
+@pytest.mark.parametrize(("robot", "motion"), [("nao-v3", "stand-up-v3"), ("nao-v6", "stand-up")])
+def test_a_robot_that_begins_sitting_stands_up(robot: str, motion: str) -> None:
+    with build_robot(RunConfig(robot=robot, engine="mujoco", start="sit", seed=1)) as body:
+        result = play(body, motion, MotionPlayer(load_motion(motion), body.body))
+    assert result.stands and result.began == result.ended == "upright"

@@ -1,5 +1,8 @@
-"""The pages on world and scenarios name what there is, with its keys."""
+"""The pages on DCM, world and scenarios name all there is."""
 
+from __future__ import annotations
+
+import re
 from pathlib import Path
 from typing import get_args
 
@@ -11,9 +14,34 @@ from bridge.messages.world_state import WorldReply
 from emulator.scenarios import SCENARIOS
 from emulator.scenarios.model import Scenario
 
+ROOT = Path(__file__).parents[2]
+ROWS = [
+    [cell.strip() for cell in line.strip("|\n ").split("|")]
+    for line in (ROOT / "docs" / "dcm.md").read_text().split("## The queries")[0].splitlines()
+    if line.startswith("| ") and not line.startswith("| Behaviour")
+]
+TESTS = {
+    name
+    for path in (ROOT / "tests").rglob("test_dcm*.py")
+    for name in re.findall(r"^def (test_\w+)\(", path.read_text(), re.MULTILINE)
+}
 DOCS = Path(__file__).parents[2] / "docs"
 COMMANDS, REPLY = (DOCS / "world.md").read_text().split("## WorldReply")
 SCENARIO_PAGE = (DOCS / "scenarios.md").read_text()
+
+
+def test_every_row_has_a_source_and_tests() -> None:
+    assert len(ROWS) > 30
+    for behaviour, source, tests in ROWS:
+        assert re.match(r"(.* )?(2\.x|2010|confirmed|assumed|project|contradiction)", source), behaviour
+        named = set(re.findall(r"`(\w+)`", tests))
+        assert named and named <= TESTS, behaviour
+
+
+def test_every_test_of_the_semantics_is_in_a_row() -> None:
+    text = (ROOT / "tests" / "bridge" / "test_dcm_semantics.py").read_text()
+    named = {name for _, _, tests in ROWS for name in re.findall(r"`(\w+)`", tests)}
+    assert set(re.findall(r"^def (test_\w+)\(", text, re.MULTILINE)) <= named
 
 
 def row(page: str, name: str) -> str:
