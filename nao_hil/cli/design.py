@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -125,17 +124,14 @@ def ensemble(
     accepted = len(found.members)
     console.print(f"{accepted} robots of {found.tried} tried: {file}", highlight=False, soft_wrap=True)
     if as_json:
-        print(
-            json.dumps(
-                {
-                    "file": str(file),
-                    "tried": found.tried,
-                    "accepted": found.accepted,
-                    "members": accepted,
-                    "seed": seed,
-                }
-            ),
-            flush=True,
+        print_json(
+            {
+                "file": str(file),
+                "tried": found.tried,
+                "accepted": found.accepted,
+                "members": accepted,
+                "seed": seed,
+            }
         )
     if stop.is_set():
         return 130

@@ -182,7 +182,7 @@ def excite(
     from rich.progress import Progress
 
     from nao_hil.connection import connect as connected
-    from nao_hil.identification.excitation_run import check_start, excite_emulated, excite_linked
+    from nao_hil.identification.excitation import check_start, excite_emulated, excite_linked
 
     check_start(start, duration)
     console = open_console()

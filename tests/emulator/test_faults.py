@@ -35,7 +35,7 @@ from bridge.messages.faults import (
     SensorOffset,
     SensorStuck,
 )
-from emulator.faults.commands import CommandChannel
+from emulator.faults.faults import CommandChannel
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent
 from emulator.scenarios.model import Scenario
