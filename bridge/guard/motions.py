@@ -67,7 +67,7 @@ class Watchdog:
         """Wait for the next command before counting again."""
         self._silent = None
 
-    def heard(self) -> None:
+    def keepalive(self) -> None:
         """The controller gave another sign of life; one that sent no command yet is not watched."""
         if self._silent is not None:
             self._silent = 0

@@ -244,6 +244,6 @@ class JointOutput:
         old = self.stiffness or command.stiffness
         return [i for i in self._revolute if old[i] <= 0.0 < command.stiffness[i]]
 
-    def ways(self, start: Sequence[float], command: ActuatorFrame) -> dict[int, float]:
+    def joint_travel(self, start: Sequence[float], command: ActuatorFrame) -> dict[int, float]:
         """Way of each joint that is to be stiff, from `start` to the command, rad."""
         return {i: abs(start[i] - command.position[i]) for i in self._revolute if command.stiffness[i] > 0.0}

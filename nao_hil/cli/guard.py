@@ -31,7 +31,7 @@ def stop(
     Example: nao-hil stop --connect tcp/192.168.1.7:7447
     """
     with GuardClient(name, connect) as guard:
-        return _tell(guard.stop("limp" if limp else "crouch", _WHO), as_json)
+        return _show(guard.stop("limp" if limp else "crouch", _WHO), as_json)
 
 
 def arm(
@@ -47,7 +47,7 @@ def arm(
     with GuardClient(name, connect) as guard:
         if not yes:
             _confirm(guard, name)
-        return _tell(guard.arm(_WHO), as_json)
+        return _show(guard.arm(_WHO), as_json)
 
 
 def _confirm(guard: GuardClient, name: str) -> None:
@@ -65,7 +65,7 @@ def _confirm(guard: GuardClient, name: str) -> None:
         raise ConfigurationError("not armed.")
 
 
-def _tell(status: GuardStatus, as_json: bool) -> int:
+def _show(status: GuardStatus, as_json: bool) -> int:
     typer.echo(status.text, err=True)
     if as_json:
         print_json(status)

@@ -197,10 +197,10 @@ def run(arguments: list[str] | None = None) -> int:
         # A command without arguments has shown its help instead.
         if sentence := _in_words(error.format_message(), error.ctx):
             many = getattr(getattr(error, "param", None), "nargs", 1)
-            _tell(f"{sentence}; it takes {many} of them" if many > 1 else sentence)
+            _print_error(f"{sentence}; it takes {many} of them" if many > 1 else sentence)
         return 2
     except NaoHilError as error:
-        _tell(str(error))
+        _print_error(str(error))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return 130
@@ -226,17 +226,17 @@ def _in_words(sentence: str, context: Any) -> str:
 
 
 def _unwritten(error: OSError) -> int:
-    _tell(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
+    _print_error(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
     return 3
 
 
 def _fault(error: Exception) -> int:
     traceback.print_exc()
-    _tell(f"this is a fault of nao-hil itself: {error!r}; please report it.")
+    _print_error(f"this is a fault of nao-hil itself: {error!r}; please report it.")
     return 3
 
 
-def _tell(sentence: str) -> None:
+def _print_error(sentence: str) -> None:
     end_log()
     with contextlib.suppress(OSError):
         print(f"error: {sentence}", file=sys.stderr)

@@ -119,7 +119,7 @@ def press(
         time.sleep(seconds)
         world.send(Press(button=button, pressed=False))
     text = f"Button {button} was pressed for {seconds:g} s."
-    _tell(text, as_json)
+    _show_reply(text, as_json)
     return 0
 
 
@@ -171,11 +171,11 @@ def _put(
 def _send(command: WorldCommand, name: str, connect: str, as_json: bool) -> int:
     with WorldClient(name, connect) as world:
         reply = world.send(command)
-    _tell(reply.text, as_json)
+    _show_reply(reply.text, as_json)
     return 0
 
 
-def _tell(text: str, as_json: bool) -> None:
+def _show_reply(text: str, as_json: bool) -> None:
     if as_json:
         print_json({"text": text})
     else:

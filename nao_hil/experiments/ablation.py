@@ -32,18 +32,18 @@ which neither gait gives, or have no gains in these gaits."""
 
 @dataclass(frozen=True)
 class AblationTask:
-    """What every condition is put to."""
+    """Walk that every condition makes."""
 
     name: str
     gait: str
     switch: str
     """That the thesis' claim credits."""
     suspects: tuple[str, ...]
-    """Switches that are taken out first, beside it."""
+    """Switches that are taken out first, after it."""
     duration: float
     """s"""
     plate_time: float | None = None
-    """s of the walk at which a plate comes under the right foot; None: no plate."""
+    """s of the walk at which a plate is put under the right foot; None: no plate."""
     plate_height: float = 0.01
     """m"""
 
@@ -87,7 +87,7 @@ def conditions(task: AblationTask, shipped: Switches) -> list[AblationCondition]
     """All conditions of a task.
 
     Args:
-        task: Whose claim decides what is walked first.
+        task: Its claim decides the order of the walks.
         shipped: Switches of its gait.
     """
     thesis, none = NAMED["thesis"], NAMED["none"]

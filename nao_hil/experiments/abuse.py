@@ -1,4 +1,4 @@
-"""Abuse: what no robot should be made to bear, and whether the emulated one stays a physical body in it.
+"""Abuse of the emulated robot: it must stay a physical body.
 
 Random commands inside and outside the limits, random stiffness, pushes, falls, lying about, put back on its
 feet by hand. In between the drives are cut, and the robot must not gain mechanical energy from nowhere.

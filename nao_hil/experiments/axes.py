@@ -1,4 +1,4 @@
-"""The thesis' axes: its colours, its phase line, and where a figure goes."""
+"""The thesis' axes: colours, phase line, and the file of a figure."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def feet(axes: Any, time: Array, left: Array, right: Array) -> None:
 
 
 def finish(axes: Any, x: str, y: str, title: str = "") -> None:
-    """Labels, grid, and a legend beside the axes."""
+    """Labels, grid, and a legend to the right of the axes."""
     axes.set(xlabel=x, ylabel=y, title=title)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Conditions of an experiment summed up: who survived, when and which way the others fell, and what gave in."""
+"""Conditions of an experiment summed up: survival, times and directions of falls, joints that lag."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from nao_hil.experiments.geometry import zmp_margin
 from nao_hil.runs.track import LEG_NAMES, PHASES, Array, Track
 from nao_hil.runs.walk import WalkEnd, WalkOutcome
 
-MOST: Final = 2.0 / 3.0
+MAJORITY: Final = 2.0 / 3.0
 """Lower bound of the share that falls, and of the share that walks on: 18 of 20 reach it, 17 do not."""
 BEFORE_FALL: Final = 1.0
 """s before a fall in which the joint that lags most is looked for."""
@@ -92,7 +92,7 @@ class Comparison:
         return pairs(first, second)
 
     def findings(self, body: Body | None) -> list[str]:
-        """How the falls of each condition came about, after the pairs of the first two."""
+        """Falls of each condition, after the pairs of the first two."""
         texts = [pair_words(self.pair)] if len(self.walks) > 1 else []
         return texts + [falls_finding(name, results, body) for name, results in self.walks.items()]
 
@@ -161,7 +161,13 @@ def _times(times: Sequence[float]) -> str:
 
 
 def falls_finding(name: str, results: Sequence[WalkOutcome], body: Body | None) -> str:
-    """How the falls of a condition came about in numbers; empty when none fell. Without a body, no margins."""
+    """Times, directions, phases and joints of the falls of a condition; empty without falls.
+
+    Args:
+        name: Of the condition.
+        results: Its walks.
+        body: For the margin of the ZMP; None: without it.
+    """
     fallen = [result for result in results if not result.end.survived]
     if not fallen:
         return ""

@@ -1,4 +1,4 @@
-"""What every experiment is given: robot, wear, seeds, changed parameters, a campaign, and a folder."""
+"""Context of an experiment: robot, wear, seeds, changed parameters, campaign, folder; walks and outcome."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Plates: TypeAlias = tuple[tuple[float, PlateUnderFoot], ...]
 
 
 def setup_rows(context: Context, rows: Sequence[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
-    """An experiment's own rows, then robot, wear, seeds, and what was changed of the shipped parameters."""
+    """An experiment's own rows, then robot, wear, seeds, and changed parameters."""
     changes = context.changes
     changed = {
         table: values
@@ -55,7 +55,7 @@ def seed_words(seeds: Sequence[int]) -> str:
 
 @dataclass(frozen=True)
 class Context:
-    """Everything an experiment depends on beside its own numbers."""
+    """Everything that an experiment depends on except its own numbers."""
 
     campaign: Campaign
     out: Path
@@ -249,7 +249,7 @@ class Context:
         """Walk several conditions in one go, seed by seed, so that a stop leaves about as many of each.
 
         Each condition differs in one switch at most from the one before it, or in the gait with all that is the
-        gait's own: what differs is what the conditions show.
+        gait's own: so one difference explains the results.
 
         Raises:
             Interrupted: it was stopped before each condition had a run.

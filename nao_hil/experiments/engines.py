@@ -32,7 +32,7 @@ from nao_hil.experiments.torso_responses import Responses, fit_plant, read_shape
 from nao_hil.experiments.torso_step import AMPLITUDE, torso_step_tasks
 
 DIFFERENCES: Final = (
-    "What differs between the engines: the contact model (PyBullet carries a sole by four points of the "
+    "Differences of the engines: the contact model (PyBullet carries a sole by four points of the "
     "outline, which it chooses, and four of a pad, with an error of the stiffness against tilting of up to "
     "40 %; MuJoCo by eight and one in the middle; all else is rigid on PyBullet and a stiff constraint on "
     "MuJoCo), the friction cone (a pyramid against an ellipse), the solver (sequential impulses, 50 sweeps at "
@@ -86,7 +86,7 @@ class ComparedWalk(NamedTuple):
     plates: Callable[[int], Plates] | None = None
     """By seed."""
     speed: bool = False
-    """Speeds are compared beside who walks on."""
+    """Speeds are compared as well as survival."""
 
 
 def compared_walks(setup: EnginesSetup) -> tuple[ComparedWalk, ...]:
@@ -178,7 +178,7 @@ def walk_rows(context: Context, compared: ComparedWalk, within: float) -> list[R
 
 
 def get_up_rows(context: Context) -> list[Row]:
-    """Who stands after a drop, and in which time by what was below."""
+    """Robots that stand after a drop, and their times by lying side."""
     pybullet, mujoco = (
         [course.drop for course in dropped_courses(context.on_engine(engine))] for engine in ENGINES
     )

@@ -1,4 +1,4 @@
-"""The one table of both engines: what a row has, and by which rule the engines agree in it."""
+"""The one table of both engines: its rows, and the rule by which the engines agree."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Value(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Count(msgspec.Struct, frozen=True, kw_only=True):
-    """How many of some runs came through, with Wilson's 95 % interval of the share."""
+    """Successful runs, with Wilson's 95 % interval of the share."""
 
     count: int
     low: float
@@ -57,9 +57,9 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     ratio: Value | None = None
     """Of MuJoCo's to PyBullet's, seed by seed; None: not compared so, or no seed has both."""
     goal: str = ""
-    """What the engines are to agree in; empty: nothing is asked."""
+    """Required agreement; empty: none."""
     agree: bool | None = None
-    """They do; None: nothing is asked."""
+    """Verdict; None: nothing is required."""
 
 
 def mean_of(values: Sequence[float]) -> Value:
@@ -85,7 +85,7 @@ def median_of(values: Sequence[float]) -> Value:
 
 
 def count_of(through: Sequence[bool]) -> Count:
-    """How many came through."""
+    """Successful runs of some."""
     low, high = wilson(sum(through), len(through))
     return Count(count=sum(through), low=low, high=high, n=len(through))
 
@@ -119,7 +119,7 @@ def paired_row(
 
 
 def count_row(figure: str, pybullet: Sequence[bool], mujoco: Sequence[bool]) -> Row:
-    """Who came through on each engine; the intervals of both shares are to overlap."""
+    """Successful runs on each engine; the intervals of both shares are to overlap."""
     one, other = count_of(pybullet), count_of(mujoco)
     return Row(
         figure=figure,

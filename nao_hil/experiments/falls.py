@@ -30,7 +30,7 @@ IMPULSE: Final = (1.0, 4.0)
 FELLING: Final = 4.0
 """N s of each push of a long walk, likewise."""
 PUSHED: Final = (5.0, 8.0)
-"""s after the beginning in which a single push comes."""
+"""s after the beginning in which a single push begins."""
 PUSH_PERIOD: Final = 60.0
 """s between two pushes of a long walk, and before the first."""
 WALKS: Final = 6.0
@@ -56,9 +56,9 @@ class Fall(msgspec.Struct, frozen=True, kw_only=True):
     walked: float
     """s of undisturbed walking before the push."""
     false_alarms: int
-    """Falls that the walker saw in that time."""
+    """Falls that the walker reported in that time."""
     fell: bool
-    """The torso came to lean by 45 degrees."""
+    """The torso leaned by 45 degrees."""
     lead: float
     """s from the walker's notice until the torso leaned by 45 degrees; of a robot that fell."""
     tilt: float
@@ -71,7 +71,7 @@ class Fall(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass
 class _PushTrial:
-    """A push to come, and what has been seen since the one before."""
+    """A push, and the observations since the one before."""
 
     at: float
     """s"""
@@ -106,7 +106,7 @@ class _PushTrial:
         self.upright_since = min(self.upright_since, now) if walking else math.inf
 
     def over(self, now: float) -> bool:
-        """Whether it is known what came of the push."""
+        """Whether the outcome of the push is known."""
         return now - self.upright_since >= WALKS or now >= self.at + LONGEST
 
     def fall(self, seed: int, now: float) -> Fall:
@@ -125,7 +125,7 @@ class _PushTrial:
 
 
 class PushedWalk(msgspec.Struct, frozen=True, kw_only=True):
-    """What to walk."""
+    """A walk with pushes, for a worker."""
 
     config: RunConfig
     """Body, wear, engine, gait and seed are read."""
@@ -179,7 +179,7 @@ def pushed_walk(task: PushedWalk) -> list[Fall]:
 
 
 def _impacts(robot: EmulatedRobot, heights: dict[str, float], speed: dict[str, float]) -> None:
-    """Note how fast the lowest points of torso and head came down as they reached the ground."""
+    """Note the downward speed of torso and head as their lowest points reach the ground."""
     shapes = link_shapes(robot.body)
     for part in _PARTS:
         height = lowest_point(shapes[part], robot.engine.robot.link_pose(part))

@@ -1,4 +1,4 @@
-"""What each feedback of a gait is good for: each switched off in turn, on disturbed and undisturbed walks."""
+"""Effect of each feedback of a gait: each switched off in turn, on disturbed and undisturbed walks."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
         for name, switches in _conditions(context, gait).items()
     }
     for task in _tasks(setup, gait):
-        check_run(walks[task, SHIPPED][0].config)  # a velocity beyond the gait is told before the first walk
+        check_run(walks[task, SHIPPED][0].config)  # refuses a velocity beyond the gait before the first walk
     mixed = [walk for of_seed in zip(*walks.values(), strict=True) for walk in of_seed]
     done: dict[str, list[WalkOutcome]] = {}
     for outcome in context.campaign.walk(mixed):

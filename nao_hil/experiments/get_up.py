@@ -82,7 +82,7 @@ class Course(NamedTuple):
 def dropped(config: RunConfig) -> EmulatedRobot:
     """A robot that fell limp from a height, any side first, and lies now; the caller closes it.
 
-    Poses in which limbs are inside each other are drawn anew: a fifth of all (V6).
+    Poses in which limbs overlap are drawn again: a fifth of all (V6).
     """
     robot, random = build_robot(config), np.random.default_rng([config.seed, 1])
     for _ in range(DRAWS):

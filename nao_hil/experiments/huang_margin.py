@@ -1,4 +1,4 @@
-"""Whether the search of Huang's gait pays and its plan comes true; Huang et al. (2001), (11) to (14).
+"""Benefit of the search of Huang's gait, and agreement of plan and walk; Huang et al. (2001), (11) to (14).
 
 Conditions: the hip motion with the largest stability margin, and a badly chosen one, with the same feet and
 times; a step of 1 cm up and down that the plan knows of, and the same step unknown to it.
@@ -136,7 +136,7 @@ def _from_sensors(track: Track, body: Body, rows: Array) -> Array:
 
 
 def _delay(track: Track) -> float:
-    """Shift, s, at which the true ZMP's y, less the mass', goes best with the planned one's."""
+    """Shift, s, at which the true ZMP's y, less the mass', correlates best with the planned one's."""
     walking = track.during("DSL", "SSL", "DSR", "SSR")
     plan = (track["plan_zmp"] - track["plan_com"])[walking, 1]
     truth = (track["zmp"] - track["com"][:, :2])[walking, 1]

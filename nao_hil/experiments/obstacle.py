@@ -21,7 +21,7 @@ from bridge.messages.world import PlateUnderFoot
 from nao_hil.analysis.report.page import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
-    MOST,
+    MAJORITY,
     Comparison,
     Condition,
     conditions_table,
@@ -52,7 +52,7 @@ _TRIES: Final = 1000
 COVERED_BEHIND: Final = (0.08, 0.10)
 """Rear edge of a plate that covers the sole, behind the lifted sole's middle, m."""
 COVERED_AHEAD: Final = (0.16, 0.20)
-"""Its front edge ahead of it, m: the sole comes down a step farther."""
+"""Its front edge ahead of it, m: the sole lands a step farther."""
 COVERED_OUTWARD: Final = (0.055, 0.090)
 """Its outer edge outward of it, m."""
 _THESIS: Final[dict[str, Any]] = msgspec.to_builtins(NAMED["thesis"])
@@ -77,7 +77,7 @@ def drawn_plate(seed: int, height: float) -> PlateUnderFoot:
         half = 0.5 * (length * abs(math.sin(yaw)) + width * math.cos(yaw))
         if half - outward <= INWARD_REACH:
             return PlateUnderFoot(foot="right", size=(length, width, height), shift=(ahead, -outward), yaw=yaw)
-    raise AssertionError("no plate fits beside the other foot")
+    raise AssertionError("no plate fits next to the other foot")
 
 
 def covering_plate(seed: int, height: float) -> PlateUnderFoot:
@@ -121,8 +121,8 @@ class Force(msgspec.Struct, frozen=True, kw_only=True):
 def landing_force(result: WalkOutcome, plate_time: float) -> float | None:
     """Largest sum of the right foot's four sensors from the plate to the end of that SSL, N.
 
-    Until the fall if that is sooner, and until the torso leans 20 degrees: what a falling robot puts on the
-    foot is no landing. None: the walk did not come so far.
+    Until the fall if that is sooner, and until the torso leans 20 degrees: the force of a falling robot is no
+    landing. None: the walk ended before.
     """
     track = result.track.until(result.end.time)
     time = track["time"]
@@ -243,8 +243,8 @@ def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
 def _claims(plate: str, conditions: tuple[Condition, Condition]) -> tuple[Claim, ...]:
     with_, without = conditions
     return (
-        falls_claim(f"{plate}: without the leg admittance most fall", without, MOST),
-        survives_claim(f"{plate}: with it most walk on", with_, MOST),
+        falls_claim(f"{plate}: without the leg admittance most fall", without, MAJORITY),
+        survives_claim(f"{plate}: with it most walk on", with_, MAJORITY),
     )
 
 

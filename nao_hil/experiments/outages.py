@@ -1,7 +1,7 @@
-"""Outages of the link and of either process during a walk: what the robot does, and whether the walk completes.
+"""Outages of the link and of either process during a walk: reaction of the robot, and completion of the walk.
 
-What the guard promises (`bridge.guard`): a short silence is bridged, a longer one held, then the robot crouches
-and lets go; whoever asks afterwards may walk again. Nothing is started by hand but what was killed.
+The guard (`bridge.guard`) promises: a short silence is bridged, a longer one held, then the robot crouches
+and lets go; any controller may take it afterwards. Only killed processes are started again.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class OutageWalk(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     """At any time."""
     notices: list[str]
-    """Codes of what the robot said, in order, the usual ones left out."""
+    """Codes of the notices in order, without the routine ones."""
     recordings: list[int]
     """Messages that can be read of each recording."""
     seconds: float
@@ -76,7 +76,7 @@ def rows_by_event(walks: list[OutageWalk]) -> tuple[tuple[str, ...], ...]:
 
 
 def outage_claims(walks: list[OutageWalk]) -> tuple[Claim, ...]:
-    """Promises of the guard, beside what the walks did."""
+    """Promises of the guard and the results of the walks."""
     watchdog = GuardSettings().watchdog
     bridged = 0.01 * watchdog.silence_cycles
     short = [w for w in walks if w.what.startswith("outage") and float(w.what.split()[-2]) < bridged]
@@ -89,11 +89,11 @@ def outage_claims(walks: list[OutageWalk]) -> tuple[Claim, ...]:
             all("guard-crouch" not in w.notices for w in short),
         ),
         Claim(
-            "After each event the walk is made to its end, with nothing started by hand but what was killed",
+            "After each event the walk is completed; only killed processes are started again",
             f"{walked} of {len(walks)}",
             walked == len(walks),
         ),
-        Claim("Nobody falls", f"{upright} of {len(walks)} upright", upright == len(walks)),
+        Claim("No robot falls", f"{upright} of {len(walks)} upright", upright == len(walks)),
         Claim(
             "Every recording can be read",
             f"{readable} of {len(walks)}",
@@ -202,7 +202,7 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
 
 
 def _until_found(pair: Pair) -> None:
-    """Wait until the walker says that it found the robot."""
+    """Wait until the walker reports that it found the robot."""
     deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline and pair.robot.running and pair.walker.running:
         if "found" in pair.walker.stderr:

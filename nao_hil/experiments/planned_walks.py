@@ -1,6 +1,6 @@
 """R7: both gaits of the thesis, planned and walked (3.3, figures 3.4, 3.6, 3.7).
 
-The static gait walks without controllers: what differs from its plan is the robot. Values that the thesis'
+The static gait walks without controllers: differences from its plan are the robot's. Values that the thesis'
 parameters of the dynamic gait mean are recomputed from its equations; they are read here from the planned
 trajectory itself, by finite differences, not from the closed forms that made it.
 """
@@ -45,7 +45,7 @@ EXPECTED: Final = {
     "step_time": 0.48231,
     "speed": 0.189,
 }
-"""What e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 and d_0 = 0.05 m mean, SI units."""
+"""Consequences of e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 and d_0 = 0.05 m, SI units."""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ class Threshold(msgspec.Struct, frozen=True, kw_only=True):
     """The strength at which half fail."""
 
     value: float
-    """Median of what is known of it."""
+    """Median of its distribution."""
     interval: Vec2
     """95 %, credible."""
 
@@ -55,7 +55,7 @@ class ThresholdSearch:
         self.trials: list[tuple[float, bool]] = []
         """Strength, and whether it failed."""
 
-    def tell(self, strength: float, failed: bool) -> None:
+    def add_trial(self, strength: float, failed: bool) -> None:
         """One trial."""
         distance = np.log(strength / self._strengths)[:, None] / _SPREADS
         chance = 0.5 * LAPSE + (1.0 - LAPSE) * norm.cdf(distance)
@@ -130,7 +130,7 @@ def experiment(context: Context, setup: PushMapSetup | None = None) -> Outcome:
         f"Pushes at the torso by direction and phase, the gait {gait}, {n} walks a cell{few_words(n)}",
         "Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
         setup=[
-            ("walk", f"{setup.speed:g} m/s; the push comes in the first stride after {setup.time:g} s"),
+            ("walk", f"{setup.speed:g} m/s; the push is in the first stride after {setup.time:g} s"),
             ("push", f"{setup.duration:g} s long, constant, at the torso's centre of mass"),
             ("stands", f"{setup.after:g} s after {setup.time:g} s"),
             ("search", "Bayesian, each walk at the median so far; 95 % credible intervals"),
@@ -165,7 +165,7 @@ def _round(context: Context, setup: PushMapSetup, gait: str, searches: dict[_Pla
     walks = [_walk(context, setup, gait, place, strength) for place, strength in strengths.items()]
     results = {result.walk.name: result for result in context.walk_all(walks)}
     for walk, (place, search) in zip(walks, searches.items(), strict=True):
-        search.tell(strengths[place], not results[walk.name].end.survived)
+        search.add_trial(strengths[place], not results[walk.name].end.survived)
 
 
 def _walk(context: Context, setup: PushMapSetup, gait: str, place: _Place, impulse: float) -> Walk:

@@ -84,7 +84,7 @@ def rows(context: Context, group: str) -> tuple[dict[str, Any], list[dict[str, A
 
 
 def experiment(context: Context, *groups: str) -> Outcome:
-    """Figures of some groups on one page; of all, and the torso step beside them, unless some are named."""
+    """Figures of some groups on one page; of all, and of the torso step, unless some are named."""
     alone = len(groups) == 1
     claims, lines = [], []
     data: dict[str, Any] = {}

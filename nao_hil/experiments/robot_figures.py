@@ -1,8 +1,8 @@
-"""Measurements of real robots that the emulated one can repeat, each with the real figure beside it.
+"""Measurements of real robots that the emulated one can repeat, each with the real figure.
 
 A figure counts only measured as its source did: the same robot generation, the same floor, the same
 definition. The bounds are tolerances, stated before the robot is calibrated: the source's own scatter where it
-gives one, else what its conditions leave open (another team's walk, another floor).
+gives one, else an allowance for its conditions (another team's walk, another floor).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Does experiments one after the other: folders, JSON, what a person sees, and the report."""
+"""Runs experiments one after the other: folders, JSON, text on the terminal, report."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from walker.planning import gait_parameters
 from walker.stabilization.parameters import controller_parameters
 
 GAITS: Final = ("static", "dynamic")
-"""Whose parameters the report prints, beside the chosen one's."""
+"""Parameters of these gaits and of the chosen one are in the report."""
 ABOUT: Final = (
-    "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: what it claims, "
-    "beside what the emulated robot does. Shares have 95 % Wilson intervals. Compared conditions walk with the "
+    "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: its claims and "
+    "the results of the emulated robot. Shares have 95 % Wilson intervals. Compared conditions walk with the "
     "same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
-    "anything but a foot on the ground. A claim that is not confirmed stands here as such, with what the "
-    "robot does instead."
+    "anything but a foot on the ground. A claim that is not confirmed stands here as such, with the "
+    "result."
 )
 """Above the report."""
 
 
 class Runner:
-    """Does experiments and keeps what came of them.
+    """Runs experiments and keeps their results.
 
     Args:
         campaign: To run in.
-        console: Where to tell.
+        console: For claims and findings.
         path: Folder of it all.
         changes: Robot, wear and changed parameters.
         seeds: Number of them; None: each experiment's own.
@@ -63,7 +63,7 @@ class Runner:
         self._duration, self._gait = duration, gait
         self._pages: list[ReportPage] = []
         self.results: dict[str, dict[str, Any]] = {}
-        """By name, what goes into the JSON."""
+        """JSON by name."""
         self.missing: list[tuple[str, str]] = []
         """Experiments that were not done, and why."""
 
@@ -96,7 +96,7 @@ class Runner:
                 Context(self._campaign, out, self.seeds(name), self._changes, self._duration, self._gait)
             )
         except Interrupted:
-            self.missing.append((name, "interrupted; what was walked is kept and need not be walked again"))
+            self.missing.append((name, "interrupted; walks that are done are kept"))
             return
         self._keep(name, out, outcome)
 
@@ -113,9 +113,9 @@ class Runner:
             "interrupted": self.interrupted,
         }
         self._pages.append(outcome.page)
-        self._say(outcome.page)
+        self._print_page(outcome.page)
 
-    def _say(self, page: ReportPage) -> None:
+    def _print_page(self, page: ReportPage) -> None:
         verdict = page.verdict, "green" if page.passed else "yellow"
         self._console.print(Text.assemble((page.name, "bold"), ": ", verdict))
         for claim in page.claims:

@@ -1,4 +1,4 @@
-"""Which unknowns of the robot decide what: Morris' screening of all, Sobol' indices of the few that matter."""
+"""Influence of the unknowns of the robot: Morris' screening of all, Sobol' indices of the few that matter."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outco
     }
     return context.outcome(
         "sensitivity",
-        f"Which unknowns decide what ({len(paths)} trajectories)",
+        f"Influence of the unknowns ({len(paths)} trajectories)",
         "Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
         setup=[
             ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
@@ -249,7 +249,7 @@ def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: i
 
 
 def _walk_figures(setup: SensitivitySetup, outcomes: Sequence[WalkOutcome]) -> tuple[float, ...]:
-    """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk did not come so far."""
+    """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk ended before."""
     on_plate, drifting, *of_conditions, ahead = outcomes
     force = landing_force(on_plate, PLATE.plate_time)
     drift = drift_per_step(drifting)

@@ -1,6 +1,6 @@
 """The test bench of the drives: torso nailed to the world, legs free in the air.
 
-Every measurement is one of the real bench's: what is read are encoders, currents, temperatures, the motors' own
+Every measurement is one of the real bench's: it reads encoders, currents, temperatures, the motors' own
 angles and the torque of a clamp; gravity is switched off where it would hide the drive.
 """
 
@@ -35,13 +35,13 @@ SPREAD: Final = 0.7
 FAR: Final = 0.3
 """Position error at which every drive gives full voltage, rad."""
 CLAMP: Final = 1000.0
-"""What the clamp holds, N m."""
+"""Largest torque of the clamp, N m."""
 STEP: Final = math.radians(10.0)
 """Of the step response, rad; half of it for HipYawPitch, whose hips turn together."""
 LOOP_AMPLITUDE: Final = math.radians(4.0)
 """Of the loop of slow reversals, rad."""
 LOOP_SPEED: Final = math.radians(1.0)
-"""rad/s: slow beside delay and loop, so that the loop's width is backlash."""
+"""rad/s: slow against delay and loop, so that the loop's width is backlash."""
 LEAST_FALL: Final = math.radians(15.0)
 """Of hips and knees without stiffness; an ankle has too light a foot for the friction of its gear."""
 HEAT_TIME: Final = 60.0

@@ -1,4 +1,4 @@
-"""The table of the leg drives: what the bench measures, beside what the data sheet says.
+"""The table of the leg drives: measured values and those of the data sheet.
 
 Yardstick of the step response: the second-order model that a team identified on its V6, T = 0.019 s, D = 1.5,
 drawn from the moment the motion begins. It is no target.

@@ -71,7 +71,7 @@ Search = Generator[Request, Sequence[bool], float]
 
 @dataclass
 class Tally:
-    """What is known of one direction."""
+    """Trials of one direction."""
 
     runs: dict[float, dict[int, WalkOutcome]] = field(default_factory=dict)
     """By slope and seed."""
@@ -92,7 +92,7 @@ def trial(
 ) -> Generator[Request, Sequence[bool], bool]:
     """Try a slope seed by seed until it is sure whether `needed` of all these seeds walk on.
 
-    Yields what to try next, is sent who survived, and returns the verdict.
+    Yields the next trial, is sent its survivors, and returns the verdict.
     """
     survived = fallen = 0
     while survived < needed and fallen <= len(seeds) - needed:

@@ -1,8 +1,8 @@
 """A long walk in real time, watched: memory, file descriptors, punctuality and drift of both processes.
 
 Robot and walker run as two processes over loopback, as `nao-hil up` does; this process listens to the frames
-and looks into /proc every few seconds (Linux). A bare loop of the same cycle and priority runs beside them:
-where it comes late too, it was the machine.
+and looks into /proc every few seconds (Linux). A bare loop of the same cycle and priority runs at the
+same time: its lateness is the machine's.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ WINDOW: Final = 5.0
 burst of other work on the machine is not the robot's lateness."""
 GAIT: Final = "static"
 NAME: Final = "soak"
-"""Robot id: beside a robot of the ordinary name this one is left alone."""
+"""Robot id: a robot of the ordinary name may run at the same time."""
 ENDPOINT: Final = "tcp/127.0.0.1:7449"
 SCENARIO: Final = "plugged-in"
 """An hour is more than a battery."""
@@ -57,7 +57,7 @@ GRACE: Final = 10.0
 
 
 class Use(msgspec.Struct, frozen=True, kw_only=True):
-    """What one process used."""
+    """Resources of one process."""
 
     memory_mb: float
     """Resident, in the end."""
@@ -144,7 +144,7 @@ def sum_up(
 
 
 def as_punctual(robot: tuple[float, float], bare: tuple[float, float]) -> bool:
-    """Whether the robot's frames came no later in the end than at first, the machine's share taken out."""
+    """Whether the robot's frames are no later in the end than at first, the machine's share taken out."""
     return robot[1] - robot[0] <= LATER + max(0.0, bare[1] - bare[0])
 
 
@@ -231,7 +231,7 @@ def _claims(duration: float, found: dict[str, Any]) -> list[Claim]:
     claims = [
         Claim(
             f"It walks for {duration:g} s",
-            f"{found['seconds']:.0f} s watched" + ("" if found["done"] else "; walker.log says why no more"),
+            f"{found['seconds']:.0f} s watched" + ("" if found["done"] else "; walker.log has the reason"),
             found["done"],
         ),
         Claim("No fall", "fell" if found["fell"] else f"{found['steps']} steps, upright", not found["fell"]),

@@ -66,11 +66,11 @@ class Ground(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Change = Callable[[Walk, np.random.Generator], dict[str, Any]]
-"""What a ground changes of a walk, by the walk's own seed."""
+"""Changes of a walk by a ground, from the walk's seed."""
 
 
 def experiment(context: Context, setup: TerrainSetup | None = None) -> Outcome:
-    """All grounds with both gaits; with the one that is told, each until its verdict is certain."""
+    """All grounds with both gaits; with one named gait, each until its verdict is certain."""
     setup = setup or TerrainSetup()
     if context.duration is not None:
         setup = replace(setup, duration=context.duration, worn_duration=context.duration)

@@ -14,7 +14,7 @@ from bridge.body import load_body
 from nao_hil.analysis.report.page import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
-    MOST,
+    MAJORITY,
     Comparison,
     Condition,
     before_fall,
@@ -149,16 +149,16 @@ def drift_claims(
             f"{growth[1]:+.2f} deg per step without, {growth[0]:+.2f} with (medians)",
             abs(growth[1]) > max(abs(growth[0]), setup.growth_deg),
         ),
-        falls_claim(f"Without it most fall within {setup.duration:g} s", without, MOST),
-        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MOST),
+        falls_claim(f"Without it most fall within {setup.duration:g} s", without, MAJORITY),
+        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MAJORITY),
     )
 
 
 def torso_claims(setup: DynamicTorsoSetup, with_: Condition, without: Condition) -> tuple[Claim, ...]:
     """The verdicts of R5 on both conditions."""
     return (
-        falls_claim(f"Without torso control most fall within {setup.duration:g} s", without, MOST),
-        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MOST),
+        falls_claim(f"Without torso control most fall within {setup.duration:g} s", without, MAJORITY),
+        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MAJORITY),
         Claim(
             f"With it at {setup.speed:g} m/s or more over ground",
             f"{with_.speed:.3f} m/s (median)",

@@ -240,6 +240,6 @@ def _pictures(out: Path, designs: dict[str, TorsoDesign]) -> tuple[Picture, ...]
         Picture(
             plot_steps(out / "torso-design-4.15.png", designs),
             "Figure 4.15: step responses of the closed loops",
-            "Beside the plant's own: what is asked of the torso, and what it does.",
+            "With the plant's own step response.",
         ),
     )

@@ -26,7 +26,7 @@ from walker.stabilization.torso.sign import ankle_pitch_from_lean
 DRAWN_UP: Final = {"RHipRoll": -0.3, "RHipPitch": -0.8, "RKneePitch": 1.6, "RAnklePitch": -0.8}
 """The right leg, rad: its sole is 6 cm over the ground, and the foot clear of the standing leg."""
 TOLERANCE: Final = 1e-4
-"""How near the centre of mass comes to the foot's middle, m."""
+"""Largest distance of the centre of mass from the foot's middle, m."""
 Vector = NDArray[np.float64]
 STARTS: Final = ((5.0, 0.02), (7.0, 0.1), (9.0, 0.05))
 """Natural frequencies and zeros from which the fit is started; the best end counts."""
@@ -34,7 +34,7 @@ PERIOD: Final = 8.0
 """s"""
 PERIODS: Final = 2
 SPREAD: Final = math.radians(0.1)
-"""Standard deviation of the leg joints' operating points between seeds, rad: nobody stands twice the same."""
+"""Standard deviation of the leg joints' operating points between seeds, rad."""
 
 
 def _posture(lean: float, tilt: float) -> list[float]:
@@ -101,7 +101,7 @@ THESIS: Final = Plant(
 
 
 class Shape(msgspec.Struct, frozen=True, kw_only=True):
-    """What one reads off a step response, as shares of its final value."""
+    """Features of a step response, as shares of its final value."""
 
     final: float
     """Mean of the last second."""
@@ -113,7 +113,7 @@ class Shape(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def fit_plant(time: Vector, response: Vector) -> tuple[Plant, float]:
-    """The plant with the least squared error, and the root mean square of what it leaves.
+    """The plant with the least squared error, and the root mean square of its residual.
 
     Args:
         time: After the step, s, shape (n,).

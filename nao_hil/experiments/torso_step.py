@@ -98,7 +98,7 @@ def plot_wave(path: Path, run: Responses, cycle: float) -> None:
 
 
 class Bound(NamedTuple):
-    """A figure of (4.12), and what counts as the same."""
+    """A figure of (4.12), and its tolerance."""
 
     words: str
     low: float

@@ -1,4 +1,4 @@
-"""Velocity commands: what is measured of them, on single axes, mixed, straight ahead, changing at random."""
+"""Velocity commands: measured velocity on single axes, mixed, straight ahead, changing at random."""
 
 from __future__ import annotations
 

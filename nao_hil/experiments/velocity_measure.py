@@ -1,4 +1,4 @@
-"""What a walk at commanded velocities made of them: velocity, way, odometry."""
+"""Measured velocity, path and odometry of a walk at commanded velocities."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Straight(msgspec.Struct, frozen=True, kw_only=True):
     heading_deg: MeanInterval
     """Absolute change of the heading."""
     odometry: MeanInterval
-    """Distance of the place that the odometry tells from the true one, as a part of the way."""
+    """Error of the odometry's position, as a part of the path."""
 
 
 def straight(results: Sequence[WalkOutcome]) -> Straight:
@@ -149,9 +149,9 @@ def _moved(path: Array) -> Vec3:
 
 def _odometry_error(track: Track) -> float:
     """The torso sways over the middle between the feet: both ends are means over a second."""
-    true, told = (_smooth(path, track["time"]) for path in (true_path(track), track["place"]))
+    true, odometry = (_smooth(path, track["time"]) for path in (true_path(track), track["place"]))
     way = float(np.sum(np.hypot(*np.diff(true[::25, :2], axis=0).T)))
-    return math.dist(_moved(true)[:2], _moved(told)[:2]) / way
+    return math.dist(_moved(true)[:2], _moved(odometry)[:2]) / way
 
 
 def _smooth(path: Array, time: Array) -> Array:

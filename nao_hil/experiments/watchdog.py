@@ -1,8 +1,8 @@
 """The controller dies in mid-walk: does the guard bring the robot to rest, and can another take over?
 
-In process, cycle by cycle as in real time: from a random moment on no command comes. A cut leaves the robot on
-one leg as often as not, and a biped that stops in mid-step may fall whatever its joints do then; what counts
-against the guard is a robot that is not limp in the end, or that nobody can take over.
+In process, cycle by cycle as in real time: from a random moment on there is no command. A cut often leaves the
+robot on one leg, and a biped that stops in mid-step may fall in any case; the guard fails where a robot is not
+limp in the end, or where no other controller can take it over.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class GaitOutages(msgspec.Struct, frozen=True, kw_only=True):
     """All outages of one gait."""
 
     passed: bool
-    """Every robot came to rest, and every one was taken over."""
+    """All robots are at rest, and another controller took all of them over."""
     gait: str
     n: int
     at_rest: int

@@ -58,9 +58,9 @@ BEHIND: Final = 400
 SKIPPED: Final = (SensorFrame, TruthFrame, ActuatorFrame, WalkTelemetry)
 WATCH_EVERY: Final = 0.15
 """s between two questions for the walker's status and the world."""
-KEPT: Final = 10_000
+MAX_ROWS: Final = 10_000
 """Rows that are kept: five minutes."""
-MOST: Final = 200
+MAX_EVENTS: Final = 200
 """Symptoms and footprints that are kept."""
 ENDING: Final = 1.0
 """s that the last question may take when the page ends."""
@@ -96,8 +96,8 @@ class LiveRun:
         self._observer = BalanceEstimator(body)
         self._watch, self._late = Symptoms(self._observer), Lateness()
         self.set_world(world)
-        self._table: deque[Array] = deque(maxlen=KEPT)
-        self._prints: deque[list[float]] = deque(maxlen=MOST)
+        self._table: deque[Array] = deque(maxlen=MAX_ROWS)
+        self._prints: deque[list[float]] = deque(maxlen=MAX_EVENTS)
         self._symptoms: list[Symptom] = []
         self.diagnosis: Diagnosis | None = None
         self.newest: Moment | None = None
@@ -138,7 +138,7 @@ class LiveRun:
 
     def _add_symptoms(self, found: list[Symptom]) -> dict[str, Any]:
         self._symptoms += found
-        del self._symptoms[:-MOST]
+        del self._symptoms[:-MAX_EVENTS]
         if any(s.kind == "fall" for s in found):
             last = self.diagnosis.fell if self.diagnosis else -1.0
             since = [s for s in self._symptoms if s.time > last]

@@ -32,7 +32,7 @@ KINDS: Final[dict[str, Any]] = {
     keys.TELEMETRY: WalkTelemetry,
     keys.NOTICES: Notice,
 }
-KEPT: Final = 4000
+MAX_MESSAGES: Final = 4000
 """Messages that wait for the page; older ones are lost to it."""
 TIMEOUT: Final = 2.0
 """s to wait for a robot to say something to."""
@@ -50,7 +50,7 @@ class Subscriber:
         self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
         self._session: zenoh.Session | None = None
         self._subscribers: list[Any] = []
-        self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(KEPT)
+        self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(MAX_MESSAGES)
 
     def take(self) -> list[Published]:
         """What came since the last call; tries to connect until that is done.

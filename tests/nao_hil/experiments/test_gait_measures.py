@@ -81,7 +81,7 @@ def test_a_threshold_is_found_by_few_trials(true):
         search = ThresholdSearch(0.2, 8.0)
         for _ in range(12):
             strength = search.threshold.value
-            search.tell(strength, bool(math.log(strength / true) > random.normal(0.0, 0.15)))
+            search.add_trial(strength, bool(math.log(strength / true) > random.normal(0.0, 0.15)))
         low, high = search.threshold.interval
         hits += low <= true <= high
         found.append(search.threshold.value)
