@@ -1,4 +1,4 @@
-"""The faults of one robot: which are in force, since when, until when."""
+"""The faults of one robot, in commands, joints and sensors: start, effect, end."""
 
 from __future__ import annotations
 

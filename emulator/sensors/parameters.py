@@ -1,4 +1,4 @@
-"""Imperfections of the sensors: one number or switch per effect, every default ideal.
+"""Imperfections of the sensors: one number or switch per effect, every default ideal; noise.
 
 Constants of a robot (gains, biases, offsets) are drawn once per run from a normal distribution with the given
 standard deviation; noise is drawn anew for each sample.

@@ -1,4 +1,4 @@
-"""All sensors of a robot together: from its true state to the sensor part of a frame."""
+"""All sensors of a robot together; battery, encoders, bumpers and touch areas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The events of a world: the timeline of a scenario, and commands given live."""
+"""The events of a world: the timeline of a scenario, commands given live, plates under feet."""
 
 from __future__ import annotations
 

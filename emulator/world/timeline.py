@@ -1,4 +1,4 @@
-"""From a scenario to the world and its events: degrees become radians here."""
+"""From a scenario to the world, its ground and its events: degrees become radians here."""
 
 from __future__ import annotations
 

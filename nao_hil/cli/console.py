@@ -1,4 +1,4 @@
-"""The terminal of a command: console, log, JSON, and the engine that is said."""
+"""The terminal of a command: console, log, JSON, and a note on an unusual engine."""
 
 from __future__ import annotations
 

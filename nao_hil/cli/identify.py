@@ -1,4 +1,4 @@
-"""`nao-hil excite`, `identify` and `compare`: an emulated robot beside recordings of a real one."""
+"""`nao-hil excite`, `identify` and `compare`: the emulated robot against recordings of a real one."""
 
 from __future__ import annotations
 

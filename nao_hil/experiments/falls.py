@@ -1,4 +1,4 @@
-"""Falls in a walk: foreseen or not, how hard, and whether the robot gets up and walks on."""
+"""Falls in a walk: prediction, impact, and the walk after getting up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The test bench of the drives: torso nailed to the world, legs free in the air.
+"""The test bench of the drives: torso nailed to the world, legs free; speed, delay, backlash, torque, heat.
 
 Every measurement is one of the real bench's: it reads encoders, currents, temperatures, the motors' own
 angles and the torque of a clamp; gravity is switched off where it would hide the drive.

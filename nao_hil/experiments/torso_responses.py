@@ -1,4 +1,4 @@
-"""Step responses of the torso to the stance ankle's pitch, measured on the emulated robot."""
+"""Step responses of the torso on one leg to the stance ankle's pitch, and the fit of a plant to them."""
 
 from __future__ import annotations
 

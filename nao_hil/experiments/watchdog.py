@@ -1,4 +1,4 @@
-"""The controller dies in mid-walk: does the guard bring the robot to rest, and can another take over?
+"""The controller dies in mid-walk: the guard brings the robot to rest, and another controller takes over.
 
 In process, cycle by cycle as in real time: from a random moment on there is no command. A cut often leaves the
 robot on one leg, and a biped that stops in mid-step may fall in any case; the guard fails where a robot is not

@@ -1,4 +1,4 @@
-"""The report of a comparison."""
+"""The report of a comparison, with its figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two network namespaces that see only each other, joined by an emulated link; needs root and iproute2.
+"""Two network namespaces, joined by an emulated link; needs root and iproute2.
 
 An IP link between two tunnel devices with emulated network conditions; Linux only.
 

@@ -1,4 +1,4 @@
-"""What a run comes to: gathered frame by frame, the same in process and over the link."""
+"""Summary of a run, gathered frame by frame: the same in process and over the link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Orders of the page: each is decoded, carried out, and answered with one sentence."""
+"""Orders of the page: decoded, carried out, answered with one sentence; driving, and joints by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The world that a recording was made in, from the scenario beside it."""
+"""The world of a recording, from its scenario, and footprints."""
 
 from __future__ import annotations
 

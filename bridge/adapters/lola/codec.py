@@ -1,4 +1,4 @@
-"""LoLA's stream of msgpack maps: maps from bytes, with garbage between them or not, and bytes from maps.
+"""LoLA's messages: keys, order and lengths; msgpack maps in a stream of bytes, with or without garbage.
 
 LoLA's socket carries one map after the other, without lengths or separators. A reader that meets anything else
 finds the next map by itself: the next whole one that begins with a known key. LoLA's maps are flat: keys are

@@ -1,4 +1,4 @@
-"""MuJoCo behind the engine's interface."""
+"""MuJoCo behind the engine's interface, with its steps and rays in machine code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes and contact parameters in MuJoCo.
+"""Shapes, soles and contact parameters in MuJoCo.
 
 A sole meets the floor's plane with points, because MuJoCo gives a mesh on a plane three contacts at most;
 everything else meets the sole's prism. Both are made springs by `emulator.engine.mujoco.shapes`. The soft

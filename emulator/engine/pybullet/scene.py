@@ -1,4 +1,4 @@
-"""Floor and objects in PyBullet.
+"""Floor, soles and objects in PyBullet.
 
 Soles in PyBullet: a bed of springs at four points of the outline and four of a pad in the middle.
 
