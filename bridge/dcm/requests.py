@@ -1,4 +1,4 @@
-"""Requests of the DCM: the lists of `createAlias`, `set` and `setAlias`; its clock, and buffers of timed commands.
+"""Requests of the DCM: the lists of `createAlias`, `set` and `setAlias`; clock and buffers of timed commands.
 
 Formats: vendor's pages on the DCM's commands, and the clients that use them.
 """

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES, require_engine
 from emulator.wear import load_wear
-from nao_hil.analysis.report.page import Outcome
-from nao_hil.analysis.statistics import few_words
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.statistics import Estimate, few_words, mean_of, median_of, percent, wilson
 from nao_hil.experiments import obstacle, torso_control
 from nao_hil.experiments.context import Context, Plates
-from nao_hil.experiments.engines_rows import (
-    Row,
-    Value,
-    count_row,
-    median_of,
-    paired_row,
-    row_claims,
-    rows_table,
-)
 from nao_hil.experiments.get_up import WITHIN, dropped_courses
 from nao_hil.experiments.obstacle import ObstacleSetup, covering_plate, drawn_plate
 from nao_hil.experiments.servo_bench import ServoRow, bench_tracks, measure
@@ -41,7 +33,6 @@ DIFFERENCES: Final = (
     "armature of the joint)."
 )
 """For people who see two numbers that differ."""
-
 DRIVES: Final = {
     "no_load_speed": "no-load speed, rad/s",
     "request_to_motion": "time from request to motion, s",
@@ -49,6 +40,112 @@ DRIVES: Final = {
     "stall_torque": "stall torque, N m",
 }
 """Fields of `ServoRow` that are compared, in words."""
+
+
+class Count(msgspec.Struct, frozen=True, kw_only=True):
+    """Successful runs, with Wilson's 95 % interval of the share."""
+
+    count: int
+    low: float
+    high: float
+    n: int
+
+    def words(self) -> str:
+        """As text for the report."""
+        return f"{self.count} of {self.n} ({percent((self.low, self.high))})"
+
+
+class Row(msgspec.Struct, frozen=True, kw_only=True):
+    """A figure on both engines."""
+
+    figure: str
+    """In words, with its unit."""
+    pybullet: Estimate | Count
+    mujoco: Estimate | Count
+    ratio: Estimate | None = None
+    """Of MuJoCo's to PyBullet's, seed by seed; None: not compared so, or no seed has both."""
+    goal: str = ""
+    """Required agreement; empty: none."""
+    agree: bool | None = None
+    """Verdict; None: nothing is required."""
+
+
+def count_of(through: Sequence[bool]) -> Count:
+    """Successful runs of some."""
+    low, high = wilson(sum(through), len(through))
+    return Count(count=sum(through), low=low, high=high, n=len(through))
+
+
+def paired_row(
+    figure: str, pybullet: Mapping[int, float], mujoco: Mapping[int, float], within: float | None = None
+) -> Row:
+    """Means over the seeds that have the figure on both engines.
+
+    Args:
+        figure: In words.
+        pybullet: By seed.
+        mujoco: Likewise.
+        within: Fraction by which the ratio of the engines may differ from 1, by the bounds of its interval;
+            None: nothing is asked.
+    """
+    both = [seed for seed in pybullet if seed in mujoco]
+    ratio = mean_of([mujoco[seed] / pybullet[seed] for seed in both])
+    agree = None
+    if within is not None:
+        low, high = ratio.low, ratio.high
+        agree = low is not None and high is not None and 1.0 - within <= low and high <= 1.0 + within
+    return Row(
+        figure=figure,
+        pybullet=mean_of([pybullet[seed] for seed in both]),
+        mujoco=mean_of([mujoco[seed] for seed in both]),
+        ratio=ratio if both else None,
+        goal="" if within is None else f"within {100.0 * within:g} %",
+        agree=agree,
+    )
+
+
+def count_row(figure: str, pybullet: Sequence[bool], mujoco: Sequence[bool]) -> Row:
+    """Successful runs on each engine; the intervals of both shares are to overlap."""
+    one, other = count_of(pybullet), count_of(mujoco)
+    return Row(
+        figure=figure,
+        pybullet=one,
+        mujoco=other,
+        goal="intervals overlap",
+        agree=one.low <= other.high and other.low <= one.high,
+    )
+
+
+def row_claims(rows: Sequence[Row]) -> tuple[Claim, ...]:
+    """A claim for each row of which something is asked."""
+    return tuple(
+        Claim(f"{row.figure} ({row.goal})", _measured(row), bool(row.agree)) for row in rows if row.goal
+    )
+
+
+def rows_table(rows: Sequence[Row]) -> ReportTable:
+    """All rows for people."""
+    verdicts = {True: "yes", False: "no", None: ""}
+    return ReportTable(
+        "Both engines; 95 % intervals in brackets",
+        ("figure", "PyBullet", "MuJoCo", "MuJoCo / PyBullet", "goal", "agree"),
+        tuple(
+            (
+                row.figure,
+                row.pybullet.words(),
+                row.mujoco.words(),
+                "" if row.ratio is None else row.ratio.words(),
+                row.goal,
+                verdicts[row.agree],
+            )
+            for row in rows
+        ),
+    )
+
+
+def _measured(row: Row) -> str:
+    words = f"{row.pybullet.words()} on PyBullet, {row.mujoco.words()} on MuJoCo"
+    return words if row.ratio is None else f"{words}, ratio {row.ratio.words()}"
 
 
 @dataclass(frozen=True)
@@ -147,7 +244,7 @@ def drive_rows(context: Context) -> list[Row]:
     for quantity, words in DRIVES.items():
         pairs = {pair[0].joint: [float(getattr(row, quantity)) for row in pair] for pair in joints}
         worst = max(pairs, key=lambda joint: abs(pairs[joint][1] - pairs[joint][0]) / (pairs[joint][0] or 1.0))
-        pybullet, mujoco = (Value(value=value, n=1) for value in pairs[worst])
+        pybullet, mujoco = (Estimate(value=value, n=1) for value in pairs[worst])
         rows.append(
             Row(figure=f"leg drives: {words}, of {worst}, which differs most", pybullet=pybullet, mujoco=mujoco)
         )

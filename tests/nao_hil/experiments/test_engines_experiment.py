@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from scipy.stats import binom, ttest_rel
 
+from nao_hil.analysis.statistics import mean_of, median_of
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.engines import EnginesSetup, compared_walks, experiment
-from nao_hil.experiments.engines_rows import (
+from nao_hil.experiments.engines import (
+    EnginesSetup,
     Row,
+    compared_walks,
     count_row,
-    mean_of,
-    median_of,
+    experiment,
     paired_row,
     row_claims,
     rows_table,
