@@ -32,7 +32,7 @@ from bridge.body.quantities import absent_joints, limits
 from bridge.dcm.actuators import actuators
 from bridge.errors import FrameError, LinkError
 from bridge.guard import ArmRequest, Guard, StopRequest
-from bridge.guard.ranges import Ranges
+from bridge.guard.output import Ranges
 from bridge.link import RobotLink, keys
 from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, decode, encode

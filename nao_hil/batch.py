@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError, FrameError
-from bridge.guard.ranges import require_numbers
+from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from nao_hil.arguments import whole_seed
 from nao_hil.commands import UnreachableAngles

@@ -10,7 +10,7 @@ import numpy as np
 
 from bridge.body.joints import JOINTS, N_JOINTS, degrees_warning
 from bridge.errors import ConfigurationError
-from bridge.guard.ranges import require_numbers
+from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame
 
 logger = logging.getLogger(__name__)

@@ -1,4 +1,4 @@
-"""What the lists of `createAlias`, `set` and `setAlias` mean; whatever else they hold is refused in a sentence.
+"""Requests of the DCM: the lists of `createAlias`, `set` and `setAlias`; clock and buffers of timed commands.
 
 Formats: vendor's pages on the DCM's commands, and the clients that use them.
 """
@@ -6,18 +6,133 @@ Formats: vendor's pages on the DCM's commands, and the clients that use them.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from enum import Enum
+from typing import Any, Final, NamedTuple
 
-from bridge.dcm.buffer import TimedCommand, Update
-from bridge.dcm.clock import HIGHEST, LOWEST
 from bridge.errors import DcmRefused
 
+LOWEST: Final = -(2**31)
+HIGHEST: Final = 2**31 - 1
 MAX_NAMES: Final = 256
 """Actuators in one alias (assumed; a body has fewer than 150)."""
 MAX_NAME: Final = 256
 """Characters in a name (assumed)."""
+
+
+def wrapped(milliseconds: int) -> int:
+    """The 4-byte integer that stands for a number of milliseconds."""
+    return (milliseconds - LOWEST) % 2**32 + LOWEST
+
+
+class Clock:
+    """Counts cycles and tells the time of the present cycle boundary.
+
+    Inside, time is a plain count of milliseconds since the start; outside, it is the wrapped integer.
+
+    Args:
+        cycle: cycle time, s.
+        start: what the clock shows at the start, ms.
+    """
+
+    def __init__(self, cycle: float, start: int) -> None:
+        self._cycle, self._start = 1000.0 * cycle, start
+        self._cycles = 0
+        self.now = 0
+        """Time of the present boundary, ms since the start."""
+        self.previous = -round(self._cycle)
+        """Time at which the last cycle was run."""
+
+    def tick(self) -> None:
+        """One cycle has been run."""
+        self._cycles += 1
+        self.previous, self.now = self.now, round(self._cycles * self._cycle)
+
+    def skip(self) -> None:
+        """One cycle has passed in which the DCM did nothing."""
+        self._cycles += 1
+        self.now = round(self._cycles * self._cycle)
+
+    def shown(self, offset: int = 0) -> int:
+        """What the clock shows `offset` ms from now."""
+        return wrapped(self._start + self.now + offset)
+
+    def since_start(self, shown: int) -> int:
+        """The time that a shown one means, ms since the start: the one less than 24.8 days from now."""
+        return self.now + wrapped(shown - self._start - self.now)
+
+
+class TimedCommand(NamedTuple):
+    """A value and the time at which it is to be reached."""
+
+    time: int
+    """ms"""
+    value: float
+
+
+class Update(Enum):
+    """How new commands are combined with those that are waiting (vendor's page on `set`)."""
+
+    MERGE = "Merge"
+    CLEAR_ALL = "ClearAll"
+    CLEAR_AFTER = "ClearAfter"
+    CLEAR_BEFORE = "ClearBefore"
+
+
+def updated(waiting: Sequence[TimedCommand], update: Update, new: Sequence[TimedCommand]) -> list[TimedCommand]:
+    """The buffer after an update, in order of time; of equal times the one received last comes last.
+
+    Args:
+        waiting: the buffer before.
+        update: how they are combined.
+        new: commands received, in any order.
+    """
+    if update is Update.CLEAR_ALL:
+        kept: Sequence[TimedCommand] = ()
+    elif update is Update.MERGE or not new:
+        kept = waiting
+    elif update is Update.CLEAR_AFTER:
+        first = min(command.time for command in new)
+        kept = [command for command in waiting if command.time <= first]
+    else:
+        last = max(command.time for command in new)
+        kept = [command for command in waiting if command.time >= last]
+    return sorted([*kept, *new], key=_time_of)
+
+
+def _time_of(command: TimedCommand) -> int:
+    return command.time
+
+
+def passed(buffer: Sequence[TimedCommand], now: int) -> int:
+    """How many commands at the front of a buffer are due, that is not later than `now`."""
+    return bisect_right(buffer, now, key=_time_of)
+
+
+def interpolated(buffer: Sequence[TimedCommand], due: int, last: float, previous_cycle: int, now: int) -> float:
+    """The value of this cycle (vendor's page on the interpolation of timed commands, 2010).
+
+    It lies on the line from where the actuator was to the next command. The actuator was at the last command
+    that came due since the previous cycle, or else, in the previous cycle, at the value computed then.
+
+    Args:
+        buffer: the commands in order of time.
+        due: how many of them are `passed`.
+        last: value computed in the previous cycle.
+        previous_cycle: time of that cycle, ms.
+        now: time of this cycle, ms.
+    """
+    start_time, start = previous_cycle, last
+    if due:
+        start = buffer[due - 1].value
+        # A command from before the previous cycle came too late to be executed at its time.
+        start_time = max(previous_cycle, buffer[due - 1].time)
+    if due == len(buffer):
+        return start
+    target = buffer[due]
+    return start + (target.value - start) * (now - start_time) / (target.time - start_time)
 
 
 @dataclass(frozen=True)

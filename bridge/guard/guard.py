@@ -16,16 +16,10 @@ from bridge.body import Body
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
-from bridge.guard.approach import Approach
-from bridge.guard.closing import CloseStance, CommandStream
 from bridge.guard.config import GuardSettings
-from bridge.guard.descent import Descent
-from bridge.guard.fall import FallMonitor, tilt
+from bridge.guard.motions import Approach, CloseStance, CommandStream, Descent, SitDown, Watchdog
 from bridge.guard.output import JointOutput
-from bridge.guard.sit_down import SitDown
-from bridge.guard.status import StatusLog
-from bridge.guard.supplies import SupplyMonitor
-from bridge.guard.watchdog import Watchdog
+from bridge.guard.status import FallMonitor, StatusLog, SupplyMonitor, tilt
 from bridge.messages import ActuatorFrame, Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
 from bridge.motion import motion_for
@@ -69,7 +63,7 @@ class Guard:
         self._watchdog = Watchdog(self._s.watchdog)
         self._approach = Approach(self._s.approach, self._body.cycle)
         self._stream = CommandStream(self._body.cycle)
-        self._own_motion: Descent | SitDown | CloseStance | None = None
+        self._guard_motion: Descent | SitDown | CloseStance | None = None
         """Under way without a command."""
         self._crouched: int | None = None
         """Cycles that it has rested in the crouch; None: it does not."""
@@ -102,7 +96,7 @@ class Guard:
     @property
     def busy(self) -> bool:
         """It has something to do without a command; a robot that waits for answers goes on meanwhile."""
-        return self._own_motion is not None or not self._requests.empty()
+        return self._guard_motion is not None or not self._requests.empty()
 
     @property
     def moves(self) -> bool:
@@ -128,7 +122,7 @@ class Guard:
             seq: of the present sensor frame.
             posture: 25 positions it is held in, rad.
         """
-        self._own_motion = None
+        self._guard_motion = None
         self._watchdog.reset()
         self._output.set_position(self._output.ranges.clip(posture))
         self._output.stiffness = (1.0,) * N_JOINTS
@@ -143,7 +137,7 @@ class Guard:
         Args:
             seq: of the present sensor frame.
         """
-        self._own_motion = None
+        self._guard_motion = None
         self._watchdog.reset()
         self._output.stiffness = None
         self._blocked = round(STAND_UP_HOLD / self._body.cycle)
@@ -243,14 +237,14 @@ class Guard:
         """
         if not self._takes_commands:
             raise FrameError(f"A timed command was refused: {self.status.text}")
-        self._watchdog.heard()
-        self._own_motion, self._output.stiffness = None, None
+        self._watchdog.keepalive()
+        self._guard_motion, self._output.stiffness = None, None
         if self.state != "active":
             self._log.enter(seq, "active", "")
 
     def timed_waiting(self) -> None:
         """Timed commands are still to come in this cycle: the watchdog counts from their end."""
-        self._watchdog.heard()
+        self._watchdog.keepalive()
 
     def released(self, seq: int) -> None:
         """The holder gave the robot back: the joints hold.
@@ -296,7 +290,7 @@ class Guard:
         output = self._output
         if output.position is not None and output.stiffness is not None:
             self._stream.reset()
-            self._own_motion = CloseStance(output.position, output.stiffness, self._body.cycle)
+            self._guard_motion = CloseStance(output.position, output.stiffness, self._body.cycle)
             self._log.say(seq, "guard-close", f"{why} The feet are brought side by side.")
 
     def _descend(self, frame: SensorFrame, reason: Reason, *, limp: bool = False) -> None:
@@ -316,7 +310,7 @@ class Guard:
         standing = not limp and self.state != "fallen" and stands(self._body, frame, self._s.stance)
         start = self._output.start(frame, _WEAK)
         moving = standing and legs_stiff(stiffness)
-        self._own_motion = Descent(
+        self._guard_motion = Descent(
             start, stiffness, self._crouch, settings, self._body.cycle, moving=moving, standing=standing
         )
         self._output.set_position(start)
@@ -331,12 +325,12 @@ class Guard:
             if self._crouched * self._body.cycle >= self._s.sit.after and stands(
                 self._body, frame, self._s.stance
             ):
-                self._own_motion = SitDown(self._motion, self._body, self._s.crouch)
+                self._guard_motion = SitDown(self._motion, self._body, self._s.crouch)
                 self._output.set_position(self._output.start(frame, _WEAK))
                 self._log.enter(frame.seq, "sit", self.status.reason)
 
     def _go_limp(self, frame: SensorFrame) -> None:
-        self._own_motion = None
+        self._guard_motion = None
         self._output.set_position(self._output.ranges.clip(frame.position))
         self._output.stiffness = (self._s.fall.stiffness,) * N_JOINTS
         self._blocked = max(round(self._s.fall.rest_time / self._body.cycle), 1)
@@ -347,17 +341,17 @@ class Guard:
         output, approach = self._output, self._approach
         begins = self.state not in ("approach", "active") or command.lease != self._lease
         start = output.start(frame, _WEAK if begins else 0.0)
-        self._lease, self._own_motion = command.lease, None
+        self._lease, self._guard_motion = command.lease, None
         if begins or direct:
             approach.clear()
         if not direct:
             stiffened = output.stiffened(command)
-            ways = output.ways(start, command)
-            approach.begin(ways if begins else {slot: ways[slot] for slot in stiffened})
+            travel = output.joint_travel(start, command)
+            approach.begin(travel if begins else {slot: travel[slot] for slot in stiffened})
         output.set_position(command.position if direct else start)
         position = output.move_towards(command.position, approach.slots, self._s.approach.speed)
         self._tell_approach(frame, begins)
-        approach.advance(output.ways(position, command))
+        approach.advance(output.joint_travel(position, command))
         self._tell_approach(frame)
         output.stiffness = command.stiffness
         upright = tilt(frame) < self._s.fall.angle
@@ -375,11 +369,11 @@ class Guard:
     def _advance_own_motion(self, frame: SensorFrame) -> ActuatorFrame | None:
         """What the guard itself asks of the joints, if anything."""
         output = self._output
-        if self._own_motion is not None:
-            position, output.stiffness = self._own_motion.advance(frame)
+        if self._guard_motion is not None:
+            position, output.stiffness = self._guard_motion.advance(frame)
             output.move_towards(output.ranges.clip(position))
-            if self._own_motion.done:
-                closed, self._own_motion = isinstance(self._own_motion, CloseStance), None
+            if self._guard_motion.done:
+                closed, self._guard_motion = isinstance(self._guard_motion, CloseStance), None
                 if closed and self.state == "crouch":
                     state = self._let_down(frame)
                 else:

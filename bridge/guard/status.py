@@ -1,11 +1,17 @@
-"""The guard's state as others see it: the reply of the query `guard`, and the notices of its changes."""
+"""The guard's state as others see it; detection of a fall; heat and charge."""
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
-from bridge.messages import Notice
+from bridge.body import Body
+from bridge.body.joints import INDEX, JOINTS
+from bridge.body.quantities import absent_joints
+from bridge.guard.config import BatterySettings, FallSettings, TemperatureSettings
+from bridge.messages import Notice, SensorFrame
 from bridge.messages.guard import GuardStatus, Reason, State
+from bridge.stance import StanceSettings, stands
 
 _REASONS: Final[dict[Reason, str]] = {
     "": "",
@@ -25,6 +31,81 @@ _STATES: Final[dict[State, str]] = {
     "rest": "The robot rests, its joints released",
     "fallen": "The robot is limp",
 }
+
+
+def tilt(frame: SensorFrame) -> float:
+    """Angle between the torso and the vertical by the fused angle, rad: cos(tilt) = cos(roll) cos(pitch)."""
+    roll, pitch = frame.angle
+    return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
+
+
+class FallMonitor:
+    """Reports a fall once: after some cycles of too much tilt of a robot that stood upright before.
+
+    A robot that sits, or is on its way up from the floor, leans as far and does not fall; on the way it may be
+    upright for a moment, with a sole below its hip.
+
+    Args:
+        body: data sheet.
+        settings: the bounds.
+        stance: when it stands.
+    """
+
+    def __init__(self, body: Body, settings: FallSettings, stance: StanceSettings) -> None:
+        self._body, self._s, self._stance = body, settings, stance
+        self._tilted = self._stood = 0
+        self._may_fall = False
+
+    def update(self, frame: SensorFrame) -> bool:
+        """One cycle; True in the one in which a fall is detected."""
+        angle = tilt(frame)
+        if not self._may_fall:
+            upright = angle < self._s.upright and stands(self._body, frame, self._stance)
+            self._stood = self._stood + 1 if upright else 0
+            self._may_fall = self._stood >= self._s.stood_cycles
+        self._tilted = self._tilted + 1 if angle > self._s.angle else 0
+        falls = self._s.enabled and self._may_fall and self._tilted >= self._s.cycles
+        self._may_fall = self._may_fall and not falls
+        return falls
+
+
+class SupplyMonitor:
+    """Temperature and charge, each with a warning, a limit, and a way back.
+
+    Args:
+        body: data sheet; joints it lacks have no temperature.
+        temperature: bounds of the hottest motor.
+        battery: bounds of the charge.
+    """
+
+    def __init__(self, body: Body, temperature: TemperatureSettings, battery: BatterySettings) -> None:
+        absent = absent_joints(body)
+        self._slots = [INDEX[joint] for joint in JOINTS if joint not in absent]
+        self._heat, self._charge = temperature, battery
+        self._hot = self._empty = False
+        self._warned_heat = self._warned_charge = False
+
+    @property
+    def fault(self) -> Reason:
+        """What is beyond its limit and not yet back; empty: nothing."""
+        return "temperature" if self._hot else "battery" if self._empty else ""
+
+    def update(self, frame: SensorFrame) -> list[str]:
+        """One cycle; the warnings of this cycle, one sentence each."""
+        warnings = []
+        slot = max(self._slots, key=frame.temperature.__getitem__)
+        heat, charge = frame.temperature[slot], frame.battery[0]
+        if heat >= self._heat.warn and not self._warned_heat:
+            warnings.append(
+                f"{JOINTS[slot]} is at {heat:.0f} degrees Celsius; at {self._heat.limit:g} the robot goes down."
+            )
+        self._warned_heat = heat >= self._heat.warn or (self._warned_heat and heat >= self._heat.resume)
+        self._hot = heat >= self._heat.limit or (self._hot and heat >= self._heat.resume)
+        if charge <= self._charge.warn and not self._warned_charge:
+            warnings.append(f"The battery is at {charge:.0%}; at {self._charge.limit:.0%} the robot goes down.")
+        self._warned_charge = charge <= self._charge.warn
+        self._empty = charge <= self._charge.limit or (self._empty and charge <= self._charge.resume)
+        return warnings
 
 
 class StatusLog:

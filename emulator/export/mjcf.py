@@ -11,7 +11,7 @@ from bridge.body.joints import INDEX_WITH_MIRROR
 from emulator.engine.mujoco.export import Drive, mjcf
 from emulator.servo.servo import Servo
 from emulator.wear import WearProfile
-from emulator.world.surfaces import WOOD
+from emulator.world.world import WOOD
 
 
 def drives_of(body: Body, wear: WearProfile) -> list[Drive]:

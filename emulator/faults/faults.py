@@ -1,32 +1,224 @@
-"""The faults of one robot: which are in force, since when, until when."""
+"""The faults of one robot, in commands, joints and sensors: start, effect, end."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any, Final
 
+import msgspec
 import numpy as np
 
+from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.messages.elements import sensor_slots
 from bridge.messages.faults import (
+    CommandDuplicated,
     CommandFault,
+    CommandJitter,
+    CommandLate,
+    CommandLost,
+    CommandReordered,
     DcmPause,
     Fault,
     HalError,
     InertialRezero,
+    JointBacklash,
     JointFault,
+    JointHot,
     JointLimp,
+    JointStuck,
+    JointWeak,
     PowerLoss,
+    SensorDead,
     SensorFault,
+    SensorNoisy,
+    SensorOffset,
+    SensorStuck,
 )
-from emulator.engine.multibody import Multibody
-from emulator.faults.commands import CommandChannel
-from emulator.faults.joints import JointFaults
-from emulator.faults.sensors import FrameFault, FrameFaults
+from emulator.engine.base import Multibody
 from emulator.scenarios.events import FaultEvent
 from emulator.servo.servo import Servo
+
+JAM_TORQUE: Final = 100.0
+"""Torque that a jammed gear withstands, N m: far above any motor's stall torque."""
+FrameFault = SensorStuck | SensorDead | SensorNoisy | SensorOffset | JointLimp | HalError | PowerLoss
+
+
+class CommandChannel:
+    """Carries commands, each to arrive some cycles after it was sent; the last to arrive is in force.
+
+    Args:
+        random: decides which commands suffer.
+    """
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self._random = random
+        self._cycle = 0
+        self._sent = 0
+        self._on_the_way: list[tuple[int, int, ActuatorFrame]] = []
+        """Cycle of arrival, order among those of one cycle, command."""
+
+    @property
+    def empty(self) -> bool:
+        """Nothing is on the way."""
+        return not self._on_the_way
+
+    def carry(self, command: ActuatorFrame | None, faults: Iterable[CommandFault]) -> ActuatorFrame | None:
+        """One cycle.
+
+        Args:
+            command: Sent in this cycle.
+            faults: In force.
+
+        Returns:
+            The last command to arrive in this cycle; None when none does.
+        """
+        self._cycle += 1
+        if command is not None:
+            for delay, behind in self._fates(faults):
+                # one that was overtaken arrives after all that were sent up to the cycle of its arrival
+                order = 2 * (self._sent + (delay + 1 if behind else 0)) + behind
+                self._on_the_way.append((self._cycle + delay, order, command))
+            self._sent += 1
+        arrived = sorted((item for item in self._on_the_way if item[0] <= self._cycle), key=lambda i: i[:2])
+        if not arrived:
+            return None
+        self._on_the_way = [item for item in self._on_the_way if item[0] > self._cycle]
+        return arrived[-1][2]
+
+    def _fates(self, faults: Iterable[CommandFault]) -> list[tuple[int, bool]]:
+        """Delays, in cycles, with which copies of one command arrive, and whether behind the newer ones."""
+        delay, copies = 0, []
+        behind = False
+        for fault in faults:
+            if isinstance(fault, CommandJitter):
+                delay += int(self._random.integers(0, fault.cycles + 1))
+                continue
+            struck = self._random.random() < fault.probability
+            if not struck:
+                continue
+            if isinstance(fault, CommandLost):
+                return []
+            if isinstance(fault, CommandLate):
+                delay += fault.cycles
+            elif isinstance(fault, CommandDuplicated):
+                copies.append((fault.cycles, True))
+            elif isinstance(fault, CommandReordered):
+                delay, behind = delay + 1, True
+        return [(delay, behind), *((delay + extra, late) for extra, late in copies)]
+
+
+class JointFaults:
+    """Puts faults into the drives of one robot.
+
+    Args:
+        robot: Whose joints.
+        servo: Their drives.
+    """
+
+    def __init__(self, robot: Multibody, servo: Servo) -> None:
+        self._robot, self._servo = robot, servo
+        self._sound = (servo.strength.copy(), servo.backlash.copy())
+        self._hot: list[tuple[list[int], float]] = []
+
+    def has(self, joint: str) -> bool:
+        """The body has this joint, with a motor of its own in the model."""
+        return bool(self._numbers(joint))
+
+    def _numbers(self, joint: str) -> list[int]:
+        """Places of the mechanical joints that a frame's joint means: HipYawPitch is two."""
+        return [i for i, name in enumerate(self._robot.joints) if JOINTS[INDEX_WITH_MIRROR[name]] == joint]
+
+    def apply(self, faults: Iterable[JointFault], powered: bool) -> None:
+        """Put exactly these faults in force; to be called when they change.
+
+        Args:
+            faults: Of joints.
+            powered: The motors have power.
+        """
+        servo = self._servo
+        strength, backlash = (values.copy() for values in self._sound)
+        jammed: list[str] = []
+        self._hot = []
+        for fault in faults:
+            numbers = self._numbers(fault.joint)
+            if isinstance(fault, JointWeak):
+                strength[numbers] *= fault.fraction
+            elif isinstance(fault, JointLimp):
+                strength[numbers] = 0.0
+            elif isinstance(fault, JointBacklash):
+                backlash[numbers] += fault.backlash
+            elif isinstance(fault, JointHot):
+                self._hot.append((numbers, fault.temperature))
+            elif isinstance(fault, JointStuck):
+                jammed += [self._robot.joints[i] for i in numbers]
+        servo.strength[:] = strength if powered else np.zeros_like(strength)
+        servo.backlash[:] = backlash
+        self._robot.lock(jammed, JAM_TORQUE)
+        servo.apply_power()
+
+    def hold_heat(self) -> None:
+        """Once per cycle: hold hot motors at their temperature."""
+        if self._hot:
+            servo = self._servo
+            for numbers, temperature in self._hot:
+                servo.heat.temperature[numbers] = temperature
+            servo.apply_power()
+
+
+class FrameFaults:
+    """Spoils sensor frames.
+
+    Args:
+        random: of the noise.
+    """
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self._random = random
+        self._held: dict[str, tuple[float, ...]] = {}
+        """Values that a stuck sensor repeats, by fault."""
+
+    def forget(self, name: str) -> None:
+        """A fault has ended, or begins anew."""
+        self._held.pop(name, None)
+
+    def spoil(self, frame: SensorFrame, faults: Iterable[FrameFault]) -> SensorFrame:
+        """The frame as a controller gets to see it."""
+        for fault in faults:
+            frame = msgspec.structs.replace(frame, **self._changes(frame, fault))
+        return frame
+
+    def _changes(self, frame: SensorFrame, fault: FrameFault) -> dict[str, Any]:
+        if isinstance(fault, JointLimp):
+            slot = INDEX[fault.joint]
+            return {
+                field: (*values[:slot], 0.0, *values[slot + 1 :])
+                for field, values in (("stiffness", frame.stiffness), ("current", frame.current))
+            }
+        if isinstance(fault, HalError | PowerLoss):
+            none = (0.0,) * N_JOINTS
+            off = {} if isinstance(fault, HalError) else {"battery": (0.0, 0.0, *frame.battery[2:])}
+            return {"stiffness": none, "current": none, **off}
+        field, slots = sensor_slots(fault.sensor)
+        values = list(getattr(frame, field))
+        for i, value in zip(slots, self._values(fault, [values[i] for i in slots]), strict=True):
+            values[i] = value
+        return {field: tuple(values)}
+
+    def _values(
+        self, fault: SensorStuck | SensorDead | SensorNoisy | SensorOffset, values: list[float]
+    ) -> Iterable[float]:
+        if isinstance(fault, SensorStuck):
+            return self._held.setdefault(fault.name, tuple(values))
+        if isinstance(fault, SensorDead):
+            return [0.0] * len(values)
+        if isinstance(fault, SensorOffset):
+            return [value + fault.offset for value in values]
+        noise: list[float] = self._random.normal(0.0, fault.deviation, len(values)).tolist()
+        return [value + error for value, error in zip(values, noise, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class ScenarioFloor(ScenarioTable, frozen=True, kw_only=True):
     """The floor; Ry(pitch) Rx(roll) about the origin."""
 
     surface: Literal["wood", "carpet", "turf"] = "wood"
-    """Friction and softness under the soles (assumed: `emulator.world.surfaces`)."""
+    """Friction and softness under the soles (assumed: `emulator.world.world`)."""
     friction: Friction | None = None
     """Coulomb coefficient against soles; none: the surface's, 0.8 on wood."""
     stiffness: Annotated[float, msgspec.Meta(ge=1e5, le=1e9)] | None = None

@@ -1,4 +1,4 @@
-"""Imperfections of the sensors: one number or switch per effect, every default ideal.
+"""Imperfections of the sensors: one number or switch per effect, every default ideal; noise.
 
 Constants of a robot (gains, biases, offsets) are drawn once per run from a normal distribution with the given
 standard deviation; noise is drawn anew for each sample.
@@ -6,12 +6,37 @@ standard deviation; noise is drawn anew for each sample.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
+Vector = NDArray[np.float64]
+BLOCK: Final = 256
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
+
+
+class NormalRows:
+    """Rows of independent standard normal numbers from a generator of their own.
+
+    Args:
+        random: Used by nothing else, so that other draws change nothing here.
+        width: Numbers per row.
+    """
+
+    def __init__(self, random: np.random.Generator, width: int) -> None:
+        self._random, self._width = random, width
+        self._left = 0
+
+    def next(self) -> Vector:
+        """The next row, (width,)."""
+        if self._left == 0:
+            self._rows, self._left = self._random.standard_normal((BLOCK, self._width)), BLOCK
+        self._left -= 1
+        row: Vector = self._rows[self._left]
+        return row
 
 
 class _Parameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -12,8 +12,7 @@ from bridge.types import Array, Vec2, Vec3
 from emulator.compiled import compiled
 from emulator.engine.base import Engine
 from emulator.engine.values import TorsoState
-from emulator.sensors.noise import NormalRows
-from emulator.sensors.parameters import SonarParameters
+from emulator.sensors.parameters import NormalRows, SonarParameters
 from emulator.vectors import Rotation, add, put, rotate
 
 MIN_DISTANCE: Final = 0.25

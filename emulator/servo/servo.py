@@ -9,7 +9,7 @@ and backlash are a damped spring c^-1 through a dead zone of width `backlash`:
     tau = (x + relaxation x') / c,  x = dead_zone(theta - q)
 
 Stall torque and no-load speed come from the data sheet. The engine makes each joint feel its rotor's
-inertia (`emulator.engine.multibody`), so the motor side here has none, and both lines meet in one implicit
+inertia (`emulator.engine.base`), so the motor side here has none, and both lines meet in one implicit
 Euler step: without the stiff state of a rotor of its own, and stable with any backlash and any gear, a rigid
 one (c = 0) included. The price: within the backlash the link keeps the rotor's inertia.
 
@@ -39,13 +39,46 @@ from numpy.typing import NDArray
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
-from emulator.drives import BRUSH_REACH, DRIVE
-from emulator.servo.heat import MotorHeat
+from bridge.types import Vec3
+from emulator.compiled import compiled
+from emulator.drives import BRUSH_REACH, DRIVE, put_in_force
+from emulator.servo.heat import MotorHeat, stiffness_factor
 from emulator.servo.limits import RequestLimits
 from emulator.servo.parameters import ServoParameters
-from emulator.servo.power import end_cycle, set_power
 
 Vector = NDArray[np.float64]
+
+
+@compiled
+def set_power(drives: NDArray[Any], temperature: Vector, levels: Vec3) -> None:
+    """Put the stiffness asked for, heat protection, `strength` and `backlash` in force.
+
+    Args:
+        drives: Of `DRIVE`, (n,); changed.
+        temperature: Of the motors, (n,), degrees Celsius.
+        levels: For `emulator.servo.heat.stiffness_factor`.
+    """
+    for i in range(len(drives)):
+        drives[i].derating = stiffness_factor(temperature[i], levels)
+        put_in_force(drives[i])
+
+
+@compiled
+def end_cycle(drives: NDArray[Any], steps: int) -> None:
+    """Take stock of a cycle and begin the next.
+
+    Args:
+        drives: Of `DRIVE`, (n,); changed.
+        steps: Of the cycle.
+    """
+    for i in range(len(drives)):
+        drive = drives[i]
+        drive.mean_square = drive.squares / steps
+        # A motor on the fraction u of the full voltage draws u times its current: the heat in the armature's
+        # resistance, and the work. Power that a driven motor returns is lost in its board (assumed).
+        heat = drive.mean_square / (drive.stall_torque / drive.no_load_speed)
+        drive.power = max(heat + drive.work / steps, 0.0)
+        drive.squares = drive.work = 0.0
 
 
 class Servo:

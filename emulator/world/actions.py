@@ -6,8 +6,7 @@ import math
 from typing import Final, Protocol
 
 from bridge.types import Vec3
-from emulator.engine.base import Engine
-from emulator.engine.multibody import Multibody
+from emulator.engine.base import Engine, Multibody
 from emulator.poses import Pose, quaternion
 from emulator.world.world import World
 

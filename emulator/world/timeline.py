@@ -1,19 +1,35 @@
-"""From a scenario to the world and its events: degrees become radians here."""
+"""From a scenario to the world, its ground and its events: degrees become radians here."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
+from bridge.messages.world_state import Terrain
 from emulator.engine.base import Engine
+from emulator.poses import Pose
 from emulator.scenarios.model import Scenario
+from emulator.scenarios.terrain import terrain_of
 from emulator.world.events import WorldEvent
-from emulator.world.surfaces import SURFACES
-from emulator.world.terrain import lay_terrain, terrain_of
-from emulator.world.world import World
+from emulator.world.world import SURFACES, World
+
+_FOUNDATION = 0.02
+"""Depth of a tile below the floor, m: no tile is so thin that a foot could slip through between two steps."""
+
+
+def lay_terrain(world: World, terrain: Terrain) -> None:
+    """Fix tiles and heightfield on the floor of a world."""
+    scene = world.engine.scene
+    if terrain.grid is not None:
+        grid = terrain.grid
+        heights = np.array(grid.heights, dtype=np.float64)
+        scene.add_heightfield("terrain grid", heights, grid.spacing, (*grid.centre, 0.0))
+    for number, tile in enumerate(terrain.tiles):
+        size = (tile.edge, tile.edge, tile.height + _FOUNDATION)
+        pose = Pose((*tile.at, size[2] / 2.0 - _FOUNDATION))
+        scene.add_box(f"terrain tile {number}", size, pose)
+    world.terrain = terrain
 
 
 def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator) -> World:

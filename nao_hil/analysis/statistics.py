@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from typing import Final
 
 import msgspec
-from scipy.stats import binomtest, norm
+import numpy as np
+from scipy.stats import binomtest, norm, quantile_test
+from scipy.stats import t as student
 
 ENOUGH: Final = 20
-"""Runs of an arm; a report of fewer says so in its title."""
+"""Runs of a condition; a report of fewer says so in its title."""
 
 
 def wilson(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -87,11 +89,17 @@ def few_words(n: int) -> str:
     return f" (only {n} of {ENOUGH} seeds)" if n < ENOUGH else ""
 
 
+def percent(interval: tuple[float, float]) -> str:
+    """An interval of a share in words: `84 to 100 %`."""
+    low, high = (100.0 * bound for bound in interval)
+    return f"{low:.0f} to {high:.0f} %"
+
+
 class Paired(msgspec.Struct, frozen=True, kw_only=True):
     """The same seeds with and without."""
 
     n: int
-    """Seeds that ran in both arms."""
+    """Seeds that ran in both conditions."""
     both: int
     """Survived in both."""
     only_with: int
@@ -104,7 +112,7 @@ class Paired(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def paired(with_: Sequence[bool], without: Sequence[bool]) -> Paired:
-    """Compare two arms seed by seed.
+    """Compare two conditions seed by seed.
 
     Args:
         with_: Survived, one element per seed.
@@ -131,8 +139,50 @@ def mcnemar(only_first: int, only_second: int) -> float:
     """Two-sided exact p-value of McNemar's test.
 
     Args:
-        only_first: Pairs that succeeded in the first arm only.
-        only_second: Pairs that succeeded in the second arm only.
+        only_first: Pairs that succeeded in the first condition only.
+        only_second: Pairs that succeeded in the second condition only.
     """
     n = only_first + only_second
     return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0
+
+
+class Estimate(msgspec.Struct, frozen=True, kw_only=True):
+    """A number over some runs with the bounds of its 95 % interval."""
+
+    value: float | None = None
+    """None: there is no run to take it from."""
+    low: float | None = None
+    """None: too few runs for an interval."""
+    high: float | None = None
+    n: int
+    """Runs; of a drive on the bench, 1."""
+
+    def words(self) -> str:
+        """As text for the report."""
+        if self.value is None:
+            return "none"
+        if self.low is None or self.high is None:
+            return f"{self.value:.3g}"
+        return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+
+def mean_of(values: Sequence[float]) -> Estimate:
+    """Mean and Student's interval."""
+    n = len(values)
+    if not n:
+        return Estimate(n=0)
+    mean = float(np.mean(values))
+    if n == 1:
+        return Estimate(value=mean, n=1)
+    half = float(student.ppf(0.975, n - 1) * np.std(values, ddof=1) / math.sqrt(n))
+    return Estimate(value=mean, low=mean - half, high=mean + half, n=n)
+
+
+def median_of(values: Sequence[float]) -> Estimate:
+    """Median and its interval by order statistics, which six values or more have."""
+    n = len(values)
+    if not n:
+        return Estimate(n=0)
+    bounds = quantile_test(values, p=0.5).confidence_interval()
+    low, high = (float(bound) if math.isfinite(bound) else None for bound in bounds)
+    return Estimate(value=float(np.median(values)), low=low, high=high, n=n)

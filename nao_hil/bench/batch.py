@@ -26,7 +26,7 @@ def measure(robots: int = 16, body: str = "nao-v6", blocks: int = 24, cycles: in
     """Medians over the blocks, nominal robots that stand, on MuJoCo.
 
     Returns:
-        By arm: the real-time factor, the same per second of the processor, both of its floor too, and the
+        By condition: the real-time factor, the same per second of the processor, both of its floor too, and the
         median and quartiles over the blocks of the share of the floor's real-time factor that is reached.
     """
     with ExitStack() as opened:

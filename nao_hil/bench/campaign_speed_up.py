@@ -17,7 +17,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk
 
 
-class _Arm(NamedTuple):
+class _Condition(NamedTuple):
     """Some walks on some workers; times in s."""
 
     wall: float
@@ -43,19 +43,23 @@ def measure(rounds: int = 3, walks: int = 16, duration: float = 10.0) -> dict[st
         machine. For a busy one: at least this speed-up by processor time, `2 c1 / (c2 + s2)` times the ratio
         of the shares inside walks, as if all that the command needs (s2) were taken from the two workers.
     """
-    arms: dict[int, list[_Arm]] = {1: [], 2: []}
+    conditions: dict[int, list[_Condition]] = {1: [], 2: []}
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
-        campaigns = {n: stack.enter_context(Campaign(Path(name) / str(n), cluster=f"local:{n}")) for n in arms}
+        campaigns = {
+            n: stack.enter_context(Campaign(Path(name) / str(n), cluster=f"local:{n}")) for n in conditions
+        }
         for n, campaign in campaigns.items():
             list(campaign.stream(_flat(10_000, 4 * n, 0.1)))  # starts the workers
         for number in range(rounds):
             for n, campaign in campaigns.items():
-                arms[n].append(_walk(campaign, Path(name) / str(n), _flat(number * walks, walks, duration)))
+                conditions[n].append(
+                    _walk(campaign, Path(name) / str(n), _flat(number * walks, walks, duration))
+                )
     means = {
-        n: _Arm(*(sum(values) / rounds / walks for values in zip(*found, strict=True)))
-        for n, found in arms.items()
+        n: _Condition(*(sum(values) / rounds / walks for values in zip(*found, strict=True)))
+        for n, found in conditions.items()
     }
-    inside = {n: arm.inside / (n * arm.wall) for n, arm in means.items()}
+    inside = {n: condition.inside / (n * condition.wall) for n, condition in means.items()}
     one, two = means[1], means[2]
     return {
         "walks": rounds * walks,
@@ -63,12 +67,12 @@ def measure(rounds: int = 3, walks: int = 16, duration: float = 10.0) -> dict[st
         "speed_up_by_processor_time": 2.0 * one.workers / (two.workers + two.command) * inside[2] / inside[1],
         **{
             f"{n}_workers": {
-                "wall": arm.wall,
+                "wall": condition.wall,
                 "outside_walks": 1.0 - inside[n],
-                "processor": arm.workers,
-                "processor_of_command": arm.command,
+                "processor": condition.workers,
+                "processor_of_command": condition.command,
             }
-            for n, arm in means.items()
+            for n, condition in means.items()
         },
         "load": os.getloadavg()[0],
     }
@@ -80,7 +84,7 @@ def _flat(seed: int, number: int, duration: float) -> list[Walk]:
     return [Walk(name="flat", config=config, duration=duration, keep_track=False) for config in configs]
 
 
-def _walk(campaign: Campaign, folder: Path, walks: list[Walk]) -> _Arm:
+def _walk(campaign: Campaign, folder: Path, walks: list[Walk]) -> _Condition:
     begin, workers, command = time.perf_counter(), _used_by_workers(), time.process_time()
     if len(list(campaign.stream(walks))) < len(walks):
         raise RuntimeError("not all walks are there")
@@ -88,7 +92,7 @@ def _walk(campaign: Campaign, folder: Path, walks: list[Walk]) -> _Arm:
     workers, command = _used_by_workers() - workers, time.process_time() - command
     first, last = walks[0].config.seed, walks[-1].config.seed
     ((inside,),) = ask(f"SELECT sum(seconds) FROM walks WHERE seed BETWEEN {first} AND {last}", folder).rows
-    return _Arm(wall, inside, workers, command)
+    return _Condition(wall, inside, workers, command)
 
 
 def _used_by_workers() -> float:

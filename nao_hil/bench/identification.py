@@ -19,7 +19,7 @@ from bridge.body import Body, load_body
 from bridge.body.quantities import joint_stall_torque
 from emulator.servo.parameters import ServoParameters
 from emulator.wear import load_wear
-from nao_hil.identification.excitation_run import excite_emulated
+from nao_hil.identification.excitation import excite_emulated
 from nao_hil.identification.fit import ABSOLUTE
 from nao_hil.identification.identification import identify, parameters
 from nao_hil.identification.recorded import read_signals

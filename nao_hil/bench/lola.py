@@ -26,9 +26,8 @@ from typing import Any, Final
 import msgspec
 
 from bridge.adapters.lola.address import Address, connect
-from bridge.adapters.lola.identity import Identity
-from bridge.adapters.lola.packets import actuator_map, sensor_packet
-from bridge.adapters.lola.schema import CYCLE, SENSOR_BYTES
+from bridge.adapters.lola.codec import CYCLE, SENSOR_BYTES
+from bridge.adapters.lola.packets import Identity, actuator_map, sensor_packet
 from bridge.body.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.link import ControllerLink, RobotLink

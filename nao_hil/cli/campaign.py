@@ -1,8 +1,9 @@
-"""`nao-hil campaign`: every combination of some axes, with every seed."""
+"""`nao-hil campaign`, `results` and `map`: walks over many robots and parameters."""
 
 from __future__ import annotations
 
-import json
+import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,12 +11,18 @@ import msgspec
 import typer
 from rich.table import Table
 
-from bridge.errors import NaoHilError
+from bridge.errors import ConfigurationError, NaoHilError
 from nao_hil.cli import options
-from nao_hil.cli.campaign_progress import CampaignProgress
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import stop_event
+from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
+
+Quantity = Annotated[
+    str,
+    typer.Argument(help="A quantity of docs/campaigns.md with its range.", metavar="NAME=LOW:HIGH[:CELLS]"),
+]
 
 
 def campaign(
@@ -66,7 +73,7 @@ def campaign(
     }
     directory.write_summary(data)
     if as_json:
-        print(json.dumps(data), flush=True)
+        print_json(data)
     else:
         open_console(stderr=False).print(_table(title, data["cells"]))
     if failure is not None:
@@ -87,3 +94,102 @@ def _table(title: str, cells: list[dict[str, Any]]) -> Table:
             "" if cell["speed"] is None else f"{cell['speed']:.3f}",
         )
     return table
+
+
+def results(
+    query: Annotated[str, typer.Argument(help="SQL about the view `walks`; docs/results.md has ten of them.")],
+    folder: Annotated[Path, typer.Argument(help="Searched with all below it.")] = Path("runs"),
+    as_json: options.Json = False,
+) -> int:
+    """Ask the walks of all campaigns below a folder, in DuckDB's SQL; each walk is a row.
+
+    Example: nao-hil results "SELECT gait, count(*) n, avg(survived::int) share FROM walks GROUP BY gait"
+    """
+    from nao_hil.campaigns.results import ask
+
+    if query and Path(query).is_dir():
+        raise ConfigurationError(f"{query}: is a folder; the query comes first, then the folder.")
+    answer = ask(query, folder)
+    if as_json:
+        rows = [
+            {name: _in_json(value) for name, value in zip(answer.columns, row, strict=True)}
+            for row in answer.rows
+        ]
+        print_json({"columns": answer.columns, "rows": rows})
+        return 0
+    table = Table(*answer.columns)
+    for row in answer.rows:
+        table.add_row(*(f"{value:.6g}" if isinstance(value, float) else str(value) for value in row))
+    open_console(stderr=False).print(table)
+    return 0
+
+
+def _in_json(value: object) -> object:
+    """A value as JSON has it, which has no decimals, no NaN and no infinity."""
+    number = float(value) if isinstance(value, Decimal) else value
+    return None if isinstance(number, float) and not math.isfinite(number) else number
+
+
+def map_(
+    x: Quantity,
+    y: Quantity,
+    gait: options.Gait = None,
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    engine: options.Engine = None,
+    scenario: options.Scenario = None,
+    config: options.Config = None,
+    seeds: Annotated[int, typer.Option("--seeds", help="Most walks of a cell.", min=4, metavar="N")] = 20,
+    first_seed: Annotated[int, typer.Option("--first-seed", help="The first seed.", min=0, metavar="N")] = 0,
+    duration: Annotated[float, typer.Option("--duration", help="Of a walk, s.", min=0.1, metavar="S")] = 10.0,
+    cluster: options.Cluster = "local",
+    out: options.Out = None,
+    as_json: options.Json = False,
+) -> int:
+    """Survival over two quantities, as a heat map; most walks are spent where the verdict changes.
+
+    Example: nao-hil map push=0:8 slope=-8:8 --gait dynamic --out runs/push-slope
+    """
+    from emulator.scenarios import load_scenario
+    from nao_hil.analysis.statistics import few_words
+    from nao_hil.campaigns.map import draw, parse_axis, summary, survey
+    from nao_hil.runs.campaign import Campaign
+    from nao_hil.runs.walk import Walk
+
+    axes = parse_axis(x), parse_axis(y)
+    if axes[0].name == axes[1].name:
+        raise ConfigurationError(f"{axes[0].name} is given twice; a map takes two different quantities.")
+    console = open_console()
+    settings = run_config(config, gait=gait, robot=robot, wear=wear, engine=engine, scenario=scenario)
+    settings = chosen_engine(settings, console)
+    world = load_scenario(settings.scenario)
+    task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
+    directory = RunDirectory(out)
+    directory.write_config(settings)
+    stop = stop_event()
+    with (
+        CampaignProgress(console) as progress,
+        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
+    ):
+        progress.begin("map")
+        found = survey(campaign, task, *axes, first_seed, seeds)
+    title = f"{settings.robot}, {settings.wear}, {settings.gait} gait, {duration:g} s{few_words(seeds)}"
+    data = {
+        "name": title,
+        "config": msgspec.to_builtins(settings),
+        "duration": duration,
+        "first_seed": first_seed,
+        "interrupted": stop.is_set(),
+        **summary(found, *axes),
+    }
+    directory.write_summary(data)
+    if found.tried:
+        picture = draw(found, *axes, title, directory.path / "map.png")
+        console.print(f"map: {picture}", highlight=False, soft_wrap=True)
+    console.print(
+        f"{data['walks']} walks, {100 * data['share']:.0f} % of the full grid's {data['full_grid']}.",
+        highlight=False,
+    )
+    if as_json:
+        print_json(data)
+    return 130 if stop.is_set() else 0

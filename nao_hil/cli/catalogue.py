@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import msgspec
 from rich.table import Table
 
@@ -11,7 +9,7 @@ from bridge.body import BODIES, load_body
 from bridge.body.quantities import total_mass
 from emulator.scenarios import SCENARIOS, load_scenario
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 
 
 def robots(as_json: options.Json = False) -> int:
@@ -22,7 +20,7 @@ def robots(as_json: options.Json = False) -> int:
             b.name: {"title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
             for b in bodies
         }
-        print(json.dumps(rows))
+        print_json(rows)
         return 0
     table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
     for b in bodies:
@@ -38,7 +36,7 @@ def gaits(as_json: options.Json = False) -> int:
 
     rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
     if as_json:
-        print(json.dumps(rows))
+        print_json(rows)
         return 0
     table = Table("name", "parameter", "value (SI units)", title="Gaits")
     for name, parameters in rows.items():
@@ -52,7 +50,7 @@ def scenarios(as_json: options.Json = False) -> int:
     """List the worlds that come with the program."""
     rows = {name: load_scenario(name).title for name in SCENARIOS}
     if as_json:
-        print(json.dumps(rows))
+        print_json(rows)
         return 0
     table = Table("name", "what happens", title="Scenarios")
     for name, title in rows.items():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from contextlib import suppress
 from difflib import get_close_matches
@@ -19,7 +18,8 @@ from bridge.validation import unknown_name
 from emulator.scenarios.model import Scenario
 from emulator.wear import WearProfile, load_wear
 from nao_hil.cli import options
-from nao_hil.cli.run_options import takes_run
+from nao_hil.cli.added_options import takes_run
+from nao_hil.cli.console import print_json
 from nao_hil.runs.config import RunConfig, run_config
 
 
@@ -33,7 +33,7 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
     """
     whole = _whole(settings)
     if as_json:
-        print(msgspec.json.encode(whole).decode(), flush=True)
+        print_json(whole)
     else:
         print(msgspec.toml.encode(_without_none(whole)).decode(), end="")
     return 0
@@ -110,7 +110,7 @@ def check(
     found = kind or kind_of(file)
     KINDS[found][1](file)
     if as_json:
-        print(json.dumps({"file": str(file), "kind": found, "ok": True}), flush=True)
+        print_json({"file": str(file), "kind": found, "ok": True})
     else:
         print(f"{file}: a good {found} file")
     return 0

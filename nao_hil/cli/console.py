@@ -1,17 +1,51 @@
-"""The console that commands write to."""
+"""The terminal of a command: console, log, JSON, and a note on an unusual engine."""
 
 from __future__ import annotations
 
+import json
+import logging
 import os
+import queue
 import shutil
 import sys
+from logging.handlers import QueueHandler, QueueListener
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import msgspec
 from rich.console import Console
+from rich.logging import RichHandler
 
+from nao_hil.runs.config import RunConfig
+
+_listeners: list[QueueListener] = []
 WIDE: Final = 1000
 """Columns where there is no terminal: a sentence stays in one line there, for `grep` and for logs."""
+
+
+def log_to_stderr() -> None:
+    """Let the program's own messages go to stderr, with their times; a line each where there is no terminal.
+
+    They are written by a thread of their own: a terminal that is stopped, or a reader that does not read, must
+    not hold up a robot's cycle.
+    """
+    handler: logging.Handler
+    if sys.stderr is not None and sys.stderr.isatty():
+        handler = RichHandler(console=Console(stderr=True), show_path=False)
+        handler.setFormatter(logging.Formatter("%(message)s"))
+    else:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    messages: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    logging.basicConfig(level=logging.INFO, format="%(message)s", handlers=[QueueHandler(messages)])
+    _listeners.append(QueueListener(messages, handler))
+    _listeners[-1].start()
+
+
+def end_log() -> None:
+    """Write what has been said so far; nothing is written after that."""
+    while _listeners:
+        _listeners.pop().stop()
 
 
 def open_console(*, stderr: bool = True) -> Console:
@@ -31,3 +65,31 @@ def own_command() -> str:
         return "nao-hil"
     path = Path(sys.executable).with_name("nao-hil")
     return os.path.relpath(path) if path.exists() else f"{sys.executable} -m nao_hil.cli"
+
+
+def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
+    """The configuration with its engine by name; a missing PyBullet is told in a sentence.
+
+    Raises:
+        ConfigurationError: the engine that was asked for is not installed.
+    """
+    # imported late: the walker's machine has no physics engine
+    from emulator.engine.catalogue import ENGINES, WITHOUT_PYBULLET, require_engine
+    from nao_hil.runs.build import with_engine
+
+    chosen = with_engine(settings)
+    require_engine(chosen.engine)
+    if settings.engine == "auto" and chosen.engine != ENGINES[0]:
+        console.print(WITHOUT_PYBULLET, highlight=False)
+    return chosen
+
+
+def print_json(value: Any) -> None:
+    """Print the value of a command as one JSON object on the last line of stdout; NaN and infinity are null."""
+    plain = msgspec.json.decode(msgspec.json.encode(value, enc_hook=_plain))
+    print(json.dumps(plain), flush=True)
+
+
+def _plain(value: Any) -> Any:
+    """A NumPy number as Python's; anything else as text."""
+    return value.item() if hasattr(value, "item") else str(value)

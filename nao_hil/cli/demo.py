@@ -9,8 +9,7 @@ import typer
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import check_free
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, own_command
-from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.console import chosen_engine, open_console, own_command
 from nao_hil.cli.up import both_sides, new_folder
 from nao_hil.runs.config import run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,10 +10,9 @@ from rich.table import Table
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.assignments import Assignments, assignments
-from nao_hil.cli.campaign_progress import CampaignProgress
-from nao_hil.cli.console import open_console
-from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.options import Assignments, assignments
+from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 
@@ -74,7 +72,7 @@ def torso(
         command = " ".join(("nao-hil design torso --gait", gait, *(f"--set {v}" for v in values or [])))
         records.write_designs(out, designed.records, command)
     if as_json:
-        print(json.dumps({"gait": gait, "file": out and str(out), "designs": rows}), flush=True)
+        print_json({"gait": gait, "file": out and str(out), "designs": rows})
     return 0
 
 
@@ -126,17 +124,14 @@ def ensemble(
     accepted = len(found.members)
     console.print(f"{accepted} robots of {found.tried} tried: {file}", highlight=False, soft_wrap=True)
     if as_json:
-        print(
-            json.dumps(
-                {
-                    "file": str(file),
-                    "tried": found.tried,
-                    "accepted": found.accepted,
-                    "members": accepted,
-                    "seed": seed,
-                }
-            ),
-            flush=True,
+        print_json(
+            {
+                "file": str(file),
+                "tried": found.tried,
+                "accepted": found.accepted,
+                "members": accepted,
+                "seed": seed,
+            }
         )
     if stop.is_set():
         return 130

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -12,7 +11,7 @@ import typer
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 
 SAME_TIME: Final = 0.05
 """Robot time within which two events are one, s."""
@@ -40,7 +39,7 @@ def diff(
     found = differences(*runs)
     console = open_console(stderr=False)
     if as_json:
-        print(json.dumps(found))
+        print_json(found)
     elif not any(found.values()):
         console.print("The runs are the same.")
     else:

@@ -22,7 +22,7 @@ from bridge.adapters.naoqi import qi_library
 from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
 from emulator.timing import CycleTimer, CycleTimes
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 
 T = TypeVar("T")
 Verdict = Literal["good", "warning", "bad"]
@@ -82,7 +82,7 @@ def run(as_json: bool) -> int:
     bad = any(f.verdict == "bad" for f in findings)
     if as_json:
         result = {"healthy": not bad, "findings": findings}
-        print(msgspec.json.encode(result).decode(), flush=True)
+        print_json(result)
     else:
         _print(findings)
     return 3 if bad else 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -15,7 +14,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.walk_client import WalkClient
 from bridge.types import Vec3
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 from nao_hil.cli.signals import stop_event
 from nao_hil.drive.driver import HELP
 from nao_hil.drive.inputs import Inputs
@@ -64,7 +63,7 @@ def drive(
                 session.end()
             live.update(picture(session), refresh=True)
     if as_json:
-        print(json.dumps(outcome(session, name, connect, gamepad)), flush=True)
+        print_json(outcome(session, name, connect, gamepad))
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 from contextlib import ExitStack
 from pathlib import Path
@@ -22,9 +21,8 @@ from bridge.recording.observer import Observer
 from bridge.recording.recorder import Recorder
 from nao_hil import __version__
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
-from nao_hil.cli.engine import chosen_engine
-from nao_hil.cli.run_options import takes_run
+from nao_hil.cli.added_options import takes_run
+from nao_hil.cli.console import chosen_engine, open_console, print_json
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.description import robot_scene
@@ -64,7 +62,7 @@ def emulate(
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
     summary = _run(settings, body, guard, name, listen, realtime_priority, out, overwrite, stop, console)
     if as_json:
-        print(json.dumps(summary | {"config": msgspec.to_builtins(settings)}), flush=True)
+        print_json(summary | {"config": msgspec.to_builtins(settings)})
     return 0
 
 

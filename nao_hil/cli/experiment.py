@@ -12,9 +12,8 @@ import typer
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.cli import options
-from nao_hil.cli.campaign_progress import CampaignProgress
-from nao_hil.cli.console import open_console
-from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import stop_event
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.runs.config import RunConfig, run_config
@@ -24,7 +23,7 @@ Seeds = Annotated[
     int | None,
     typer.Option(
         "--seeds",
-        help="Runs per arm, each with its own seed; default: the experiment's own.",
+        help="Runs per condition, each with its own seed; default: the experiment's own.",
         min=1,
         metavar="N",
     ),
@@ -123,7 +122,7 @@ def experiment(
         console.print("Interrupted: the report has what is there.")
     console.print(f"report: {report}", highlight=False, soft_wrap=True)
     if as_json:
-        print(msgspec.json.encode(data).decode(), flush=True)
+        print_json(data)
     if runner.interrupted:
         return 130
     return 0 if runner.passed else 1
@@ -142,7 +141,7 @@ def _changes(
 def experiments(as_json: options.Json = False) -> int:
     """List the experiments there are."""
     if as_json:
-        print(msgspec.json.encode({name: entry.what for name, entry in EXPERIMENTS.items()}).decode())
+        print_json({name: entry.what for name, entry in EXPERIMENTS.items()})
         return 0
     for name, entry in EXPERIMENTS.items():
         print(f"{name:14} {entry.what}")

@@ -1,15 +1,16 @@
-"""`nao-hil export`: the calibrated robot for other simulators."""
+"""`nao-hil export`: a recorded run as one file, or the calibrated robot for other simulators."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from bridge.errors import ConfigurationError
+from bridge.recording.playback import recorded_config
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 from nao_hil.files import write_text
 
 File = Annotated[Path, typer.Option("--out", help="File to write.", metavar="FILE")]
@@ -78,7 +79,7 @@ def folder(
     )
     if as_json:
         found = sorted([*files, *([picture] if picture else [])])
-        print(json.dumps({"robot": body.name, "wear": profile, "folder": str(out), "files": found}))
+        print_json({"robot": body.name, "wear": profile, "folder": str(out), "files": found})
     return 0
 
 
@@ -87,7 +88,7 @@ def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: 
     write_text(out, text)
     open_console().print(f"{body.name} with {profile} drives is in {out}.", highlight=False)
     if as_json:
-        print(json.dumps({"format": form, "robot": body.name, "wear": profile, "file": str(out)}))
+        print_json({"format": form, "robot": body.name, "wear": profile, "file": str(out)})
     return 0
 
 
@@ -99,7 +100,7 @@ def _text(form: str, robot: str | None, wear: str | None) -> tuple[Any, str, str
     from emulator.engine.catalogue import require_engine
     from emulator.wear import load_wear
     from nao_hil import __version__
-    from nao_hil.experiments.one_leg import one_leg_stance
+    from nao_hil.experiments.torso_responses import one_leg_stance
 
     body = load_body(robot or "nao-v3")
     profile = load_wear(wear or "nominal", body)
@@ -113,3 +114,67 @@ def _text(form: str, robot: str | None, wear: str | None) -> tuple[Any, str, str
     from emulator.export.urdf import to_urdf
 
     return body, profile.name, to_urdf(body, profile, notice)
+
+
+def export_run(
+    recordings: options.Recordings,
+    page: Annotated[
+        Path | None,
+        typer.Option("--html", help="Write a page that any browser plays from the disk.", metavar="FILE"),
+    ] = None,
+    video: Annotated[
+        Path | None,
+        typer.Option("--video", help="Write a video (.webm); Chromium draws it.", metavar="FILE"),
+    ] = None,
+    begin: options.Begin = 0.0,
+    end: options.End = None,
+    speed: Annotated[
+        float, typer.Option("--speed", help="Of the video: robot time per second.", min=0.01, max=100.0)
+    ] = 1.0,
+    as_json: options.Json = False,
+) -> int:
+    """Write a recorded run as one file: robot, charts, events. The page has a timeline and slow motion.
+
+    Of two recordings the page has two robots side by side, and their charts over each other.
+
+    --from, --to and --speed are the video's; the page always has the whole run.
+
+    Example: nao-hil export runs/20260101T120000Z --html walk.html
+
+    Example: nao-hil export walk.mcap --video fall.webm --from 10 --to 14 --speed 0.25
+    """
+    if page is None and video is None:
+        raise ConfigurationError("Say what to write: --html FILE, --video FILE, or both.")
+    if video is not None and video.suffix != ".webm":
+        raise ConfigurationError(
+            f"{video}: the video is a .webm; `ffmpeg -i run.webm run.mp4` makes another format of it."
+        )
+    if page is not None and page.suffix not in (".html", ".htm"):
+        raise ConfigurationError(f"{page}: the page is an .html file; give it such a name.")
+    if video is None and (begin, end, speed) != (0.0, None, 1.0):
+        raise ConfigurationError(
+            "--from, --to and --speed are the video's, the page has the whole run; give --video FILE, or leave "
+            "them out."
+        )
+    options.check_stretch(begin, end)
+    for file in (page, video):
+        if file is not None and not file.parent.is_dir():
+            raise ConfigurationError(f"{file}: there is no folder {file.parent}; give another place.")
+    written: dict[str, Path] = {}
+    if page is not None:
+        from nao_hil.view.page import recorded_page
+
+        write_text(page, recorded_page(recordings)[0])
+        written["html"] = page
+    if video is not None:
+        from nao_hil.view.video import write_video
+
+        write_video(recordings[0], video, begin, end, speed)
+        written["video"] = video
+    for file in written.values():
+        size = 1e-6 * file.stat().st_size
+        open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
+    if as_json:
+        files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
+        print_json({**files, "config": recorded_config(recordings[0])})
+    return 0

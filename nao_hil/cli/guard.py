@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
@@ -13,6 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.guard_client import GuardClient
 from bridge.messages.guard import GuardStatus
 from nao_hil.cli import options
+from nao_hil.cli.console import print_json
 
 _WHO = "nao-hil on the command line"
 
@@ -31,7 +31,7 @@ def stop(
     Example: nao-hil stop --connect tcp/192.168.1.7:7447
     """
     with GuardClient(name, connect) as guard:
-        return _tell(guard.stop("limp" if limp else "crouch", _WHO), as_json)
+        return _show(guard.stop("limp" if limp else "crouch", _WHO), as_json)
 
 
 def arm(
@@ -47,7 +47,7 @@ def arm(
     with GuardClient(name, connect) as guard:
         if not yes:
             _confirm(guard, name)
-        return _tell(guard.arm(_WHO), as_json)
+        return _show(guard.arm(_WHO), as_json)
 
 
 def _confirm(guard: GuardClient, name: str) -> None:
@@ -65,8 +65,8 @@ def _confirm(guard: GuardClient, name: str) -> None:
         raise ConfigurationError("not armed.")
 
 
-def _tell(status: GuardStatus, as_json: bool) -> int:
+def _show(status: GuardStatus, as_json: bool) -> int:
     typer.echo(status.text, err=True)
     if as_json:
-        print(msgspec.json.encode(status).decode(), flush=True)
+        print_json(status)
     return 0

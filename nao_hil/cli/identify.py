@@ -1,18 +1,30 @@
-"""`nao-hil identify`: the wear profile of a recorded robot."""
+"""`nao-hil excite`, `identify` and `compare`: the emulated robot against recordings of a real one."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
+from bridge.link import DEFAULT_ROBOT
 from nao_hil.cli import options
-from nao_hil.cli.compare import RecordingOrCsv
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import chosen_engine, open_console, print_json
 from nao_hil.files import write_bytes
+from nao_hil.runs.config import run_config
+from nao_hil.runs.folder import RunDirectory, recording_of
+
+RecordingOrCsv = Annotated[
+    Path,
+    typer.Argument(
+        help="Recording (.mcap, .csv, .csv.gz; .log of B-Human; .mcap of HULKs), or the folder of a run.",
+        metavar="RECORDING",
+        show_default=False,
+        callback=recording_of,
+    ),
+]
 
 
 def identify(
@@ -70,4 +82,130 @@ def identify(
     console.print(f"profile: {out}\nreport: {page}", highlight=False, soft_wrap=True)
     if as_json:
         print(encoded.decode(), flush=True)
+    return 0
+
+
+def compare(
+    recording: RecordingOrCsv,
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    engine: options.Engine = None,
+    scenario: options.Scenario = None,
+    start: options.Start = None,
+    seed: options.Seed = None,
+    begin: options.Begin = 0.0,
+    end: options.End = None,
+    columns: options.Columns = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    as_json: options.Json = False,
+) -> int:
+    """Replay a recording's commands through the emulated robot, and report what differs.
+
+    Body, world and start are those that the recording names, unless options say otherwise; drives and sensors
+    are `nominal`. Without commands only sensors are compared. The folder gets report.html and summary.json.
+
+    Example: nao-hil compare frames.mcap --wear worn
+
+    Example: nao-hil compare real.csv --robot nao-v5 --start hang --from 2 --to 60
+    """
+    # imported late: physics and figures are for those who compare
+    from rich.progress import Progress
+
+    from nao_hil.identification.comparison_page import write_comparison
+    from nao_hil.identification.comparison_run import compare_recording
+    from nao_hil.identification.recorded import read_signals
+
+    options.check_stretch(begin, end)
+    console = open_console()
+    recorded = read_signals(recording, robot, begin, end, columns)
+    named: dict[str, Any] = {
+        name: given if given is not None else recorded.config.get(name)
+        for name, given in (("robot", robot), ("scenario", scenario), ("start", start))
+    }
+    settings = chosen_engine(run_config(None, **named, wear=wear, engine=engine, seed=seed), console)
+    directory = RunDirectory(out)
+    directory.clear(overwrite=overwrite)
+    directory.write_config(settings)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("replay", total=1.0)
+        result, replayed = compare_recording(
+            recorded, str(recording), settings, lambda share: bar.update(task, completed=share)
+        )
+    directory.write_summary(msgspec.to_builtins(result))
+    page = directory.path / "report.html"
+    write_comparison(page, result, recorded.signals, replayed)
+    for note in result.notes:
+        console.print(note, highlight=False, soft_wrap=True)
+    console.print(f"{result.sentence}\nreport: {page}", highlight=False, soft_wrap=True)
+    if as_json:
+        print_json(result)
+    return 0
+
+
+def excite(
+    duration: Annotated[
+        float, typer.Option("--duration", help="Of the motion, s; at least 60.", metavar="S")
+    ] = 600.0,
+    start: Annotated[
+        str,
+        typer.Option("--start", help="hang: all joints; stand: head and arms only.", metavar="hang|stand"),
+    ] = "hang",
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            "--connect",
+            help="Zenoh endpoint of the robot; default: an emulated robot in this process.",
+            metavar="ENDPOINT",
+        ),
+    ] = None,
+    name: options.Name = DEFAULT_ROBOT,
+    robot: options.Body = None,
+    wear: options.Wear = None,
+    engine: options.Engine = None,
+    seed: options.Seed = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    as_json: options.Json = False,
+) -> int:
+    """Move joint after joint, slowly and in small steps, and record it for `nao-hil identify`.
+
+    A robot that hangs by its shoulders moves all joints, one that stands only head and arms. It takes the
+    robot from where it is and brings it back there. --robot, --wear, --engine and --seed are for the emulated
+    one.
+
+    Example: nao-hil excite --wear worn --duration 120 --out worn
+
+    Example: nao-hil excite --connect tcp/192.168.1.7:7447 --start hang
+    """
+    # imported late: physics and the link are for those who use them
+    from rich.progress import Progress
+
+    from nao_hil.connection import connect as connected
+    from nao_hil.identification.excitation import check_start, excite_emulated, excite_linked
+
+    check_start(start, duration)
+    console = open_console()
+    settings = run_config(None, robot=robot, wear=wear, engine=engine, seed=seed, start=start)
+    directory = RunDirectory(out)
+    directory.clear(overwrite=overwrite)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("excitation", total=1.0)
+
+        def show(share: float) -> None:
+            bar.update(task, completed=share)
+
+        if connect is None:
+            settings = chosen_engine(settings, console)
+            directory.write_config(settings)
+            result = excite_emulated(settings, duration, directory.recording, show)
+        else:
+            with connected(connect, robot=name, name="excite") as link:
+                result = excite_linked(link, start, duration, directory.recording, show)
+    directory.write_summary(msgspec.to_builtins(result))
+    console.print(
+        f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
+    )
+    if as_json:
+        print_json(result)
     return 0

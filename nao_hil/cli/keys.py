@@ -13,7 +13,7 @@ from rich.text import Text
 from bridge.errors import ConfigurationError
 from bridge.link.certificates import ROLES
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 
 
 def keys(
@@ -66,5 +66,5 @@ def keys(
     console.print(table)
     if as_json:
         result = {"folder": str(folder), "made": wanted, "certificates": msgspec.to_builtins(state)}
-        print(msgspec.json.encode(result).decode(), flush=True)
+        print_json(result)
     return 0

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
-import msgspec
 import typer
 
 from bridge.adapters.lola.address import listen, parse_address, remove
 from bridge.adapters.lola.bridge import LolaBridge
-from bridge.adapters.lola.identity import Identity
-from bridge.adapters.lola.schema import DEFAULT_SOCKET
+from bridge.adapters.lola.codec import DEFAULT_SOCKET
+from bridge.adapters.lola.packets import Identity
 from bridge.adapters.lola.server import LolaServer
 from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from nao_hil import __version__
 from nao_hil.cli import options
-from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.console import log_to_stderr, print_json
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 
@@ -56,7 +54,7 @@ def serve(
         finally:
             remove(address)
     if as_json:
-        print(json.dumps(msgspec.to_builtins(served)), flush=True)
+        print_json(served)
     return 0
 
 
@@ -91,5 +89,5 @@ def bridge(
     stop = stop_event()
     bridged = LolaBridge(address, settings, stop).run()
     if as_json:
-        print(json.dumps(msgspec.to_builtins(bridged)), flush=True)
+        print_json(bridged)
     return 0

@@ -21,9 +21,9 @@ from typer.core import TyperGroup
 from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
 from nao_hil import __version__
-from nao_hil.cli.certificates import with_keys_option
+from nao_hil.cli.added_options import with_keys_option
+from nao_hil.cli.console import end_log
 from nao_hil.cli.loading import loading
-from nao_hil.cli.logs import end_log
 from nao_hil.files import FULL
 
 _ClickException: Any = typer.BadParameter.__mro__[2]
@@ -37,24 +37,24 @@ _COMMANDS: Final = {
     "drive": "drive:drive",
     "view": "view:view",
     "ros": "ros:ros",
-    "record": "record:record",
-    "replay": "replay:replay",
-    "info": "info:info",
+    "record": "recordings:record",
+    "replay": "recordings:replay",
+    "info": "recordings:info",
     "plot": "plot:plot",
     "diff": "diff:diff",
-    "compare": "compare:compare",
-    "excite": "excite:excite",
+    "compare": "identify:compare",
+    "excite": "identify:excite",
     "identify": "identify:identify",
     "doctor": "doctor:doctor",
     "plan": "plan:plan",
     "run-naoqi": "run_naoqi:run_naoqi",
-    "run-choregraphe": "run_choregraphe:run_choregraphe",
+    "run-choregraphe": "run_naoqi:run_choregraphe",
     "motion": "motion:motion",
     "experiment": "experiment:experiment",
     "campaign": "campaign:campaign",
-    "map": "map:map_",
+    "map": "campaign:map_",
     "tune": "tune:tune",
-    "results": "results:results",
+    "results": "campaign:results",
     "robots": "catalogue:robots",
     "gaits": "catalogue:gaits",
     "experiments": "experiment:experiments",
@@ -88,7 +88,7 @@ _GROUPS: Final = {
     "export": (
         "Write a recorded run as a page, a video or a ROS bag, or the calibrated robot for other simulators.",
         {
-            "run": "export_run:export_run",
+            "run": "export:export_run",
             "rosbag": "ros:rosbag",
             "mjcf": "export:mjcf",
             "urdf": "export:urdf",
@@ -197,10 +197,10 @@ def run(arguments: list[str] | None = None) -> int:
         # A command without arguments has shown its help instead.
         if sentence := _in_words(error.format_message(), error.ctx):
             many = getattr(getattr(error, "param", None), "nargs", 1)
-            _tell(f"{sentence}; it takes {many} of them" if many > 1 else sentence)
+            _print_error(f"{sentence}; it takes {many} of them" if many > 1 else sentence)
         return 2
     except NaoHilError as error:
-        _tell(str(error))
+        _print_error(str(error))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return 130
@@ -226,17 +226,17 @@ def _in_words(sentence: str, context: Any) -> str:
 
 
 def _unwritten(error: OSError) -> int:
-    _tell(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
+    _print_error(f"nothing more can be written ({error.strerror}); make room, or write elsewhere.")
     return 3
 
 
 def _fault(error: Exception) -> int:
     traceback.print_exc()
-    _tell(f"this is a fault of nao-hil itself: {error!r}; please report it.")
+    _print_error(f"this is a fault of nao-hil itself: {error!r}; please report it.")
     return 3
 
 
-def _tell(sentence: str) -> None:
+def _print_error(sentence: str) -> None:
     end_log()
     with contextlib.suppress(OSError):
         print(f"error: {sentence}", file=sys.stderr)

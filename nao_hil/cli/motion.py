@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from typing import Annotated, Any, Final
 
@@ -13,8 +12,7 @@ from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ROBOT
 from bridge.link.walk_client import WalkClient
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
-from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.console import chosen_engine, open_console, print_json
 from nao_hil.runs.config import run_config
 
 _LONGEST: Final = 120.0
@@ -102,7 +100,7 @@ def motion(
         word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
         console.print(f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}")
     else:
-        print(json.dumps(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}))
+        print_json(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)})
     return 0 if result.stands else 1
 
 
@@ -120,7 +118,7 @@ def _on_link(motion: str, robot: str, connect: str, *, as_json: bool) -> int:
             time.sleep(_LOOK)
     result: dict[str, Any] = {"motion": motion, "state": state, "stands": state == "stand"}
     if as_json:
-        print(json.dumps(result))
+        print_json(result)
     else:
         open_console().print(f"{motion}: the robot is in state `{state}`")
     return 0 if state in ("stand", "rest") else 1

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import tempfile
 import threading
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import typer
 
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
@@ -22,7 +20,7 @@ from bridge.types import Vec3
 from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
-from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.console import log_to_stderr, print_json
 from nao_hil.cli.signals import on_signals, stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child
@@ -103,7 +101,7 @@ def serve(
         )
         server.run()
     if as_json:
-        print(json.dumps({"calls": server.calls}), flush=True)
+        print_json({"calls": server.calls})
     return 0
 
 
@@ -157,5 +155,5 @@ def bridge(
     stop = stop_event()
     bridged = NaoqiBridge(url, look_ahead / 1000.0, settings, stop).run()
     if as_json:
-        print(json.dumps(msgspec.to_builtins(bridged)), flush=True)
+        print_json(bridged)
     return 0

@@ -2,14 +2,46 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final
 
 import typer
 
 from bridge.errors import ConfigurationError
 from nao_hil.runs.folder import recording_of
+
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Change one parameter; may be repeated.", metavar="NAME=VALUE"),
+]
+_NO_NUMBERS: Final = ("nan", "inf", "infinity")
+
+
+def assignments(values: list[str]) -> dict[str, Any]:
+    """Names and values of `--set`; a value is JSON, or text where it is not.
+
+    Raises:
+        ConfigurationError: not NAME=VALUE, or a number that is not finite.
+    """
+    table: dict[str, Any] = {}
+    for value in values:
+        name, equals, text = value.partition("=")
+        if not equals or not name:
+            raise ConfigurationError(f"--set {value}: is not NAME=VALUE, such as --set D_s=0.05.")
+        try:
+            table[name] = json.loads(text)
+        except ValueError:
+            table[name] = text
+        if (
+            table[name] != table[name]
+            or table[name] in (math.inf, -math.inf)
+            or text.lower().strip("+-") in _NO_NUMBERS
+        ):
+            raise ConfigurationError(f"--set {value}: must be a finite number, such as --set D_s=0.05.")
+    return table
 
 
 def _among(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
@@ -60,6 +92,8 @@ Body = Annotated[
         autocompletion=_among(_bodies),
     ),
 ]
+
+
 Wear = Annotated[
     str | None,
     typer.Option(
@@ -69,6 +103,8 @@ Wear = Annotated[
         autocompletion=_among(_wear),
     ),
 ]
+
+
 Engine = Annotated[
     str | None,
     typer.Option(
@@ -78,6 +114,8 @@ Engine = Annotated[
         autocompletion=_among(lambda: ("pybullet", "mujoco")),
     ),
 ]
+
+
 Scenario = Annotated[
     str | None,
     typer.Option(
@@ -87,6 +125,8 @@ Scenario = Annotated[
         autocompletion=_among(_scenarios),
     ),
 ]
+
+
 Start = Annotated[
     str | None,
     typer.Option(
@@ -96,10 +136,14 @@ Start = Annotated[
         autocompletion=_among(_starts),
     ),
 ]
+
+
 Recover = Annotated[
     bool | None,
     typer.Option("--recover/--no-recover", help="Get up after a fall and go on, on bodies that can."),
 ]
+
+
 Gait = Annotated[
     str | None,
     typer.Option(
@@ -109,6 +153,8 @@ Gait = Annotated[
         autocompletion=_among(_gaits),
     ),
 ]
+
+
 Stabilizer = Annotated[
     str | None,
     typer.Option(
@@ -118,6 +164,8 @@ Stabilizer = Annotated[
         autocompletion=_among(lambda: ("own", "thesis", "none")),
     ),
 ]
+
+
 Torso = Annotated[
     str | None,
     typer.Option(
@@ -127,12 +175,16 @@ Torso = Annotated[
         autocompletion=_among(lambda: ("none", "thesis", "robust")),
     ),
 ]
+
+
 Admittance = Annotated[
     bool | None,
     typer.Option(
         "--admittance/--no-admittance", help="Leg and ankle admittance; default: the gait's own choice."
     ),
 ]
+
+
 Steps = Annotated[
     int | None,
     typer.Option(
@@ -141,9 +193,13 @@ Steps = Annotated[
         metavar="N",
     ),
 ]
+
+
 Duration = Annotated[
     float | None, typer.Option("--duration", help="Seconds to walk; 0: the steps are the bound.", metavar="S")
 ]
+
+
 Velocity = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
@@ -152,6 +208,8 @@ Velocity = Annotated[
         metavar="VX VY WZ",
     ),
 ]
+
+
 Target = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
@@ -161,6 +219,8 @@ Target = Annotated[
         metavar="X Y TURN",
     ),
 ]
+
+
 Mode = Annotated[
     str | None,
     typer.Option(
@@ -171,7 +231,11 @@ Mode = Annotated[
         autocompletion=_among(lambda: ("real-time", "lockstep", "in-process")),
     ),
 ]
+
+
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed of everything random.", metavar="N")]
+
+
 Config = Annotated[
     Path | None,
     typer.Option(
@@ -180,11 +244,17 @@ Config = Annotated[
         metavar="FILE",
     ),
 ]
+
+
 Out = Annotated[
     Path | None,
     typer.Option("--out", help="Folder for recording and summary; default runs/<time>/.", metavar="DIR"),
 ]
+
+
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the run that is in the folder of --out.")]
+
+
 Cluster = Annotated[
     str,
     typer.Option(
@@ -195,19 +265,33 @@ Cluster = Annotated[
         metavar="local[:N]|inline|tcp://HOST:PORT",
     ),
 ]
+
+
 Json = Annotated[bool, typer.Option("--json", help="End with one JSON object on the last line of stdout.")]
+
+
 Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]
+
+
 Listen = Annotated[
     str, typer.Option("--listen", help="Zenoh endpoint the robot listens on.", metavar="ENDPOINT")
 ]
+
+
 Connect = Annotated[str, typer.Option("--connect", help="Zenoh endpoint of the robot.", metavar="ENDPOINT")]
+
+
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Everything but the commands: the robot is only watched.")
 ]
+
+
 RealtimePriority = Annotated[
     bool,
     typer.Option("--realtime-priority/--no-realtime-priority", help="Ask for SCHED_FIFO in real time."),
 ]
+
+
 Serve = Annotated[
     bool,
     typer.Option("--serve", help="Stand and wait: walk on command (`nao-hil drive`), without end."),
@@ -228,6 +312,8 @@ Recordings = Annotated[
         callback=recordings_of,
     ),
 ]
+
+
 Recording = Annotated[
     Path,
     typer.Argument(
@@ -237,20 +323,30 @@ Recording = Annotated[
         callback=recording_of,
     ),
 ]
+
+
 Columns = Annotated[
     Path | None,
     typer.Option(
         "--columns", help="TOML file that maps the columns of a CSV with other names.", metavar="FILE"
     ),
 ]
+
+
 Begin = Annotated[float, typer.Option("--from", help="Robot time to begin at, s.", min=0.0, metavar="S")]
+
+
 End = Annotated[
     float | None, typer.Option("--to", help="Robot time to end at, s; default: the end.", min=0.0, metavar="S")
 ]
+
+
 View = Annotated[
     bool,
     typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does."),
 ]
+
+
 Port = Annotated[int, typer.Option("--port", help="TCP port of the page.", min=1, max=65535, metavar="PORT")]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,8 +14,8 @@ from rich.table import Table
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.assignments import Assignments, assignments
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.options import Assignments, assignments
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory
 
@@ -107,7 +106,7 @@ def plan(
             result["figures"] = [file.name for file in draw(p, body, found.choice, directory.path)]
     _show(console, p, result, directory)
     if as_json:
-        print(json.dumps(result), flush=True)
+        print_json(result)
     return 0 if found.margin > 0.0 else 1
 
 

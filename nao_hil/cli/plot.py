@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,7 +12,7 @@ from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 
 
 def plot(
@@ -81,7 +80,7 @@ def plot(
     for path in written:
         console.print(f"written to {path}", soft_wrap=True)
     if as_json:
-        print(json.dumps({"files": [str(path) for path in written]}), flush=True)
+        print_json({"files": [str(path) for path in written]})
     return 0
 
 

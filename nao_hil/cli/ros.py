@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import try_client
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
-from nao_hil.cli.logs import log_to_stderr
+from nao_hil.cli.console import log_to_stderr, open_console, print_json
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.description import describe
 
@@ -69,7 +66,7 @@ def ros(
     finally:
         node.close()
     if as_json:
-        print(json.dumps(msgspec.to_builtins(counts)), flush=True)
+        print_json(counts)
     return 0
 
 
@@ -96,5 +93,5 @@ def rosbag(
     counts = write_bag(recording, out, body, describe(body), check_distro(distro))
     open_console().print(f"{sum(counts.values())} messages are in {out}.", highlight=False)
     if as_json:
-        print(json.dumps({"bag": str(out), "messages": counts}), flush=True)
+        print_json({"bag": str(out), "messages": counts})
     return 0

@@ -1,4 +1,4 @@
-"""`nao-hil run-naoqi`: a program written for NAOqi, with robot and server if none runs."""
+"""`nao-hil run-naoqi` and `run-choregraphe`: programs written for NAOqi on a robot of the link."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ import typer
 
 from bridge.adapters.naoqi.interaction.speech import SPOKEN
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
-from bridge.errors import LinkError
+from bridge.errors import ConfigurationError, LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console
+from nao_hil.cli.console import open_console, print_json
 from nao_hil.cli.signals import on_signals
+from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.runner import ADDRESS
 from nao_hil.naoqi_programs.source import program_code
 from nao_hil.runs.supervisor import Child
@@ -41,11 +42,10 @@ _REPORTED = re.compile(rf"{SPOKEN}.*|WARNING .*")
 """Lines of the server's log that are printed."""
 OWN_OPTIONS = ("--robot", "--url", "--connect", "--json")
 """Of this command, which it takes before the program only."""
-
-
 Url = Annotated[
     str, typer.Option("--url", help="Address of NAOqi; a server that answers there is used.", metavar="URL")
 ]
+PLAY = Path(__file__).parents[1] / "naoqi_programs" / "choregraphe" / "play.py"
 
 
 def run_naoqi(
@@ -73,7 +73,7 @@ def run_naoqi(
         print(f"warning: {said}", file=sys.stderr, flush=True)
     code, started = run_program(program, arguments, robot, url, connect)
     if as_json:
-        print(json.dumps({"exit_code": code, "started": started}), flush=True)
+        print_json({"exit_code": code, "started": started})
     return code
 
 
@@ -188,3 +188,51 @@ def _await(ready: Callable[[], bool], children: list[Child]) -> None:
         if time.monotonic() > deadline:
             raise LinkError(f"the robot was not served within {START:g} s.")
         time.sleep(0.1)
+
+
+def run_choregraphe(
+    project: Annotated[
+        Path, typer.Argument(help="A .xar or .pml file, or the folder of one.", metavar="PROJECT")
+    ],
+    behaviour: Annotated[
+        str | None,
+        typer.Option("--behavior", help="Which behaviour of several: its folder's name.", metavar="NAME"),
+    ] = None,
+    idle: Annotated[
+        float,
+        typer.Option("--idle", help="Seconds without anything running, to its end.", min=0.1, metavar="S"),
+    ] = 10.0,
+    robot: options.Body = None,
+    url: Url = DEFAULT_URL,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    as_json: options.Json = False,
+) -> int:
+    """Play a behaviour of Choregraphe: script boxes, timelines and flow diagrams; then list what was not done.
+
+    Example: nao-hil run-choregraphe my_project/my_project.pml
+
+    It ends when the behaviour's onStopped is reached, or when nothing has run for a
+    while. Exit code 1: something was not done.
+    """
+    file = _chosen(behaviours(project), behaviour)
+    read_behaviour(file)
+    with tempfile.TemporaryDirectory(prefix="nao-hil-choregraphe-") as folder:
+        report = Path(folder) / "report.json"
+        code, started = run_program(PLAY, [str(file), str(report), f"{idle:g}"], robot, url, connect)
+        could_not = json.loads(report.read_text()) if report.is_file() else []
+    for sentence in could_not:
+        print(f"not done: {sentence}", file=sys.stderr)
+    code = code or int(bool(could_not))
+    if as_json:
+        print_json({"exit_code": code, "could_not": could_not, "started": started})
+    return code
+
+
+def _chosen(files: list[Path], name: str | None) -> Path:
+    named = {file.parent.name: file for file in files}
+    if name is None and len(files) == 1:
+        return files[0]
+    if name is None or name not in named:
+        what = "has several behaviours" if name is None else f"has no behaviour {name!r}"
+        raise ConfigurationError(f"The project {what}; name one with --behavior: {', '.join(named)}.")
+    return named[name]

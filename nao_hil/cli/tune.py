@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,9 +11,8 @@ import typer
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.campaign_progress import CampaignProgress
-from nao_hil.cli.console import open_console
-from nao_hil.cli.engine import chosen_engine
+from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.progress import CampaignProgress
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
@@ -118,7 +116,7 @@ def tune(
     directory.write_summary(data)
     _show(console, data, directory.path / "tuned.toml")
     if as_json:
-        print(json.dumps(data), flush=True)
+        print_json(data)
     return 0
 
 
@@ -142,9 +140,10 @@ def _summary(kept: Study, walks_of_a_trial: int) -> dict[str, Any]:
 def _show(console: Console, data: dict[str, Any], parameters: Path) -> None:
     """The comparison on seeds the study never saw, what pruning saved, and where the parameters are."""
     for which in ("shipped", "before", "after"):
-        arm = data["unseen"][which]
+        robots = data["unseen"][which]
         console.print(
-            f"{which:7} {arm['survived']} of {arm['n']} walk on, mean score {arm['score']:.3f}", highlight=False
+            f"{which:7} {robots['survived']} of {robots['n']} walk on, mean score {robots['score']:.3f}",
+            highlight=False,
         )
     console.print(
         f"{data['walks']} walks, {100 * data['share']:.0f} % of those without pruning.", highlight=False

@@ -14,11 +14,9 @@ from bridge.link.session import check_free
 from bridge.motion import get_up_motions
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, own_command
-from nao_hil.cli.engine import chosen_engine
-from nao_hil.cli.outcome import conclude
-from nao_hil.cli.progress import WalkProgress
-from nao_hil.cli.run_options import takes_run
+from nao_hil.cli.added_options import takes_run
+from nao_hil.cli.console import chosen_engine, open_console, own_command
+from nao_hil.cli.progress import WalkProgress, conclude
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.demo import Demo

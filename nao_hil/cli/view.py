@@ -14,8 +14,8 @@ from nao_hil.cli import options
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.folder import recording_of
+from nao_hil.view.access import open_door
 from nao_hil.view.child import DEFAULT_HOST, DEFAULT_PORT, READY
-from nao_hil.view.door import open_door
 from nao_hil.view.page import page, recorded_page
 
 NICENESS = 10

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import math
 import sys
@@ -18,8 +17,8 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.messages.walk import COMMAND
 from bridge.realtime import CONTROLLER_PRIORITY
 from nao_hil.cli import options
+from nao_hil.cli.console import log_to_stderr, print_json
 from nao_hil.cli.loading import loading
-from nao_hil.cli.logs import log_to_stderr
 from nao_hil.cli.signals import on_signals
 from nao_hil.runs.config import run_config
 
@@ -99,7 +98,7 @@ def walk(
         result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
     if as_json:
         walked = settings if body else msgspec.structs.replace(settings, robot=result.body)
-        print(json.dumps(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(walked)}), flush=True)
+        print_json(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(walked)})
     elif not serve:
         print(in_words(result), flush=True)
     return _code(result, serve)

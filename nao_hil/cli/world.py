@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from typing import Annotated
 
-import msgspec
 import typer
 
 from bridge.errors import ConfigurationError
@@ -17,6 +15,7 @@ from bridge.messages.elements import ELEMENTS
 from bridge.messages.world import PlaceThing, Press, Remove, Status, ThingKind, WorldCommand
 from bridge.validation import unknown_name
 from nao_hil.cli import options
+from nao_hil.cli.console import print_json
 
 X = Annotated[float, typer.Argument(help="Ahead of the robot, m; with --floor along the floor's x axis.")]
 Y = Annotated[float, typer.Argument(help="To its left, m; with --floor along the floor's y axis.")]
@@ -120,7 +119,7 @@ def press(
         time.sleep(seconds)
         world.send(Press(button=button, pressed=False))
     text = f"Button {button} was pressed for {seconds:g} s."
-    print(json.dumps({"text": text}) if as_json else text)
+    _show_reply(text, as_json)
     return 0
 
 
@@ -136,7 +135,7 @@ def show(
     with WorldClient(name, connect) as world:
         reply = world.send(Status())
     if as_json:
-        print(json.dumps(msgspec.to_builtins({"objects": reply.objects, "things": reply.things})))
+        print_json({"objects": reply.objects, "things": reply.things})
         return 0
     found = [("box", box.name, box.position) for box in reply.objects]
     for kind, called, position in [*found, *((t.kind, t.name, t.position) for t in reply.things)]:
@@ -172,5 +171,12 @@ def _put(
 def _send(command: WorldCommand, name: str, connect: str, as_json: bool) -> int:
     with WorldClient(name, connect) as world:
         reply = world.send(command)
-    print(json.dumps({"text": reply.text}) if as_json else reply.text)
+    _show_reply(reply.text, as_json)
     return 0
+
+
+def _show_reply(text: str, as_json: bool) -> None:
+    if as_json:
+        print_json({"text": text})
+    else:
+        print(text)

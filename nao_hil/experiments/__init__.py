@@ -1,1 +1,1 @@
-"""The experiments: what the robot is and does, measured on the emulated one, each with figures."""
+"""Experiments: properties and abilities of the robot, measured on the emulated one."""

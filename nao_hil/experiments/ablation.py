@@ -3,45 +3,137 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
-from nao_hil.experiments.ablation_arms import SHIPPED, TASKS, AblationArm, AblationTask, arms
-from nao_hil.experiments.arms import Arm, arm
-from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
+from nao_hil.analysis.report.page import Outcome, ReportTable
+from nao_hil.analysis.statistics import percent
+from nao_hil.experiments.conditions import Condition, condition
+from nao_hil.experiments.context import Context, Plates
+from nao_hil.experiments.obstacle import drawn_plate
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.parameters import controller_parameters
-from walker.switches import Switches
+from walker.switches import NAMED, Switches
+
+SHIPPED: Final = "as shipped"
+THESIS: Final = "the thesis' alone"
+NONE: Final = "none"
+DEPENDENT: Final = (
+    *("common_ankle_tilt", "attitude_correction", "gyroscope_lean"),
+    *("foothold_feedback", "foot_placement", "capture_step", "heading_hold", "velocity_hold", "lean_feedback"),
+    *("step_hold", "counterweight", "arm_counterweight"),
+)
+"""Switches that alone do nothing here: they act on another mechanism's offsets or input, or on `Plan.pendulum`,
+which neither gait gives, or have no gains in these gaits."""
+
+
+@dataclass(frozen=True)
+class AblationTask:
+    """Walk that every condition makes."""
+
+    name: str
+    gait: str
+    switch: str
+    """That the thesis' claim credits."""
+    suspects: tuple[str, ...]
+    """Switches that are taken out first, after it."""
+    duration: float
+    """s"""
+    plate_time: float | None = None
+    """s of the walk at which a plate is put under the right foot; None: no plate."""
+    plate_height: float = 0.01
+    """m"""
+
+    def plates(self, seed: int) -> Plates:
+        """Of a seed."""
+        if self.plate_time is None:
+            return ()
+        return ((self.plate_time, drawn_plate(seed, self.plate_height)),)
+
+
+TASKS: Final = (
+    AblationTask("R5: dynamic gait", "dynamic", "torso", ("gyroscope_damping",), duration=15.0),
+    AblationTask(
+        "R2: static gait", "static", "torso", ("swing_foot_orientation", "ground_tilt"), duration=30.0
+    ),
+    AblationTask(
+        "R1: static gait, plate",
+        "static",
+        "leg_admittance",
+        ("swing_foot_orientation", "ground_tilt"),
+        duration=18.0,
+        plate_time=3.0,
+    ),
+)
+"""Shorter than R1, R2 and R5: a plate in the first single support and two strides after it, and flat ground for
+the time in which the conditions without control fall."""
+
+
+class AblationCondition(NamedTuple):
+    """One choice of switches."""
+
+    name: str
+    switches: Switches
+    stage: int
+    """The lower, the sooner it is walked: a stop leaves the conditions that decide most."""
+    compared: str = ""
+    """Condition that differs in one switch, to be read against; empty: none."""
+
+
+def conditions(task: AblationTask, shipped: Switches) -> list[AblationCondition]:
+    """All conditions of a task.
+
+    Args:
+        task: Its claim decides the order of the walks.
+        shipped: Switches of its gait.
+    """
+    thesis, none = NAMED["thesis"], NAMED["none"]
+    found = [
+        AblationCondition(SHIPPED, shipped, 0),
+        AblationCondition(THESIS, thesis, 0),
+        AblationCondition(
+            f"the thesis' without {task.switch}", _with(thesis, task.switch, _off(task.switch)), 1, THESIS
+        ),
+        AblationCondition(NONE, none, 0),
+        AblationCondition("torso by the thesis' design", _with(shipped, "torso", "thesis"), 1, SHIPPED),
+    ]
+    for name in Switches.__struct_fields__:
+        if getattr(shipped, name) != _off(name):
+            out = _with(shipped, name, _off(name))
+            stage = 0 if name == task.switch else 1 if name in task.suspects else 2
+            found.append(AblationCondition(f"without {name}", out, stage, SHIPPED))
+    for name in (name for name in Switches.__struct_fields__ if name not in DEPENDENT):
+        for value in ("thesis", "robust") if name == "torso" else (True,):
+            title = f"torso = {value} alone" if name == "torso" else f"{name} alone"
+            found.append(AblationCondition(title, _with(none, name, value), 3, NONE))
+    return found
+
+
+def _off(name: str) -> Any:
+    return getattr(NAMED["none"], name)
+
+
+def _with(switches: Switches, name: str, value: Any) -> Switches:
+    return msgspec.structs.replace(switches, **{name: value})
 
 
 class AblationCell(msgspec.Struct, frozen=True, kw_only=True):
-    """One arm of one task."""
+    """One condition of one task."""
 
     task: str
-    arm: str
+    condition: str
     switches: Switches
     compared: str
-    """Arm that differs in one switch; empty: none."""
-    result: Arm
-
-
-class AblationResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "ablation"
-    passed: bool = True
-    """A table claims nothing."""
-    cells: tuple[AblationCell, ...]
-    decisive: dict[str, tuple[str, ...]]
-    """By task: arms whose interval lies below that of the shipped arm, from which they differ in one switch."""
+    """Condition that differs in one switch; empty: none."""
+    result: Condition
 
 
 def experiment(context: Context, tasks: Sequence[AblationTask] = TASKS) -> Outcome:
-    """All arms of all tasks, those that decide most first."""
-    planned = [(task, each) for task in tasks for each in arms(task, _shipped(context, task.gait))]
+    """All conditions of all tasks, those that decide most first."""
+    planned = [(task, each) for task in tasks for each in conditions(task, _shipped(context, task.gait))]
     walks = [
         _walk(context, task, each, seed)
         for stage in sorted({each.stage for _, each in planned})
@@ -55,35 +147,38 @@ def experiment(context: Context, tasks: Sequence[AblationTask] = TASKS) -> Outco
         done.setdefault(walked.walk.name, []).append(walked)
     if not done:
         raise Interrupted
-    cells = tuple(
+    cells = [
         AblationCell(
             task=task.name,
-            arm=each.name,
+            condition=each.name,
             switches=each.switches,
             compared=each.compared,
-            result=arm(done[name]),
+            result=condition(done[name]),
         )
         for task, each in planned
         if (name := _name(task, each)) in done
+    ]
+    decisive = {task.name: _decisive(cells, task) for task in tasks}
+    return context.outcome(
+        "ablation",
+        f"Each mechanism of the stabiliser alone, and each taken out ({_runs(cells)} runs a condition)",
+        "Beside R1, R2 and R5: which mechanism holds the walk. The thesis has no such table.",
+        setup=[(task.name, _words(task)) for task in tasks],
+        tables=[_table(cells, task) for task in tasks],
+        findings=[
+            f"{task}: conditions whose interval lies below that of the shipped one, one switch apart: "
+            f"{', '.join(names) or 'none'}."
+            for task, names in decisive.items()
+        ],
+        figures={"cells": cells, "decisive": decisive},
     )
-    result = AblationResult(cells=cells, decisive={task.name: _decisive(cells, task) for task in tasks})
-    page = ReportPage(
-        name="ablation",
-        title=f"Each mechanism of the stabiliser alone, and each taken out ({_runs(cells)} runs an arm)",
-        source="Beside R1, R2 and R5: which mechanism holds the walk. The thesis has no such table.",
-        setup=setup_rows(context, [(task.name, _words(task)) for task in tasks]),
-        claims=(),
-        tables=tuple(_table(cells, task) for task in tasks),
-        findings=tuple(_finding(result.decisive[task.name], task) for task in tasks),
-    )
-    return Outcome(result, page)
 
 
 def _shipped(context: Context, gait: str) -> Switches:
     return controller_parameters(gait, context.config(gait, 0, {}).controller).switches
 
 
-def _walk(context: Context, task: AblationTask, each: AblationArm, seed: int) -> Walk:
+def _walk(context: Context, task: AblationTask, each: AblationCondition, seed: int) -> Walk:
     return Walk(
         name=_name(task, each),
         config=context.config(task.gait, seed, msgspec.to_builtins(each.switches)),
@@ -93,23 +188,18 @@ def _walk(context: Context, task: AblationTask, each: AblationArm, seed: int) ->
     )
 
 
-def _name(task: AblationTask, each: AblationArm) -> str:
+def _name(task: AblationTask, each: AblationCondition) -> str:
     return f"{task.name}, {each.name}"
 
 
 def _decisive(cells: Sequence[AblationCell], task: AblationTask) -> tuple[str, ...]:
-    of = {cell.arm: cell for cell in cells if cell.task == task.name}
+    of = {cell.condition: cell for cell in cells if cell.task == task.name}
     if SHIPPED not in of:
         return ()
     least = of[SHIPPED].result.interval[0]
     return tuple(
         name for name, cell in of.items() if cell.compared == SHIPPED and cell.result.interval[1] < least
     )
-
-
-def _finding(decisive: Sequence[str], task: AblationTask) -> str:
-    reported = ", ".join(decisive) or "none"
-    return f"{task.name}: arms whose interval lies below that of the shipped one, one switch apart: {reported}."
 
 
 def _runs(cells: Sequence[AblationCell]) -> str:
@@ -128,19 +218,16 @@ def _words(task: AblationTask) -> str:
 
 
 def _table(cells: Sequence[AblationCell], task: AblationTask) -> ReportTable:
-    rows = []
-    for cell in cells:
-        if cell.task == task.name:
-            low, high = (100.0 * bound for bound in cell.result.interval)
-            falls = cell.result.fall_times
-            rows.append(
-                (
-                    cell.arm,
-                    f"{cell.result.survived} of {cell.result.n}",
-                    f"{low:.0f} to {high:.0f} %",
-                    f"{falls[0]:.1f} to {falls[-1]:.1f}" if falls else "none",
-                    f"{cell.result.tilt_max_deg[0]:.1f}",
-                )
-            )
-    head = ("arm", "walk on", "95 % interval", "falls, s", "torso tilt, deg, median")
-    return ReportTable(f"{task.name}, {task.duration:g} s", head, tuple(rows))
+    rows = tuple(
+        (
+            cell.condition,
+            f"{cell.result.survived} of {cell.result.n}",
+            percent(cell.result.interval),
+            f"{falls[0]:.1f} to {falls[-1]:.1f}" if (falls := cell.result.fall_times) else "none",
+            f"{cell.result.tilt_max_deg[0]:.1f}",
+        )
+        for cell in cells
+        if cell.task == task.name
+    )
+    head = ("condition", "walk on", "95 % interval", "falls, s", "torso tilt, deg, median")
+    return ReportTable(f"{task.name}, {task.duration:g} s", head, rows)

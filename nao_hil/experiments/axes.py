@@ -1,4 +1,4 @@
-"""The thesis' axes: its colours, its phase line, and where a figure goes."""
+"""The thesis' axes: colours, phase line, and the file of a figure."""
 
 from __future__ import annotations
 
@@ -53,24 +53,24 @@ def feet(axes: Any, time: Array, left: Array, right: Array) -> None:
 
 
 def finish(axes: Any, x: str, y: str, title: str = "") -> None:
-    """Labels, grid, and a legend beside the axes."""
+    """Labels, grid, and a legend to the right of the axes."""
     axes.set(xlabel=x, ylabel=y, title=title)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def two_arms(axes: Any, with_: Track, without: Track, quantity: Callable[[Track], Array]) -> None:
-    """A quantity of both arms over the time of the walk, as the thesis draws them: blue without, red with."""
+def two_conditions(axes: Any, with_: Track, without: Track, quantity: Callable[[Track], Array]) -> None:
+    """A quantity over the time of the walk, as the thesis draws both conditions: blue without, red with."""
     for track, colour, label in ((without, BLUE, "without"), (with_, RED, "with")):
         axes.plot(track["time"], quantity(track), color=colour, linewidth=0.9, label=label)
 
 
 def pitch_and_roll(path: Path, with_: Track, without: Track, phases: bool = False) -> Path:
-    """True torso pitch and roll of both arms (figures 4.2, 4.9 and 4.16), rad; phases in steps of 0.05."""
+    """True torso pitch and roll of both (figures 4.2, 4.9 and 4.16), rad; phases in steps of 0.05."""
     figure = new_figure(9.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     for panel, name in ((upper, "pitch"), (lower, "roll")):
-        two_arms(panel, with_, without, lambda track, name=name: getattr(track, name))  # type: ignore[misc]
+        two_conditions(panel, with_, without, lambda track, name=name: getattr(track, name))  # type: ignore[misc]
         largest = 1.1 * max(float(np.abs(getattr(track, name)).max(initial=0.1)) for track in (with_, without))
         panel.set_ylim(-min(largest, 0.6), min(largest, 0.6))
     if phases:

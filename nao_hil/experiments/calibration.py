@@ -39,7 +39,7 @@ PARENTS: Final = 16
 """Best robots around which a generation is drawn."""
 WIDENED: Final = 0.3
 """Kernels' covariance over the parents'."""
-MOST: Final = 2000
+MAX_TRIALS: Final = 2000
 """Robots tried before it gives up."""
 RUN_SEED: Final = 0
 """Of the robots' noise while they are measured."""
@@ -175,12 +175,12 @@ def design_ensemble(
         members: Wanted.
         seed: Of the draws.
         engine: Name of the physics engine.
-        command: Written beside the robots.
+        command: Written into the file of the robots.
         spread: Calls a function with each of some arguments; fewer results: it was stopped.
         keep: Takes the ensemble after each generation.
 
     Returns:
-        The members; fewer than wanted after `MOST` trials, or when stopped.
+        The members; fewer than wanted after `MAX_TRIALS` trials, or when stopped.
     """
     random, free = (np.random.default_rng([seed, k]) for k in range(2))
     table = unknowns()
@@ -212,7 +212,7 @@ def design_ensemble(
             members=tuple(_member(draws[i], trials[i]) for i in _choose(sampler, accepted, members, seed)),
         )
         keep(ensemble)
-        if len(accepted) >= 2 * members or len(trials) >= MOST or len(results) < len(drawn):
+        if len(accepted) >= 2 * members or len(trials) >= MAX_TRIALS or len(results) < len(drawn):
             return ensemble
 
 

@@ -19,33 +19,37 @@ class Entry(NamedTuple):
     """One experiment."""
 
     module: str
-    """In `nao_hil.experiments`."""
+    """In `nao_hil.experiments`; after a colon the function and its further arguments."""
     what: str
-    """What it measures, for people."""
+    """Measured quantity, for people."""
     seeds: int
     """Unless told otherwise."""
     thesis: bool = True
     """Part of `all`."""
     any_gait: bool = False
     """Takes `--gait`."""
-    function: str = "experiment"
-    """In the module."""
 
     def load(self) -> Callable[[Context], Outcome]:
         """The function that does it."""
-        function: Callable[[Context], Outcome] = getattr(
-            importlib.import_module(f"nao_hil.experiments.{self.module}"), self.function
+        module, _, call = self.module.partition(":")
+        name, *arguments = (call or "experiment").split()
+        function: Callable[..., Outcome] = getattr(
+            importlib.import_module(f"nao_hil.experiments.{module}"), name
         )
-        return function
+        return lambda context: function(context, *arguments)
 
 
 EXPERIMENTS: Final[dict[str, Entry]] = {
-    "static-walk": Entry("static_walk", "the statically stable gait, planned and walked (figure 3.4)", 3),
+    "static-walk": Entry(
+        "planned_walks:static_walk", "the statically stable gait, planned and walked (figure 3.4)", 3
+    ),
     "obstacle": Entry(
         "obstacle", "R1: 1 cm under the swing foot, without and with admittance (4.1, 4.2, 4.8)", 20
     ),
     "torso-drift": Entry(
-        "torso_drift", "R2: the static gait with admittance, without and with torso control (4.9)", 20
+        "torso_control:torso_drift",
+        "R2: the static gait with admittance, without and with torso control (4.9)",
+        20,
     ),
     "torso-step": Entry(
         "torso_step", "R3: the torso's answer to steps of the stance ankle, and its plant (4.10)", 5
@@ -53,9 +57,11 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
     "torso-design": Entry(
         "torso_design", "R4: the thesis' torso controllers and a robust one (4.11 to 4.15)", 1
     ),
-    "dynamic-walk": Entry("dynamic_walk", "the dynamically stable gait, planned and walked (3.6, 3.7)", 3),
+    "dynamic-walk": Entry(
+        "planned_walks:dynamic_walk", "the dynamically stable gait, planned and walked (3.6, 3.7)", 3
+    ),
     "dynamic-torso": Entry(
-        "dynamic_torso", "R5: the dynamic gait without and with torso control, 60 s (4.16)", 20
+        "torso_control:dynamic_torso", "R5: the dynamic gait without and with torso control, 60 s (4.16)", 20
     ),
     "slope": Entry("slope", "R6: the steepest slope in four directions", 20, any_gait=True),
     "spring": Entry("spring", "the spring of the leg admittance and its pole (4.7)", 20),
@@ -83,21 +89,13 @@ EXPERIMENTS: Final[dict[str, Entry]] = {
         "falls", "pushed in a walk: falls foreseen, how hard, got up and walked on", 20, False, True
     ),
     "real-robots": Entry("real_robots", "every figure of real robots beside the emulated one", 5, False),
-    "tracking": Entry(
-        "real_robots", "tracking errors of the legs in a walk", 5, False, function="tracking_experiment"
-    ),
-    "knee-hold": Entry(
-        "real_robots", "error of a knee that holds its leg out", 5, False, function="knee_hold_experiment"
-    ),
+    "tracking": Entry("real_robots:experiment tracking", "tracking errors of the legs in a walk", 5, False),
+    "knee-hold": Entry("real_robots:experiment knee_hold", "error of a knee that holds its leg out", 5, False),
     "imu-noise": Entry(
-        "real_robots", "noise of inertial unit and encoders at rest", 5, False, function="imu_noise_experiment"
+        "real_robots:experiment imu_noise", "noise of inertial unit and encoders at rest", 5, False
     ),
-    "force-cells": Entry(
-        "real_robots", "noise and sum of the force cells", 5, False, function="force_cells_experiment"
-    ),
-    "currents": Entry(
-        "real_robots", "motor currents of a standing V3", 5, False, function="currents_experiment"
-    ),
+    "force-cells": Entry("real_robots:experiment force_cells", "noise and sum of the force cells", 5, False),
+    "currents": Entry("real_robots:experiment currents", "motor currents of a standing V3", 5, False),
     "servo-table": Entry("servo_table", "speed, delay, backlash, torque and heat of every leg drive", 1, False),
     "sensitivity": Entry("sensitivity", "which unknowns of the robot decide what: Morris, Sobol'", 10, False),
     "engines": Entry(

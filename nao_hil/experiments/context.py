@@ -1,4 +1,4 @@
-"""What every experiment is given: robot, wear, seeds, changed parameters, a campaign, and a folder."""
+"""Context of an experiment: robot, wear, seeds, changed parameters, campaign, folder; walks and outcome."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import msgspec
 
 from bridge.messages.world import PlateUnderFoot
 from emulator.wear import wear_of_seed
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
 from nao_hil.analysis.statistics import wilson
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig
@@ -21,14 +22,40 @@ from walker.switches import differing
 
 BLOCK: Final = 5
 """Seeds that `Context.run_until_certain` walks between two looks."""
-
 Plates: TypeAlias = tuple[tuple[float, PlateUnderFoot], ...]
 """Plates by time of the walk, s."""
 
 
+def setup_rows(context: Context, rows: Sequence[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
+    """An experiment's own rows, then robot, wear, seeds, and changed parameters."""
+    changes = context.changes
+    changed = {
+        table: values
+        for table, values in (("parameters", changes.parameters), ("controller", changes.controller))
+        if values
+    }
+    return (
+        *rows,
+        ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+        ("seeds", seed_words(context.seeds)),
+        *(
+            ((f"changed ({changes.gait} gait)", msgspec.json.encode(changed).decode()),)
+            if changed
+            else (("parameters", "as shipped"),)
+        ),
+    )
+
+
+def seed_words(seeds: Sequence[int]) -> str:
+    """`0 to 19 (20)`, or the list where it has gaps."""
+    if len(seeds) > 1 and list(seeds) == list(range(seeds[0], seeds[0] + len(seeds))):
+        return f"{seeds[0]} to {seeds[-1]} ({len(seeds)})"
+    return ", ".join(map(str, seeds))
+
+
 @dataclass(frozen=True)
 class Context:
-    """Everything an experiment depends on beside its own numbers."""
+    """Everything that an experiment depends on except its own numbers."""
 
     campaign: Campaign
     out: Path
@@ -74,8 +101,8 @@ class Context:
         Args:
             gait: Name.
             seed: Of the run.
-            switches: Fields of `walker.switches.Switches`: what the arms of an experiment differ
-                in. They overrule the changes, which hold for their own gait.
+            switches: Fields of `walker.switches.Switches` in which the conditions of an
+                experiment differ. They overrule the changes, which hold for their own gait.
         """
         same = gait == self.changes.gait
         return RunConfig(
@@ -105,7 +132,7 @@ class Context:
         """One walk per seed.
 
         Args:
-            name: Of the arm.
+            name: Of the condition.
             gait: Name.
             duration: Of the walk, s.
             switches: As in `config`.
@@ -124,48 +151,124 @@ class Context:
             for seed in self.seeds
         ]
 
+    def outcome(
+        self,
+        name: str,
+        title: str,
+        source: str,
+        *,
+        figures: dict[str, Any],
+        setup: Sequence[tuple[str, str]] = (),
+        claims: Sequence[Claim] = (),
+        pictures: Sequence[Picture] = (),
+        tables: Sequence[ReportTable] = (),
+        findings: Sequence[str] = (),
+    ) -> Outcome:
+        """The experiment's page and its JSON.
+
+        Args:
+            name: As in the catalogue.
+            title: Of the page.
+            source: Claim of the thesis or another source.
+            figures: Measured quantities by their key in the JSON.
+            setup: Name and value; robot, wear, seeds and changed parameters are added.
+            claims: With their verdicts: all of them decide.
+            pictures: Of the page.
+            tables: Of the page.
+            findings: Sentences; empty ones are left out.
+        """
+        page = ReportPage(
+            name=name,
+            title=title,
+            source=source,
+            setup=setup_rows(self, setup),
+            claims=tuple(claims),
+            pictures=tuple(pictures),
+            tables=tuple(tables),
+            findings=tuple(text for text in findings if text),
+        )
+        return Outcome(page, figures)
+
+    def map(self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
+        """A function's results for tasks, in their order; fewer where it was stopped.
+
+        Raises:
+            Interrupted: no task is done.
+        """
+        results = self.campaign.map(name, function, tasks)
+        if not results:
+            raise Interrupted
+        return results
+
+    def map_all(self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
+        """As `map`, for results that count only together.
+
+        Raises:
+            Interrupted: it was stopped before the last task.
+        """
+        results = self.campaign.map(name, function, tasks)
+        if len(results) < len(tasks):
+            raise Interrupted
+        return results
+
+    def walk_all(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
+        """Walks that count only together.
+
+        Raises:
+            Interrupted: it was stopped before the last walk.
+        """
+        results = self.campaign.walk(walks)
+        if len(results) < len(walks):
+            raise Interrupted
+        return results
+
     def run_switches(
         self,
         name: str,
         gait: str,
         duration: float,
-        arms: Mapping[str, dict[str, Any]],
+        conditions: Mapping[str, dict[str, Any]],
         plates: Callable[[int], Plates] | None = None,
     ) -> list[list[WalkOutcome]]:
-        """As `run`, with arms that differ in switches alone.
+        """As `run`, with conditions that differ in switches alone.
 
         Args:
             name: Of the experiment.
             gait: Name.
             duration: Of each walk, s.
-            arms: Switches by the arm's name.
+            conditions: Switches by the condition's name.
             plates: As in `walks`.
         """
-        walks = (self.walks(f"{name}, {arm}", gait, duration, on, plates=plates) for arm, on in arms.items())
+        walks = (
+            self.walks(f"{name}, {condition}", gait, duration, on, plates=plates)
+            for condition, on in conditions.items()
+        )
         return self.run(*walks)
 
-    def run(self, *arms: Sequence[Walk]) -> list[list[WalkOutcome]]:
-        """Walk several arms in one go, seed by seed, so that a stop leaves about as many of each.
+    def run(self, *conditions: Sequence[Walk]) -> list[list[WalkOutcome]]:
+        """Walk several conditions in one go, seed by seed, so that a stop leaves about as many of each.
 
-        Each arm differs in one switch at most from the one before it, or in the gait with all that is the
-        gait's own: what differs is what the arms show.
+        Each condition differs in one switch at most from the one before it, or in the gait with all that is the
+        gait's own: so one difference explains the results.
 
         Raises:
-            Interrupted: it was stopped before each arm had a run.
-            ValueError: two neighbouring arms differ in more than that.
+            Interrupted: it was stopped before each condition had a run.
+            ValueError: two neighbouring conditions differ in more than that.
             NaoHilError: a configuration that cannot be walked, or a run that failed.
         """
-        for one, other in pairwise(arms):
+        for one, other in pairwise(conditions):
             _check_one_difference(one[0], other[0])
-        mixed = [walk for of_seed in zip_longest(*arms) for walk in of_seed if walk]
+        mixed = [walk for of_seed in zip_longest(*conditions) for walk in of_seed if walk]
         done = {(result.walk.name, result.seed): result for result in self.campaign.walk(mixed)}
-        results = [[done[k] for w in arm if (k := (w.name, w.config.seed)) in done] for arm in arms]
+        results = [
+            [done[k] for w in condition if (k := (w.name, w.config.seed)) in done] for condition in conditions
+        ]
         if not all(results):
             raise Interrupted
         return results
 
-    def run_until_certain(self, share: float, *arms: Sequence[Walk]) -> list[list[WalkOutcome]]:
-        """As `run`, a block of seeds at a time; an arm ends when further seeds cannot change its verdict.
+    def run_until_certain(self, share: float, *conditions: Sequence[Walk]) -> list[list[WalkOutcome]]:
+        """As `run`, a block of seeds at a time; a condition ends when further seeds cannot change its verdict.
 
         The verdict is whether the lower bound of Wilson's interval of the share that stands, with all seeds
         walked, is `share` or more. Ending early changes no verdict (curtailed sampling). With so few seeds that
@@ -173,16 +276,18 @@ class Context:
 
         Args:
             share: 0..1.
-            arms: As in `run`, all with the same seeds.
+            conditions: As in `run`, all with the same seeds.
         """
         if wilson(len(self.seeds), len(self.seeds))[0] < share:
-            return self.run(*arms)
-        results: list[list[WalkOutcome]] = [[] for _ in arms]
+            return self.run(*conditions)
+        results: list[list[WalkOutcome]] = [[] for _ in conditions]
         for begin in range(0, len(self.seeds), BLOCK):
             open_ = [k for k, found in enumerate(results) if not _certain(found, len(self.seeds), share)]
             if not open_:
                 break
-            for k, found in zip(open_, self.run(*(arms[k][begin : begin + BLOCK] for k in open_)), strict=True):
+            for k, found in zip(
+                open_, self.run(*(conditions[k][begin : begin + BLOCK] for k in open_)), strict=True
+            ):
                 results[k] += found
         return results
 
@@ -196,10 +301,10 @@ def _certain(found: Sequence[WalkOutcome], seeds: int, share: float) -> bool:
 def _check_one_difference(one: Walk, other: Walk) -> None:
     if one.config.gait != other.config.gait:
         if one.config.controller != other.config.controller:
-            raise ValueError(f"arms {one.name} and {other.name} differ in the gait and in the controller")
+            raise ValueError(f"conditions {one.name} and {other.name} differ in the gait and in the controller")
         return
     switches = (controller_parameters(w.config.gait, w.config.controller).switches for w in (one, other))
     if len(names := differing(*switches)) > 1:
         raise ValueError(
-            f"arms {one.name} and {other.name} differ in {len(names)} switches: {', '.join(names)}"
+            f"conditions {one.name} and {other.name} differ in {len(names)} switches: {', '.join(names)}"
         )

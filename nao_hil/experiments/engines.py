@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
@@ -13,32 +13,18 @@ from numpy.typing import NDArray
 from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES, require_engine
 from emulator.wear import load_wear
-from nao_hil.analysis.report.page import Outcome, ReportPage
-from nao_hil.analysis.statistics import few_words
-from nao_hil.experiments import dynamic_torso, obstacle, torso_drift
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.statistics import Estimate, few_words, mean_of, median_of, percent, wilson
+from nao_hil.experiments import obstacle, torso_control
 from nao_hil.experiments.context import Context, Plates
-from nao_hil.experiments.engines_rows import (
-    Row,
-    Value,
-    count_row,
-    median_of,
-    paired_row,
-    row_claims,
-    rows_table,
-)
-from nao_hil.experiments.get_up import dropped_courses
-from nao_hil.experiments.get_up_run import WITHIN
-from nao_hil.experiments.landing_force import ObstacleSetup
-from nao_hil.experiments.plant_fit import fit_plant, read_shape
-from nao_hil.experiments.plates import covering_plate, drawn_plate
-from nao_hil.experiments.servo_measure import ServoRow, measure
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.torso_responses import Responses, run_task
+from nao_hil.experiments.get_up import WITHIN, dropped_courses
+from nao_hil.experiments.obstacle import ObstacleSetup, covering_plate, drawn_plate
+from nao_hil.experiments.servo_bench import ServoRow, bench_tracks, measure
+from nao_hil.experiments.torso_responses import Responses, fit_plant, read_shape, run_task
 from nao_hil.experiments.torso_step import AMPLITUDE, torso_step_tasks
-from nao_hil.runs.campaign import Interrupted
 
 DIFFERENCES: Final = (
-    "What differs between the engines: the contact model (PyBullet carries a sole by four points of the "
+    "Differences of the engines: the contact model (PyBullet carries a sole by four points of the "
     "outline, which it chooses, and four of a pad, with an error of the stiffness against tilting of up to "
     "40 %; MuJoCo by eight and one in the middle; all else is rigid on PyBullet and a stiff constraint on "
     "MuJoCo), the friction cone (a pyramid against an ellipse), the solver (sequential impulses, 50 sweeps at "
@@ -47,7 +33,6 @@ DIFFERENCES: Final = (
     "armature of the joint)."
 )
 """For people who see two numbers that differ."""
-
 DRIVES: Final = {
     "no_load_speed": "no-load speed, rad/s",
     "request_to_motion": "time from request to motion, s",
@@ -55,6 +40,112 @@ DRIVES: Final = {
     "stall_torque": "stall torque, N m",
 }
 """Fields of `ServoRow` that are compared, in words."""
+
+
+class Count(msgspec.Struct, frozen=True, kw_only=True):
+    """Successful runs, with Wilson's 95 % interval of the share."""
+
+    count: int
+    low: float
+    high: float
+    n: int
+
+    def words(self) -> str:
+        """As text for the report."""
+        return f"{self.count} of {self.n} ({percent((self.low, self.high))})"
+
+
+class Row(msgspec.Struct, frozen=True, kw_only=True):
+    """A figure on both engines."""
+
+    figure: str
+    """In words, with its unit."""
+    pybullet: Estimate | Count
+    mujoco: Estimate | Count
+    ratio: Estimate | None = None
+    """Of MuJoCo's to PyBullet's, seed by seed; None: not compared so, or no seed has both."""
+    goal: str = ""
+    """Required agreement; empty: none."""
+    agree: bool | None = None
+    """Verdict; None: nothing is required."""
+
+
+def count_of(through: Sequence[bool]) -> Count:
+    """Successful runs of some."""
+    low, high = wilson(sum(through), len(through))
+    return Count(count=sum(through), low=low, high=high, n=len(through))
+
+
+def paired_row(
+    figure: str, pybullet: Mapping[int, float], mujoco: Mapping[int, float], within: float | None = None
+) -> Row:
+    """Means over the seeds that have the figure on both engines.
+
+    Args:
+        figure: In words.
+        pybullet: By seed.
+        mujoco: Likewise.
+        within: Fraction by which the ratio of the engines may differ from 1, by the bounds of its interval;
+            None: nothing is asked.
+    """
+    both = [seed for seed in pybullet if seed in mujoco]
+    ratio = mean_of([mujoco[seed] / pybullet[seed] for seed in both])
+    agree = None
+    if within is not None:
+        low, high = ratio.low, ratio.high
+        agree = low is not None and high is not None and 1.0 - within <= low and high <= 1.0 + within
+    return Row(
+        figure=figure,
+        pybullet=mean_of([pybullet[seed] for seed in both]),
+        mujoco=mean_of([mujoco[seed] for seed in both]),
+        ratio=ratio if both else None,
+        goal="" if within is None else f"within {100.0 * within:g} %",
+        agree=agree,
+    )
+
+
+def count_row(figure: str, pybullet: Sequence[bool], mujoco: Sequence[bool]) -> Row:
+    """Successful runs on each engine; the intervals of both shares are to overlap."""
+    one, other = count_of(pybullet), count_of(mujoco)
+    return Row(
+        figure=figure,
+        pybullet=one,
+        mujoco=other,
+        goal="intervals overlap",
+        agree=one.low <= other.high and other.low <= one.high,
+    )
+
+
+def row_claims(rows: Sequence[Row]) -> tuple[Claim, ...]:
+    """A claim for each row of which something is asked."""
+    return tuple(
+        Claim(f"{row.figure} ({row.goal})", _measured(row), bool(row.agree)) for row in rows if row.goal
+    )
+
+
+def rows_table(rows: Sequence[Row]) -> ReportTable:
+    """All rows for people."""
+    verdicts = {True: "yes", False: "no", None: ""}
+    return ReportTable(
+        "Both engines; 95 % intervals in brackets",
+        ("figure", "PyBullet", "MuJoCo", "MuJoCo / PyBullet", "goal", "agree"),
+        tuple(
+            (
+                row.figure,
+                row.pybullet.words(),
+                row.mujoco.words(),
+                "" if row.ratio is None else row.ratio.words(),
+                row.goal,
+                verdicts[row.agree],
+            )
+            for row in rows
+        ),
+    )
+
+
+def _measured(row: Row) -> str:
+    words = f"{row.pybullet.words()} on PyBullet, {row.mujoco.words()} on MuJoCo"
+    return words if row.ratio is None else f"{words}, ratio {row.ratio.words()}"
 
 
 @dataclass(frozen=True)
@@ -80,15 +171,6 @@ class EnginesSetup:
     """Fraction by which walking speeds may differ."""
 
 
-class EnginesResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "engines"
-    passed: bool
-    """The engines agree in every row of which something is asked."""
-    rows: tuple[Row, ...]
-
-
 class ComparedWalk(NamedTuple):
     """A walk that both engines walk with every seed."""
 
@@ -101,32 +183,32 @@ class ComparedWalk(NamedTuple):
     plates: Callable[[int], Plates] | None = None
     """By seed."""
     speed: bool = False
-    """Speeds are compared beside who walks on."""
+    """Speeds are compared as well as survival."""
 
 
 def compared_walks(setup: EnginesSetup) -> tuple[ComparedWalk, ...]:
-    """The gaits by themselves, and the arms of R1, R2 and R5."""
+    """The gaits by themselves, and the conditions of R1, R2 and R5."""
     gaits = [
         ComparedWalk(f"{gait} gait, {seconds:g} s", gait, seconds, speed=True) for gait, seconds in setup.walks
     ]
     r1 = [
         ComparedWalk(
-            f"R1, {kind}, {arm} leg admittance, {setup.obstacle.duration:g} s",
+            f"R1, {kind}, {condition} leg admittance, {setup.obstacle.duration:g} s",
             "static",
             setup.obstacle.duration,
-            obstacle.SWITCHES[arm],
+            obstacle.SWITCHES[condition],
             obstacle.plates(setup.obstacle, plate),
         )
         for kind, plate in (("drawn plate", drawn_plate), ("plate that covers the sole", covering_plate))
-        for arm in ("with", "without")
+        for condition in ("with", "without")
     ]
     r2 = [
-        ComparedWalk(f"R2, {arm} torso control, {setup.drift:g} s", "static", setup.drift, switches)
-        for arm, switches in torso_drift.SWITCHES.items()
+        ComparedWalk(f"R2, {condition} torso control, {setup.drift:g} s", "static", setup.drift, switches)
+        for condition, switches in torso_control.SWITCHES.items()
     ]
     r5 = [
-        ComparedWalk(f"R5, torso control {arm}, {setup.dynamic:g} s", "dynamic", setup.dynamic, switches)
-        for arm, switches in dynamic_torso.SWITCHES.items()
+        ComparedWalk(f"R5, torso control {condition}, {setup.dynamic:g} s", "dynamic", setup.dynamic, switches)
+        for condition, switches in torso_control.SWITCHES.items()
     ]
     return (*gaits, *r1, *r2, *r5)
 
@@ -137,7 +219,7 @@ def torso_rows(context: Context, within: float) -> list[Row]:
     found = []
     for engine in ENGINES:
         tasks = torso_step_tasks(context.seeds, body, context.wear, AMPLITUDE, engine)
-        runs: list[Responses | None] = _all(context, "torso-step", run_task, tasks)
+        runs: list[Responses | None] = context.map_all("torso-step", run_task, tasks)
         found.append(
             {
                 task.seed: _fit(run.fused.mean(axis=0), body.cycle)
@@ -156,13 +238,13 @@ def torso_rows(context: Context, within: float) -> list[Row]:
 
 def drive_rows(context: Context) -> list[Row]:
     """Each quantity of the leg drives for the joint in which the engines differ most."""
-    tables = _all(context, "drives", _measure, [(context.robot, context.wear, engine) for engine in ENGINES])
+    tables = context.map_all("drives", _measure, [(context.robot, context.wear, engine) for engine in ENGINES])
     joints = list(zip(*tables, strict=True))
     rows = []
     for quantity, words in DRIVES.items():
         pairs = {pair[0].joint: [float(getattr(row, quantity)) for row in pair] for pair in joints}
         worst = max(pairs, key=lambda joint: abs(pairs[joint][1] - pairs[joint][0]) / (pairs[joint][0] or 1.0))
-        pybullet, mujoco = (Value(value=value, n=1) for value in pairs[worst])
+        pybullet, mujoco = (Estimate(value=value, n=1) for value in pairs[worst])
         rows.append(
             Row(figure=f"leg drives: {words}, of {worst}, which differs most", pybullet=pybullet, mujoco=mujoco)
         )
@@ -193,7 +275,7 @@ def walk_rows(context: Context, compared: ComparedWalk, within: float) -> list[R
 
 
 def get_up_rows(context: Context) -> list[Row]:
-    """Who stands after a drop, and in which time by what was below."""
+    """Robots that stand after a drop, and their times by lying side."""
     pybullet, mujoco = (
         [course.drop for course in dropped_courses(context.on_engine(engine))] for engine in ENGINES
     )
@@ -223,16 +305,16 @@ def experiment(context: Context, setup: EnginesSetup | None = None) -> Outcome:
         *(row for walk in compared_walks(setup) for row in walk_rows(context, walk, setup.speed)),
         *get_up_rows(context),
     )
-    page = ReportPage(
-        name="engines",
-        title=f"PyBullet and MuJoCo: the same robot{few_words(len(context.seeds))}",
-        source="No part of the thesis: a claim that holds on two engines does not hang on one contact model.",
-        setup=setup_rows(context, _setup_words(setup)),
+    return context.outcome(
+        "engines",
+        f"PyBullet and MuJoCo: the same robot{few_words(len(context.seeds))}",
+        "No part of the thesis: a claim that holds on two engines does not hang on one contact model.",
+        setup=_setup_words(setup),
         claims=row_claims(rows),
-        tables=(rows_table(rows),),
-        findings=(DIFFERENCES,),
+        tables=[rows_table(rows)],
+        findings=[DIFFERENCES],
+        figures={"rows": rows},
     )
-    return Outcome(EnginesResult(passed=page.passed, rows=rows), page)
 
 
 def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
@@ -245,28 +327,17 @@ def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
         ),
         (
             "R2",
-            f"arms of `torso-drift`, {setup.drift:g} s in place of {torso_drift.TorsoDriftSetup.duration:g} s",
+            f"conditions of `torso-drift`, {setup.drift:g} s in place of "
+            f"{torso_control.TorsoDriftSetup.duration:g} s",
         ),
         (
             "R5",
-            f"arms of `dynamic-torso`, {setup.dynamic:g} s in place of "
-            f"{dynamic_torso.DynamicTorsoSetup.duration:g} s",
+            f"conditions of `dynamic-torso`, {setup.dynamic:g} s in place of "
+            f"{torso_control.DynamicTorsoSetup.duration:g} s",
         ),
         ("get-up", "drops of `get-up`"),
         ("means", "over the seeds that have the figure on both engines; ratios seed by seed"),
     ]
-
-
-def _all(context: Context, name: str, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
-    """A function's results for all tasks.
-
-    Raises:
-        Interrupted: it was stopped before the last.
-    """
-    results = context.campaign.map(name, function, tasks)
-    if len(results) < len(tasks):
-        raise Interrupted
-    return results
 
 
 def _fit(response: NDArray[np.float64], cycle: float) -> tuple[float, float]:
@@ -275,8 +346,9 @@ def _fit(response: NDArray[np.float64], cycle: float) -> tuple[float, float]:
     return fit_plant(time, response)[0].natural_frequency_rad_s, read_shape(time, response).peak
 
 
-def _measure(task: tuple[str, str, str]) -> tuple[ServoRow, ...]:
+def _measure(task: tuple[str, str, str]) -> list[ServoRow]:
     """The leg drives of a robot and wear on an engine, for a worker."""
     robot, wear, engine = task
     body = load_body(robot)
-    return measure(body, load_wear(wear, body), engine)
+    profile = load_wear(wear, body)
+    return measure(body, profile, bench_tracks(body, profile, engine))

@@ -1,29 +1,45 @@
-"""Falls in a walk: foreseen or not, how hard, and whether the robot gets up and walks on."""
+"""Falls in a walk: prediction, impact, and the walk after getting up."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Any, Final
 
 import msgspec
 import numpy as np
 
-from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
+from bridge.body import load_body
+from bridge.errors import ConfigurationError
+from bridge.guard import Guard
+from bridge.messages.world import Push
+from emulator.engine.shapes import link_shapes, lowest_point
+from emulator.robot import EmulatedRobot
+from emulator.world.queries import carry_out
+from nao_hil.analysis.diagnosis.symptom import FALLEN
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.falls_run import (
-    FELLING,
-    IMPULSE,
-    PUSH_PERIOD,
-    WALKS,
-    Fall,
-    PushedWalk,
-    pushed_walk,
-    pushes,
-)
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.runs.campaign import Interrupted
+from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.config import RunConfig
+from walker.controller import Controller
 
+IMPULSE: Final = (1.0, 4.0)
+"""N s of a single push, from where to where; it lasts 50 ms, in any level direction."""
+FELLING: Final = 4.0
+"""N s of each push of a long walk, likewise."""
+PUSHED: Final = (5.0, 8.0)
+"""s after the beginning in which a single push begins."""
+PUSH_PERIOD: Final = 60.0
+"""s between two pushes of a long walk, and before the first."""
+WALKS: Final = 6.0
+"""s that the robot is to be on its feet and walk again after it got up."""
+LONGEST: Final = 42.0
+"""s after a push in which that must begin and end."""
+_TOUCH: Final = 0.002
+"""m over the ground at which a part has reached it."""
+_PARTS: Final = ("Torso", "HeadPitch")
 LEAD: Final = 0.2
 """s before the torso leans by 45 degrees."""
 SHARE: Final = 0.9
@@ -31,75 +47,188 @@ SPEED: Final = 2.0
 """m/s"""
 
 
-class FallsResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
+class Fall(msgspec.Struct, frozen=True, kw_only=True):
+    """One push in a walk."""
 
-    name: str = "falls"
-    passed: bool
-    n: int
-    fell: int
-    foreseen: int
-    """Falls that were noticed `LEAD` before."""
-    foreseen_interval: tuple[float, float]
-    """Wilson's 95 % interval of the share."""
-    lead_median_s: float
-    tilt_max_deg: float
-    """Largest lean of the torso at the notice of a fall."""
-    needless: int
-    """Pushes after which the robot gave way, and did not come to lean by 45 degrees."""
+    seed: int
+    impulse: float
+    """N s"""
+    walked: float
+    """s of undisturbed walking before the push."""
     false_alarms: int
-    walked_s: float
-    """In which they came: undisturbed walking."""
-    speed_max: dict[str, float]
-    """Largest of torso and head as they reached the ground, m/s."""
-    walks_on: int
-    """Of all pushes."""
-    falls: tuple[Fall, ...]
+    """Falls that the walker reported in that time."""
+    fell: bool
+    """The torso leaned by 45 degrees."""
+    lead: float
+    """s from the walker's notice until the torso leaned by 45 degrees; of a robot that fell."""
+    tilt: float
+    """Of the torso at the notice, degrees."""
+    speed: dict[str, float]
+    """Downward, of torso and head as they reached the ground, m/s; those that did."""
+    walks_on: bool
+    """It was on its feet and walked for `WALKS` after the push, or after it got up."""
 
 
-def judge(falls: Sequence[Fall]) -> FallsResult:
+@dataclass
+class _PushTrial:
+    """A push, and the observations since the one before."""
+
+    at: float
+    """s"""
+    direction: float
+    """rad; 0: forward."""
+    impulse: float
+    """N s"""
+    walked: float = 0.0
+    alarms: int = 0
+    noticed: float = math.inf
+    lean: float = 0.0
+    down: float = math.inf
+    upright_since: float = math.inf
+    heights: dict[str, float] = field(default_factory=dict)
+    speed: dict[str, float] = field(default_factory=dict)
+
+    def look(self, robot: EmulatedRobot, controller: Controller, before: str) -> None:
+        """One cycle; `before` is the walker's state before it."""
+        now, tilt = robot.time, robot.tilt
+        notice = controller.state == "fallen" and before not in ("fallen", "motion")
+        if now < self.at:
+            self.walked += robot.body.cycle * (controller.state == "walk")
+            self.alarms += notice
+            return
+        if notice and self.noticed == math.inf:
+            self.noticed, self.lean = now, tilt
+        if tilt > FALLEN:
+            self.down = min(self.down, now)
+        if self.noticed < math.inf and now - self.noticed < 2.0:
+            _impacts(robot, self.heights, self.speed)
+        walking = controller.state == "walk" and tilt < 0.5 * FALLEN
+        self.upright_since = min(self.upright_since, now) if walking else math.inf
+
+    def over(self, now: float) -> bool:
+        """Whether the outcome of the push is known."""
+        return now - self.upright_since >= WALKS or now >= self.at + LONGEST
+
+    def fall(self, seed: int, now: float) -> Fall:
+        """The figures."""
+        return Fall(
+            seed=seed,
+            impulse=self.impulse,
+            walked=self.walked,
+            false_alarms=self.alarms,
+            fell=self.down < math.inf,
+            lead=round(max(self.down - self.noticed, 0.0), 6) if self.down < math.inf else 0.0,
+            tilt=math.degrees(self.lean),
+            speed=self.speed,
+            walks_on=now - self.upright_since >= WALKS,
+        )
+
+
+class PushedWalk(msgspec.Struct, frozen=True, kw_only=True):
+    """A walk with pushes, for a worker."""
+
+    config: RunConfig
+    """Body, wear, engine, gait and seed are read."""
+    duration: float | None = None
+    """Of a walk with a push of `FELLING` each minute, s; None: one push, drawn from `IMPULSE`."""
+
+
+def pushes(duration: float) -> int:
+    """Number of pushes in a long walk.
+
+    Args:
+        duration: Of the walk, s.
+
+    Raises:
+        ConfigurationError: it is too short for one.
+    """
+    if duration < PUSH_PERIOD:
+        raise ConfigurationError(
+            f"falls: --duration must be at least {PUSH_PERIOD:g} s, the time between pushes."
+        )
+    return int(duration / PUSH_PERIOD)
+
+
+def pushed_walk(task: PushedWalk) -> list[Fall]:
+    """Walk, push, and look."""
+    config, duration = task.config, task.duration
+    random = np.random.default_rng([config.seed, 2])
+    if duration is None:
+        at, way = float(random.uniform(*PUSHED)), float(random.uniform(-math.pi, math.pi))
+        trials = [_PushTrial(at, way, float(random.uniform(*IMPULSE)))]
+    else:
+        ways = random.uniform(-math.pi, math.pi, pushes(duration)).tolist()
+        trials = [_PushTrial(PUSH_PERIOD * (i + 1), way, FELLING) for i, way in enumerate(ways)]
+    last = trials[-1].at + LONGEST
+    walk = msgspec.structs.replace(config, steps=0, duration=last, recover=True)
+    body = load_body(config.robot)
+    controller, guard = controller_maker(walk)(body, body.cycle), Guard(body)
+    falls: list[Fall] = []
+    with build_robot(walk) as robot:
+        for trial in trials:
+            while not trial.over(robot.time):
+                frame, before = robot.frame, controller.state
+                answer = controller.tick(frame)
+                robot.advance(guard.cycle(frame, guard.check(answer, frame.seq), supervised=True))
+                if robot.time - body.cycle < trial.at <= robot.time:
+                    x, y = trial.impulse * math.cos(trial.direction), trial.impulse * math.sin(trial.direction)
+                    carry_out(robot, Push(target="Torso", impulse=(x, y, 0.0), duration=0.05))
+                trial.look(robot, controller, before)
+            falls.append(trial.fall(config.seed, robot.time))
+    return falls
+
+
+def _impacts(robot: EmulatedRobot, heights: dict[str, float], speed: dict[str, float]) -> None:
+    """Note the downward speed of torso and head as their lowest points reach the ground."""
+    shapes = link_shapes(robot.body)
+    for part in _PARTS:
+        height = lowest_point(shapes[part], robot.engine.robot.link_pose(part))
+        if part in heights and part not in speed and height < _TOUCH:
+            speed[part] = (heights[part] - height) / robot.body.cycle
+        heights[part] = height
+
+
+def judge(falls: Sequence[Fall]) -> dict[str, Any]:
     """The figures of all pushes."""
     down = [each for each in falls if each.fell]
     foreseen = sum(each.lead >= LEAD for each in down)
     parts = sorted({part for each in falls for part in each.speed})
-    result = FallsResult(
-        passed=False,
-        n=len(falls),
-        fell=len(down),
-        foreseen=foreseen,
-        foreseen_interval=wilson(foreseen, len(down)),
-        lead_median_s=float(np.median([each.lead for each in down])) if down else 0.0,
-        tilt_max_deg=max((each.tilt for each in down), default=0.0),
-        needless=sum(not each.fell and each.tilt > 0.0 for each in falls),
-        false_alarms=sum(each.false_alarms for each in falls),
-        walked_s=sum(each.walked for each in falls),
-        speed_max={part: max(each.speed.get(part, 0.0) for each in falls) for part in parts},
-        walks_on=sum(each.walks_on for each in falls),
-        falls=tuple(falls),
-    )
-    return msgspec.structs.replace(result, passed=all(claim.holds for claim in claims(result)))
+    return {
+        "n": len(falls),
+        "fell": len(down),
+        "foreseen": foreseen,  # noticed `LEAD` before
+        "foreseen_interval": wilson(foreseen, len(down)),
+        "lead_median_s": float(np.median([each.lead for each in down])) if down else 0.0,
+        "tilt_max_deg": max((each.tilt for each in down), default=0.0),  # of the torso at the notice
+        "needless": sum(not each.fell and each.tilt > 0.0 for each in falls),
+        "false_alarms": sum(each.false_alarms for each in falls),
+        "walked_s": sum(each.walked for each in falls),  # undisturbed walking, in which the alarms were
+        "speed_max": {part: max(each.speed.get(part, 0.0) for each in falls) for part in parts},
+        "walks_on": sum(each.walks_on for each in falls),
+        "falls": list(falls),
+    }
 
 
-def claims(result: FallsResult) -> tuple[Claim, ...]:
-    """The claims, each with the measured value."""
-    low, high = result.foreseen_interval
-    hardest = max(result.speed_max.values(), default=0.0)
-    return (
+def claims(found: dict[str, Any]) -> list[Claim]:
+    """The claims on the figures of `judge`."""
+    low, high = found["foreseen_interval"]
+    hardest = max(found["speed_max"].values(), default=0.0)
+    return [
         Claim(
             f"{SHARE:.0%} of the falls are noticed {LEAD:g} s before 45 degrees, by the interval's lower bound",
-            f"{result.foreseen} of {result.fell} (95 % interval {low:.0%} to {high:.0%}), "
-            f"median {result.lead_median_s:.2f} s",
+            f"{found['foreseen']} of {found['fell']} (95 % interval {low:.0%} to {high:.0%}), "
+            f"median {found['lead_median_s']:.2f} s",
             low >= SHARE,
         ),
         Claim(
             "Every fall is noticed before 20 degrees",
-            f"at {result.tilt_max_deg:.0f} degrees at most",
-            result.tilt_max_deg < 20.0,
+            f"at {found['tilt_max_deg']:.0f} degrees at most",
+            found["tilt_max_deg"] < 20.0,
         ),
         Claim(
             "No false alarm in undisturbed walking",
-            f"{result.false_alarms} in {result.walked_s:.0f} s",
-            result.false_alarms == 0,
+            f"{found['false_alarms']} in {found['walked_s']:.0f} s",
+            found["false_alarms"] == 0,
         ),
         Claim(
             f"Torso and head reach the ground at no more than {SPEED:g} m/s",
@@ -108,10 +237,10 @@ def claims(result: FallsResult) -> tuple[Claim, ...]:
         ),
         Claim(
             f"After every push the robot walks on for {WALKS:g} s",
-            f"{result.walks_on} of {result.n}",
-            result.walks_on == result.n,
+            f"{found['walks_on']} of {found['n']}",
+            found["walks_on"] == found["n"],
         ),
-    )
+    ]
 
 
 def experiment(context: Context) -> Outcome:
@@ -122,10 +251,8 @@ def experiment(context: Context) -> Outcome:
         PushedWalk(config=msgspec.structs.replace(context.changes, seed=seed), duration=context.duration)
         for seed in context.seeds
     ]
-    walks: list[list[Fall]] = context.campaign.map("falls", pushed_walk, tasks)
-    if not walks:
-        raise Interrupted
-    result = judge([each for walk in walks for each in walk])
+    walks: list[list[Fall]] = context.map("falls", pushed_walk, tasks)
+    found = judge([each for walk in walks for each in walk])
     push = f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s"
     if context.duration is not None:
         push = f"{FELLING:g} N s every {PUSH_PERIOD:g} s of {context.duration:g} s"
@@ -133,28 +260,25 @@ def experiment(context: Context) -> Outcome:
         (
             str(each.seed),
             f"{each.impulse:.1f} N s",
-            "yes" if each.fell else "no",
+            yes_no(each.fell),
             f"{each.lead:.2f} s" if each.fell else "",
             f"{each.tilt:.0f}",
             ", ".join(f"{part} {speed:.1f} m/s" for part, speed in each.speed.items()),
-            "yes" if each.walks_on else "no",
+            yes_no(each.walks_on),
         )
-        for each in result.falls
+        for each in found["falls"]
     )
     head = ("seed", "push", "fell", "noticed before", "at degrees", "reached the ground", "walks on")
-    page = ReportPage(
-        name="falls",
-        title=f"Pushes that fell a walking robot{few_words(result.n)}",
-        source="Not in the thesis.",
-        setup=setup_rows(
-            context,
-            [
-                ("gait", context.changes.gait),
-                ("push", f"{push}, on the torso in any level direction, 50 ms"),
-            ],
-        ),
-        claims=claims(result),
-        tables=(ReportTable("Pushes", head, rows),),
-        findings=(f"After {result.needless} pushes the robot gave way and did not fall.",),
+    return context.outcome(
+        "falls",
+        f"Pushes that fell a walking robot{few_words(found['n'])}",
+        "Not in the thesis.",
+        setup=[
+            ("gait", context.changes.gait),
+            ("push", f"{push}, on the torso in any level direction, 50 ms"),
+        ],
+        claims=claims(found),
+        tables=[ReportTable("Pushes", head, rows)],
+        findings=[f"After {found['needless']} pushes the robot gave way and did not fall."],
+        figures=found,
     )
-    return Outcome(result, page)

@@ -1,4 +1,4 @@
-"""What each feedback of a gait is good for: each switched off in turn, on disturbed and undisturbed walks."""
+"""Effect of each feedback of a gait: each switched off in turn, on disturbed and undisturbed walks."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from typing import Final
 import msgspec
 import numpy as np
 
-from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
+from nao_hil.analysis.report.page import Outcome, ReportTable
 from nao_hil.analysis.statistics import Paired, few_words
-from nao_hil.experiments.arms import Arm, arm, pairs
+from nao_hil.experiments.conditions import Condition, condition, pairs
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.terrain import TerrainSetup, ground_walks
 from nao_hil.experiments.velocity_measure import MeanInterval, Straight, cell, straight
 from nao_hil.runs.build import check_run
@@ -47,26 +46,12 @@ class FeedbackSetup:
 
 
 class FeedbackCell(msgspec.Struct, frozen=True, kw_only=True):
-    """One arm of one task."""
+    """One condition of one task."""
 
     task: str
-    arm: str
-    result: Arm
+    condition: str
+    result: Condition
     against_shipped: Paired
-
-
-class FeedbackResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "feedback"
-    passed: bool = True
-    """A table claims nothing."""
-    gait: str
-    cells: tuple[FeedbackCell, ...]
-    speed: dict[str, MeanInterval]
-    """Measured over commanded straight ahead, by arm."""
-    straight: dict[str, Straight]
-    """Heading and odometry of the same walks, by arm."""
 
 
 def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
@@ -75,10 +60,10 @@ def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
     walks = {
         (task, name): _named(f"feedback, {task}, {name}", make(_changed(context, gait, switches)))
         for task, make in _tasks(setup, gait).items()
-        for name, switches in _arms(context, gait).items()
+        for name, switches in _conditions(context, gait).items()
     }
     for task in _tasks(setup, gait):
-        check_run(walks[task, SHIPPED][0].config)  # a velocity beyond the gait is told before the first walk
+        check_run(walks[task, SHIPPED][0].config)  # refuses a velocity beyond the gait before the first walk
     mixed = [walk for of_seed in zip(*walks.values(), strict=True) for walk in of_seed]
     done: dict[str, list[WalkOutcome]] = {}
     for outcome in context.campaign.walk(mixed):
@@ -86,32 +71,30 @@ def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
     found = {key: done.get(each[0].name, []) for key, each in walks.items()}
     if not all(found.values()):
         raise Interrupted
-    cells = tuple(
+    cells = [
         FeedbackCell(
-            task=task, arm=name, result=arm(results), against_shipped=pairs(results, found[task, SHIPPED])
+            task=task,
+            condition=name,
+            result=condition(results),
+            against_shipped=pairs(results, found[task, SHIPPED]),
         )
         for (task, name), results in found.items()
-    )
+    ]
     ahead = {name: results for (task, name), results in found.items() if task == STRAIGHT}
     command = (setup.straight, 0.0, 0.0)
-    result = FeedbackResult(
-        gait=gait,
-        cells=cells,
-        speed={name: cell(command, results, (1.0, 1.0, 1.0)).ratio for name, results in ahead.items()},
-        straight={name: straight(results) for name, results in ahead.items()},
+    speed = {name: cell(command, results, (1.0, 1.0, 1.0)).ratio for name, results in ahead.items()}
+    line = {name: straight(results) for name, results in ahead.items()}
+    return context.outcome(
+        "feedback",
+        f"Each feedback of the gait {gait} switched off in turn{few_words(len(context.seeds))}",
+        "No such table has been published for a NAO.",
+        setup=[("walks", _words(setup)), ("switch", "the one that is named")],
+        tables=[_table(cells, speed, line)],
+        figures={"gait": gait, "cells": cells, "speed": speed, "straight": line},
     )
-    page = ReportPage(
-        name="feedback",
-        title=f"Each feedback of the gait {gait} switched off in turn{few_words(len(context.seeds))}",
-        source="No such table has been published for a NAO.",
-        setup=setup_rows(context, [("walks", _words(setup)), ("switch", "the one that is named")]),
-        claims=(),
-        tables=(_table(result),),
-    )
-    return Outcome(result, page)
 
 
-def _arms(context: Context, gait: str) -> dict[str, Switches]:
+def _conditions(context: Context, gait: str) -> dict[str, Switches]:
     shipped = controller_parameters(gait, context.config(gait, 0, {}).controller).switches
     off = NAMED["none"]
     found = {SHIPPED: shipped}
@@ -171,22 +154,34 @@ def _words(setup: FeedbackSetup) -> str:
     )
 
 
-def _table(result: FeedbackResult) -> ReportTable:
-    """Of each arm how many stood, and in brackets those that stood with it only and without it only."""
-    tasks = list(dict.fromkeys(each.task for each in result.cells))
-    cells = {(each.task, each.arm): each for each in result.cells}
-    rows = []
-    for name in result.speed:
-        stood = [_stood(cells[task, name]) for task in tasks]
-        heading = result.straight[name].heading_deg.words(1.0, 1)
-        rows.append((name, *stood, result.speed[name].words(), heading))
+def _table(
+    cells: Sequence[FeedbackCell], speed: dict[str, MeanInterval], line: dict[str, Straight]
+) -> ReportTable:
+    """Walks of each condition that stood, and in brackets those that stood with it only and without it only.
+
+    Args:
+        cells: Of all tasks and conditions.
+        speed: Measured over commanded straight ahead, by condition.
+        line: Heading and odometry of the same walks, by condition.
+    """
+    tasks = list(dict.fromkeys(each.task for each in cells))
+    by_name = {(each.task, each.condition): each for each in cells}
+    rows = tuple(
+        (
+            name,
+            *(_stood(by_name[task, name]) for task in tasks),
+            speed[name].words(),
+            line[name].heading_deg.words(1.0, 1),
+        )
+        for name in speed
+    )
     return ReportTable(
-        "Walks that stood (with this arm only / as shipped only)",
-        ("arm", *tasks, "straight: measured over commanded", "change of heading, deg"),
-        tuple(rows),
+        "Walks that stood (with this condition only / as shipped only)",
+        ("condition", *tasks, "straight: measured over commanded", "change of heading, deg"),
+        rows,
     )
 
 
 def _stood(found: FeedbackCell) -> str:
     text, pair = f"{found.result.survived} of {found.result.n}", found.against_shipped
-    return text if found.arm == SHIPPED else f"{text} ({pair.only_with} / {pair.only_without})"
+    return text if found.condition == SHIPPED else f"{text} ({pair.only_with} / {pair.only_without})"

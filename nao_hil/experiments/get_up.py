@@ -4,20 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
+from bridge.body.joints import N_JOINTS
+from bridge.messages import ActuatorFrame
+from bridge.motion import GetUp, get_up_motions, lying
+from emulator.robot import EmulatedRobot
 from emulator.servo.parameters import Heating
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
+from emulator.start import random_drop
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.get_up_run import DROP, HOLD, WITHIN, Course, Drop, get_up
-from nao_hil.experiments.setup import seed_words
-from nao_hil.runs.campaign import Interrupted
+from nao_hil.runs.build import build_robot
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.motion import play
 
+DROP: Final = 0.2
+"""Height of the lowest point of the limp robot over the ground, m."""
+DRAWS: Final = 100
+"""Poses that are drawn at most until limbs are apart."""
+LIES: Final = 3.0
+"""s from the drop until it begins to get up."""
+WITHIN: Final = 15.0
+"""s in which it is to stand."""
+HOLD: Final = 1.0
+"""s for which it then has to stand by itself."""
 SHARE: Final = {"worn": 0.80}
 """Of the drops after which it is to stand, by wear."""
 USUAL: Final = 0.95
@@ -30,6 +46,89 @@ _ROUNDING: Final = 1e-9
 """Of a current that the drive limits to the stall current."""
 WARM: Final = Heating().warm
 """Degrees Celsius."""
+
+
+class Drop(msgspec.Struct, frozen=True, kw_only=True):
+    """One drop."""
+
+    seed: int
+    began: str
+    """Side on which it lay: `back`, `front`, `left`, `right` or `upright`."""
+    tries: int
+    stands: bool
+    """On its feet by the ground truth, within the time, and for a second more."""
+    time: float
+    """From lying to the end of the last motion, s."""
+    temperature: float
+    """Of the hottest motor, degrees Celsius."""
+    current: float
+    """Largest of any motor, as a share of its stall current."""
+    overlap: float
+    """Deepest overlap of two limbs, m."""
+
+
+class Course(NamedTuple):
+    """A drop with the way of the torso, for the pictures."""
+
+    drop: Drop
+    time: NDArray[np.float64]
+    """(n,), s after it began to get up."""
+    height: NDArray[np.float64]
+    """Of the torso over the ground, (n,), m."""
+    tilt: NDArray[np.float64]
+    """Angle between the torso's axis and the vertical, (n,), rad."""
+
+
+def dropped(config: RunConfig) -> EmulatedRobot:
+    """A robot that fell limp from a height, any side first, and lies now; the caller closes it.
+
+    Poses in which limbs overlap are drawn again: a fifth of all (V6).
+    """
+    robot, random = build_robot(config), np.random.default_rng([config.seed, 1])
+    for _ in range(DRAWS):
+        robot.lay_down(random_drop(robot.body, DROP, random))
+        if robot.engine.robot.overlap() == 0.0:
+            break
+    for _ in range(round(LIES / robot.body.cycle)):
+        robot.advance(None)
+    return robot
+
+
+def get_up(config: RunConfig) -> Course:
+    """Drop a robot and let it get up.
+
+    Args:
+        config: Body, wear, engine and seed are read.
+    """
+    with dropped(config) as robot:
+        motions, path = get_up_motions(robot.body), []
+        start = robot.time
+
+        def watch(now: EmulatedRobot) -> None:
+            truth = now.truth()
+            path.append((now.time - start, truth.torso_position[2], now.tilt))
+
+        player = GetUp(motions, robot.body)
+        result = play(robot, "get-up", player, longest=WITHIN, watch=watch)
+        stands = result.stands and player.done
+        held = ActuatorFrame(
+            reply_to=robot.seq, position=player.position, stiffness=(player.stiffness,) * N_JOINTS
+        )
+        for _ in range(round(HOLD / robot.body.cycle)):
+            robot.advance(held)
+            stands = stands and not robot.truth().fell
+        began = str(player.began[0]) if player.began else lying(robot.frame.angle)
+    drop = Drop(
+        seed=config.seed,
+        began=began,
+        tries=result.tries,
+        stands=stands,
+        time=result.time,
+        temperature=result.temperature,
+        current=result.current,
+        overlap=result.overlap,
+    )
+    return Course(drop, *np.array(path).reshape(-1, 3).T)
 
 
 class SideResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -46,25 +145,6 @@ class SideResult(msgspec.Struct, frozen=True, kw_only=True):
     """Mean number."""
 
 
-class GetUpResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "get-up"
-    passed: bool
-    all: SideResult
-    back: SideResult
-    front: SideResult
-    other: SideResult
-    """On a side, or with the torso upright."""
-    temperature: float
-    """Of the hottest motor, degrees Celsius."""
-    current: float
-    """Largest of any motor, as a share of its stall current."""
-    overlap: float
-    """Deepest overlap of two limbs, m."""
-    drops: tuple[Drop, ...]
-
-
 def side(drops: Sequence[Drop]) -> SideResult:
     """The figures of some drops."""
     stood = [drop.time for drop in drops if drop.stands]
@@ -77,59 +157,55 @@ def side(drops: Sequence[Drop]) -> SideResult:
     )
 
 
-def judge(wear: str, drops: Sequence[Drop]) -> GetUpResult:
-    """The verdict on all drops."""
+def judge(drops: Sequence[Drop]) -> dict[str, Any]:
+    """The figures of all drops, together and by the side on which they ended."""
     both = ("back", "front")
-    sides = {name: side([drop for drop in drops if drop.began == name]) for name in both}
-    result = GetUpResult(
-        passed=False,
-        all=side(drops),
-        back=sides["back"],
-        front=sides["front"],
-        other=side([drop for drop in drops if drop.began not in both]),
-        temperature=max(drop.temperature for drop in drops),
-        current=max(drop.current for drop in drops),
-        overlap=max(drop.overlap for drop in drops),
-        drops=tuple(drops),
-    )
-    return msgspec.structs.replace(result, passed=all(claim.holds for claim in claims(wear, result)))
+    return {
+        "all": side(drops),
+        **{name: side([drop for drop in drops if drop.began == name]) for name in both},
+        "other": side([drop for drop in drops if drop.began not in both]),  # on a side, or torso upright
+        "temperature": max(drop.temperature for drop in drops),  # hottest motor, degrees Celsius
+        "current": max(drop.current for drop in drops),  # largest, as a share of the stall current
+        "overlap": max(drop.overlap for drop in drops),  # deepest of two limbs, m
+        "drops": list(drops),
+    }
 
 
-def claims(wear: str, result: GetUpResult) -> tuple[Claim, ...]:
-    """The claims, each with the measured value."""
-    share, low = SHARE.get(wear, USUAL), result.all.interval[0]
-    stood = f"{result.all.survived} of {result.all.n} (95 % interval {low:.0%} to {result.all.interval[1]:.0%})"
-    return (
+def claims(wear: str, found: dict[str, Any]) -> list[Claim]:
+    """The claims on the figures of `judge`."""
+    share, every = SHARE.get(wear, USUAL), found["all"]
+    low, high = every.interval
+    return [
         Claim(
             f"Of all drops {share:.0%} stand within {WITHIN:g} s, by the lower bound of the interval",
-            stood,
+            f"{every.survived} of {every.n} (95 % interval {low:.0%} to {high:.0%})",
             low >= share,
         ),
         *(
             Claim(
-                f"From the {name} half of those that stand do so within {MEDIAN[name]:g} s",
-                "none stood" if found.median_s is None else f"{found.median_s:.1f} s",
-                found.median_s is not None and found.median_s <= MEDIAN[name],
+                f"From the {name} half of those that stand do so within {longest:g} s",
+                "none stood" if (median := found[name].median_s) is None else f"{median:.1f} s",
+                median is not None and median <= longest,
             )
-            for name, found in (("back", result.back), ("front", result.front))
-            if found.n
+            for name, longest in MEDIAN.items()
+            if found[name].n
         ),
         Claim(
             f"No motor is warmer than {WARM:g} degrees Celsius, where its board begins to lower the stiffness",
-            f"{result.temperature:.1f} degrees Celsius",
-            result.temperature < WARM,
+            f"{found['temperature']:.1f} degrees Celsius",
+            found["temperature"] < WARM,
         ),
         Claim(
             "No motor draws more than its stall current",
-            f"{result.current:.0%} of it",
-            result.current <= 1.0 + _ROUNDING,
+            f"{found['current']:.0%} of it",
+            found["current"] <= 1.0 + _ROUNDING,
         ),
         Claim(
             f"No two limbs overlap by more than {1e3 * OVERLAP:g} mm",
-            f"{1e3 * result.overlap:.2f} mm",
-            result.overlap <= OVERLAP,
+            f"{1e3 * found['overlap']:.2f} mm",
+            found["overlap"] <= OVERLAP,
         ),
-    )
+    ]
 
 
 def dropped_courses(context: Context) -> list[Course]:
@@ -139,53 +215,43 @@ def dropped_courses(context: Context) -> list[Course]:
         Interrupted: none is done.
     """
     configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    courses: list[Course] = context.campaign.map("get-up", get_up, configs)
-    if not courses:
-        raise Interrupted
-    return courses
+    return context.map("get-up", get_up, configs)
 
 
 def experiment(context: Context) -> Outcome:
     """One drop per seed."""
     courses = dropped_courses(context)
-    result = judge(context.wear, [course.drop for course in courses])
-    return Outcome(result, _page(context, result, courses))
-
-
-def _page(context: Context, result: GetUpResult, courses: Sequence[Course]) -> ReportPage:
-    rows = [
-        (name, str(each.n), str(each.survived), _seconds(each.median_s), f"{each.tries:.1f}")
-        for name, each in (("back", result.back), ("front", result.front), ("other", result.other))
-    ]
-    failed = [drop for drop in result.drops if not drop.stands]
-    return ReportPage(
-        name="get-up",
-        title=f"Getting up after a fall of any kind{few_words(result.all.n)}",
-        source="Not in the thesis.",
-        setup=(
-            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
-            ("seeds", seed_words([course.drop.seed for course in courses])),
+    found = judge([course.drop for course in courses])
+    rows = tuple(
+        (name, str(each.n), str(each.survived), median, f"{each.tries:.1f}")
+        for name in ("back", "front", "other")
+        for each in (found[name],)
+        for median in ("" if each.median_s is None else f"{each.median_s:.1f} s",)
+    )
+    return context.outcome(
+        "get-up",
+        f"Getting up after a fall of any kind{few_words(found['all'].n)}",
+        "Not in the thesis.",
+        setup=[
             ("drop", f"limp, {DROP:g} m over the ground, any orientation and joint angles as likely"),
             ("stands", f"on its feet by the ground truth, and for {HOLD:g} s more"),
-        ),
-        claims=claims(context.wear, result),
-        tables=(ReportTable("By what was below", ("below", "n", "stand", "median", "tries"), tuple(rows)),),
-        pictures=(
+        ],
+        claims=claims(context.wear, found),
+        tables=[ReportTable("By the lying side", ("lying on", "n", "stand", "median", "tries"), rows)],
+        pictures=[
             Picture(
                 _plot(context.out / "get-up.png", courses),
                 "Height of the torso",
                 "Green: stands within the time. Red: does not.",
-            ),
-        ),
-        findings=tuple(
+            )
+        ],
+        findings=[
             f"Seed {drop.seed}, {drop.began}: does not stand after {drop.time:.1f} s and {drop.tries} tries."
-            for drop in failed
-        ),
+            for drop in found["drops"]
+            if not drop.stands
+        ],
+        figures=found,
     )
-
-
-def _seconds(time: float | None) -> str:
-    return "" if time is None else f"{time:.1f} s"
 
 
 def _plot(path: Path, courses: Sequence[Course]) -> Path:

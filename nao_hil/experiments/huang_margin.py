@@ -1,11 +1,12 @@
-"""Whether the search of Huang's gait pays and its plan comes true; Huang et al. (2001), (11) to (14).
+"""Benefit of the search of Huang's gait, and agreement of plan and walk; Huang et al. (2001), (11) to (14).
 
-Arms: the hip motion with the largest stability margin, and a badly chosen one, with the same feet and times; a
-step of 1 cm up and down that the plan knows of, and the same step unknown to it.
+Conditions: the hip motion with the largest stability margin, and a badly chosen one, with the same feet and
+times; a step of 1 cm up and down that the plan knows of, and the same step unknown to it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -15,25 +16,135 @@ import numpy as np
 
 from bridge.body import Body, load_body
 from bridge.body.sole import sole_hull
+from bridge.types import SIDES
 from emulator.scenarios import Scenario, load_scenario
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
-from nao_hil.analysis.statistics import Paired
+from nao_hil.analysis.report.page import Claim, Outcome, Picture
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import search
 from nao_hil.experiments import axes
-from nao_hil.experiments.arms import Arm, arm, arms_table, falls_finding, pair_words, pairs
+from nao_hil.experiments.conditions import (
+    Comparison,
+    Condition,
+    before_fall,
+    condition,
+    conditions_table,
+    falls_finding,
+)
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.zmp_match import ZmpMatch, in_stance_sole, zmp_match
+from nao_hil.experiments.geometry import soles_in_world
 from nao_hil.runs.ground import known_ground
+from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.gaits import gait_parameters
 from walker.gaits.huang import HuangParameters
 from walker.gaits.huang.hip import Choice
 from walker.gaits.pose import ARMS
 
+_NOTHING: Final = 2.0
+"""N; a foot with less than this bears nothing."""
 SCENARIO: Final = "step"
 FLAT: Final = Scenario()
+
+
+class ZmpMatch(msgspec.Struct, frozen=True, kw_only=True):
+    """Planned against measured zero moment point, in the frame of the stance sole: medians over the runs."""
+
+    rms_x: float
+    """m; ground truth less plan, single supports."""
+    rms_y: float
+    delay: float
+    """Time by which the truth follows the plan (largest correlation along y), s."""
+    outside: float
+    """Share of the time in single support for which the true point is not within the stance sole."""
+    fsr_rms: float
+    """From the stance foot's force sensors less the truth, while the other foot bears nothing, m."""
+
+
+def in_stance_sole(track: Track, body: Body) -> tuple[Array, Array, Array]:
+    """Planned and true ZMP in the frame of the stance sole in single support, y outwards.
+
+    Args:
+        track: Of the walk.
+        body: Of the robot.
+
+    Returns:
+        Rows of the track, shape (n,); plan and truth, each (n, 2), m.
+    """
+    rows, plans, truths = [], [], []
+    for side, phase in zip(SIDES, ("SSL", "SSR"), strict=True):
+        of_side = np.flatnonzero(track.during(phase) & np.isfinite(track["zmp"][:, 0]))
+        soles = soles_in_world(body, side, Track(track.rows[of_side]))
+        off = track["zmp"][of_side] - soles[:, :2, 3]
+        outward = np.array([1.0, 1.0 if side == "L" else -1.0])
+        foot = track["plan_left" if side == "L" else "plan_right"][of_side, :2]
+        rows.append(of_side)
+        truths.append(np.einsum("nij,ni->nj", soles[:, :2, :2], off) * outward)
+        plans.append((track["plan_zmp"][of_side] - foot) * outward)
+    return np.concatenate(rows), np.concatenate(plans), np.concatenate(truths)
+
+
+def zmp_match(results: Sequence[WalkOutcome], body: Body) -> ZmpMatch:
+    """Planned against measured, medians over the runs, each until a second before its fall."""
+    values = []
+    for result in results:
+        track = before_fall(result)
+        if track.during("SSL", "SSR").any():
+            values.append(_match(track, body))
+    middle = np.nanmedian(np.array(values), axis=0) if values else np.full(5, np.nan)
+    return ZmpMatch(
+        rms_x=float(middle[0]),
+        rms_y=float(middle[1]),
+        delay=float(middle[2]),
+        outside=float(middle[3]),
+        fsr_rms=float(middle[4]),
+    )
+
+
+def _match(track: Track, body: Body) -> tuple[float, float, float, float, float]:
+    rows, plan, truth = in_stance_sole(track, body)
+    apart = np.sqrt(np.mean((truth - plan) ** 2, axis=0))
+    hull = sole_hull(body, "L")
+    edges = np.roll(hull, -1, axis=0) - hull
+    inside = np.ones(len(truth), dtype=bool)
+    for corner, edge in zip(hull, edges, strict=True):
+        inside &= edge[0] * (truth[:, 1] - corner[1]) - edge[1] * (truth[:, 0] - corner[0]) >= 0.0
+    fsr = _from_sensors(track, body, rows) - truth
+    return (
+        float(apart[0]),
+        float(apart[1]),
+        _delay(track),
+        float(1.0 - inside.mean()),
+        float(np.sqrt(np.nanmean(np.sum(fsr**2, axis=1)))),
+    )
+
+
+def _from_sensors(track: Track, body: Body, rows: Array) -> Array:
+    """Centre of pressure of the stance foot by its four cells, y outwards, shape (n, 2), m."""
+    left = np.isin(rows, np.flatnonzero(track.during("SSL")))
+    points = np.empty((len(rows), 2))
+    for mask, columns, places, outward in (
+        (left, slice(0, 4), body.fsr.L, 1.0),
+        (~left, slice(4, 8), body.fsr.R, -1.0),
+    ):
+        forces = np.maximum(track["fsr"][rows[mask], columns], 0.0)
+        total = forces.sum(axis=1)
+        other = track["fsr"][rows[mask], 4:] if columns.start == 0 else track["fsr"][rows[mask], :4]
+        total[other.sum(axis=1) > _NOTHING] = np.nan
+        with np.errstate(invalid="ignore", divide="ignore"):
+            points[mask] = forces @ np.array(places)[:, :2] / total[:, None] * (1.0, outward)
+    return points
+
+
+def _delay(track: Track) -> float:
+    """Shift, s, at which the true ZMP's y, less the mass', correlates best with the planned one's."""
+    walking = track.during("DSL", "SSL", "DSR", "SSR")
+    plan = (track["plan_zmp"] - track["plan_com"])[walking, 1]
+    truth = (track["zmp"] - track["com"][:, :2])[walking, 1]
+    truth = np.nan_to_num(truth - np.nanmean(truth))
+    cycle = float(np.median(np.diff(track["time"])))
+    shifts = range(0, 16)
+    scores = [float(np.dot(plan[: len(plan) - s], truth[s:])) for s in shifts]
+    return cycle * int(np.argmax(scores))
 
 
 @dataclass(frozen=True)
@@ -45,34 +156,15 @@ class HuangMarginSetup:
     step_duration: float = 15.0
     """s: over the step of the scenario and off it again."""
     bad: tuple[float, float] = (0.25, 0.1)
-    """x_sd and x_ed of the badly chosen arm, shares of bound (11): the worst corner that the joints reach."""
+    """Badly chosen x_sd and x_ed, shares of bound (11): the worst corner that the joints reach."""
     share: float = 0.8
     """That walk on, at least."""
     speed: float = 0.08
     """m/s over ground, at least (median)."""
 
 
-class HuangMarginResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "huang-margin"
-    passed: bool
-    margin: float
-    """Planned, of the chosen motion, m."""
-    margin_bad: float
-    with_: Arm = msgspec.field(name="with")
-    """The searched motion."""
-    without: Arm
-    """The badly chosen one."""
-    paired: Paired
-    zmp: ZmpMatch
-    zmp_bad: ZmpMatch
-    step_planned: Arm
-    step_unknown: Arm
-
-
 def experiment(context: Context, setup: HuangMarginSetup | None = None) -> Outcome:
-    """All four arms, the match of plan and truth, and the verdict."""
+    """All four conditions, the match of plan and truth, and the verdict."""
     setup = setup or HuangMarginSetup()
     body = load_body(context.robot)
     p = gait_parameters("huang", context.config("huang", 0, {}).parameters)
@@ -88,54 +180,47 @@ def experiment(context: Context, setup: HuangMarginSetup | None = None) -> Outco
     )
     planned, unknown = _step_walks(context, setup, found.choice, body)
     matches = zmp_match(best, body), zmp_match(worse, body)
-    arms = {
-        "searched": arm(best),
-        "badly chosen": arm(worse),
-        "1 cm step, planned": arm(planned),
-        "1 cm step, unknown": arm(unknown),
+    compared = Comparison({"searched": best, "badly chosen": worse})
+    conditions = compared.conditions | {
+        "1 cm step, planned": condition(planned),
+        "1 cm step, unknown": condition(unknown),
     }
-    claims = _claims(setup, arms, matches)
-    result = HuangMarginResult(
-        passed=all(claim.holds for claim in claims),
-        margin=margins[0],
-        margin_bad=margins[1],
-        with_=arms["searched"],
-        without=arms["badly chosen"],
-        paired=pairs(best, worse),
-        zmp=matches[0],
-        zmp_bad=matches[1],
-        step_planned=arms["1 cm step, planned"],
-        step_unknown=arms["1 cm step, unknown"],
+    return context.outcome(
+        "huang-margin",
+        "The searched hip motion of Huang's gait beside a badly chosen one",
+        "Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
+        setup=[
+            ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {setup.duration:g} s"),
+            ("searched", _motion(found.choice, margins[0])),
+            ("badly chosen", _motion(bad, margins[1])),
+        ],
+        claims=_claims(setup, conditions, matches),
+        pictures=[
+            Picture(
+                _plot(context.out / "huang-margin-zmp.png", (best[0], worse[0]), body),
+                "ZMP, planned and true, in the frame of the stance sole",
+                f"Single supports of seed {best[0].seed}; the outline is the sole's.",
+            )
+        ],
+        tables=[conditions_table(conditions)],
+        findings=[
+            *compared.findings(body),
+            _match_words("Searched", matches[0]),
+            _match_words("Badly chosen", matches[1]),
+            falls_finding("Step, unknown", unknown, None),
+        ],
+        figures={
+            "margin": margins[0],  # planned, m
+            "margin_bad": margins[1],
+            "with": conditions["searched"],
+            "without": conditions["badly chosen"],
+            "paired": compared.pair,
+            "zmp": matches[0],
+            "zmp_bad": matches[1],
+            "step_planned": conditions["1 cm step, planned"],
+            "step_unknown": conditions["1 cm step, unknown"],
+        },
     )
-    chosen = [
-        ("gait", f"huang, D_s = {p.D_s} m every {p.T_c} s, {setup.duration:g} s"),
-        ("searched", _motion(found.choice, margins[0])),
-        ("badly chosen", _motion(bad, margins[1])),
-    ]
-    findings = (
-        pair_words(result.paired),
-        _match_words("Searched", matches[0]),
-        _match_words("Badly chosen", matches[1]),
-        falls_finding("Searched", best, body),
-        falls_finding("Badly chosen", worse, body),
-        falls_finding("Step, unknown", unknown, None),
-    )
-    picture = Picture(
-        _plot(context.out / "huang-margin-zmp.png", (best[0], worse[0]), body),
-        "ZMP, planned and true, in the frame of the stance sole",
-        f"Single supports of seed {best[0].seed}; the outline is the sole's.",
-    )
-    page = ReportPage(
-        name="huang-margin",
-        title="The searched hip motion of Huang's gait beside a badly chosen one",
-        source="Huang et al. (2001): the motion with the largest stability margin is searched (11), (12).",
-        setup=setup_rows(context, chosen),
-        claims=claims,
-        pictures=(picture,),
-        tables=(arms_table(arms),),
-        findings=tuple(text for text in findings if text),
-    )
-    return Outcome(result, page)
 
 
 def _step_walks(
@@ -163,9 +248,9 @@ def _walks(
 
 
 def _claims(
-    setup: HuangMarginSetup, arms: dict[str, Arm], matches: tuple[ZmpMatch, ZmpMatch]
+    setup: HuangMarginSetup, conditions: dict[str, Condition], matches: tuple[ZmpMatch, ZmpMatch]
 ) -> tuple[Claim, ...]:
-    best, worse = arms["searched"], arms["badly chosen"]
+    best, worse = conditions["searched"], conditions["badly chosen"]
     return (
         Claim(
             f"with the searched motion {100 * setup.share:.0f} % walk on for {setup.duration:g} s",
@@ -182,8 +267,8 @@ def _claims(
         ),
         Claim(
             "a known step of 1 cm up and down is walked by plan",
-            arms["1 cm step, planned"].words(),
-            arms["1 cm step, planned"].interval[0] >= setup.share,
+            conditions["1 cm step, planned"].words(),
+            conditions["1 cm step, planned"].interval[0] >= setup.share,
         ),
     )
 
@@ -206,7 +291,7 @@ def _plot(file: Path, results: tuple[WalkOutcome, WalkOutcome], body: Body) -> P
     for axis, result, name in zip(
         figure.subplots(1, 2, sharey=True), results, ("searched", "badly chosen"), strict=True
     ):
-        track = result.track if result.end.survived else result.track.until(result.end.time - 1.0)
+        track = before_fall(result)
         _, plan, truth = in_stance_sole(track, body)
         axis.plot(1e3 * hull[:, 0], 1e3 * hull[:, 1], color="k", linewidth=0.8)
         axis.plot(1e3 * truth[:, 0], 1e3 * truth[:, 1], ".", ms=1.5, color=axes.BLUE, label="true")

@@ -9,34 +9,52 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 import msgspec
+import numpy as np
 
 from bridge.body import load_body
 from bridge.messages.world import PlateUnderFoot
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
-from nao_hil.analysis.statistics import Paired
+from nao_hil.analysis.report.page import Claim, Outcome, Picture
 from nao_hil.experiments import axes
-from nao_hil.experiments.arms import (
-    Arm,
-    arm,
-    arms_table,
+from nao_hil.experiments.conditions import (
+    MAJORITY,
+    Comparison,
+    Condition,
+    conditions_table,
     falls_claim,
     falls_finding,
     pair_words,
-    pairs,
     survives_claim,
 )
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.geometry import ankle_in_hip
-from nao_hil.experiments.landing_force import Force, ObstacleSetup, landing_forces, plot_feet, plot_force
-from nao_hil.experiments.plates import covering_plate, drawn_plate
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.torso_drift import MOST_FALL
+from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.switches import NAMED
 
+LENGTH: Final = (0.08, 0.20)
+"""m"""
+WIDTH: Final = (0.04, 0.10)
+"""m"""
+YAW: Final = math.radians(45.0)
+"""Largest turn against the foot, rad."""
+AHEAD: Final = (0.0, 0.06)
+"""Middle of the plate ahead of the lifted sole's, m."""
+OUTWARD: Final = (0.0, 0.05)
+"""Middle of the plate outward of it, m."""
+INWARD_REACH: Final = 0.045
+"""Farthest that a plate may reach inward of the sole's middle, m: the other foot stands there."""
+_TRIES: Final = 1000
+COVERED_BEHIND: Final = (0.08, 0.10)
+"""Rear edge of a plate that covers the sole, behind the lifted sole's middle, m."""
+COVERED_AHEAD: Final = (0.16, 0.20)
+"""Its front edge ahead of it, m: the sole lands a step farther."""
+COVERED_OUTWARD: Final = (0.055, 0.090)
+"""Its outer edge outward of it, m."""
 _THESIS: Final[dict[str, Any]] = msgspec.to_builtins(NAMED["thesis"])
 SWITCHES: Final[dict[str, dict[str, Any]]] = {
     "with": _THESIS,
@@ -45,21 +63,108 @@ SWITCHES: Final[dict[str, dict[str, Any]]] = {
 """By condition: the thesis' admittances and torso control, and the same without the leg admittance."""
 
 
-class ObstacleResult(msgspec.Struct, frozen=True, kw_only=True):
-    """Survival and landing forces of all conditions."""
+def drawn_plate(seed: int, height: float) -> PlateUnderFoot:
+    """A plate under the right foot whose size, place and angle follow from the seed; uniform draws.
 
-    name: str = "obstacle"
-    passed: bool
-    with_: Arm = msgspec.field(name="with")
-    without: Arm
-    covered_with: Arm
-    """On a plate that covers the sole."""
-    covered_without: Arm
-    paired: Paired
-    force_with: Force
-    force_without: Force
-    force_ratio: float
-    """Of the medians."""
+    Args:
+        seed: Of the walk.
+        height: Of the plate, m.
+    """
+    draw = np.random.default_rng(seed).uniform
+    for _ in range(_TRIES):
+        length, width, yaw = draw(*LENGTH), draw(*WIDTH), draw(-YAW, YAW)
+        ahead, outward = draw(*AHEAD), draw(*OUTWARD)
+        half = 0.5 * (length * abs(math.sin(yaw)) + width * math.cos(yaw))
+        if half - outward <= INWARD_REACH:
+            return PlateUnderFoot(foot="right", size=(length, width, height), shift=(ahead, -outward), yaw=yaw)
+    raise AssertionError("no plate fits next to the other foot")
+
+
+def covering_plate(seed: int, height: float) -> PlateUnderFoot:
+    """A plate that the whole right foot stands on; its edges follow from the seed, uniform draws.
+
+    Args:
+        seed: Of the walk.
+        height: Of the plate, m.
+    """
+    draw = np.random.default_rng(seed).uniform
+    behind, ahead, outward = draw(*COVERED_BEHIND), draw(*COVERED_AHEAD), draw(*COVERED_OUTWARD)
+    return PlateUnderFoot(
+        foot="right",
+        size=(behind + ahead, INWARD_REACH + outward, height),
+        shift=(0.5 * (ahead - behind), 0.5 * (INWARD_REACH - outward)),
+        yaw=0.0,
+    )
+
+
+@dataclass(frozen=True)
+class ObstacleSetup:
+    """The experiment's numbers."""
+
+    duration: float = 45.0
+    """s; the thesis' robot steps off the plate at about 32 s."""
+    plate_time: float = 17.0
+    """s of the walk: in SSL, the swing foot on its way down."""
+    height: float = 0.01
+    """m"""
+    force_ratio: float = 0.5
+    """Largest force with over that without, at most."""
+
+
+class Force(msgspec.Struct, frozen=True, kw_only=True):
+    """Largest sum of the swing foot's sensors from the plate to the end of that SSL, N: over the runs."""
+
+    median: float
+    largest: float
+
+
+def landing_force(result: WalkOutcome, plate_time: float) -> float | None:
+    """Largest sum of the right foot's four sensors from the plate to the end of that SSL, N.
+
+    Until the fall if that is sooner, and until the torso leans 20 degrees: the force of a falling robot is no
+    landing. None: the walk ended before.
+    """
+    track = result.track.until(result.end.time)
+    time = track["time"]
+    after = np.flatnonzero((time >= plate_time) & track.during("SSL"))
+    if not after.size:
+        return None
+    breaks = np.flatnonzero(np.diff(after) > 1)
+    rows = after[: int(breaks[0]) + 1] if breaks.size else after
+    rows = rows[track.tilt[rows] < math.radians(20.0)]
+    return float(track["fsr"][rows, 4:].sum(axis=1).max()) if rows.size else None
+
+
+def landing_forces(results: Sequence[WalkOutcome], setup: ObstacleSetup) -> Force:
+    """Median and largest landing force over the runs."""
+    found = [f for r in results if (f := landing_force(r, setup.plate_time)) is not None]
+    if not found:
+        return Force(median=math.nan, largest=math.nan)
+    return Force(median=float(np.median(found)), largest=max(found))
+
+
+def plot_force(path: Path, with_: Track, without: Track, plate_time: float) -> Path:
+    """Sensors of the swing foot over the time of the walk, N."""
+    figure = axes.new_figure(9.0, 7.0)
+    longer = with_ if len(with_) >= len(without) else without
+    whole, landing = figure.subplots(2, 1)
+    for panel in (whole, landing):
+        axes.phase_line(panel, longer, 5.0, axes.GREEN)
+        axes.two_conditions(panel, with_, without, lambda track: track["fsr"][:, 4:].sum(axis=1))
+        axes.finish(panel, "t / s", "F_R,Foot,z / N")
+    landing.axvline(plate_time, color="k", linestyle=":", linewidth=0.9)
+    landing.set(xlim=(plate_time - 1.5, plate_time + 2.5), title="about the plate")
+    return axes.save(figure, path)
+
+
+def plot_feet(path: Path, track: Track, left: Array, right: Array) -> Path:
+    """Heights of both soles over the time of the walk, m."""
+    figure = axes.new_figure()
+    panel = figure.subplots()
+    axes.feet(panel, track["time"], left, right)
+    axes.phase_line(panel, track, 30.0)
+    axes.finish(panel, "t / s", "p_i,0^i,8 / mm")
+    return axes.save(figure, path)
 
 
 def plates(
@@ -70,103 +175,76 @@ def plates(
 
 
 def experiment(context: Context, setup: ObstacleSetup | None = None) -> Outcome:
-    """The arms, the figures 4.1, 4.2 and 4.8, and the verdict."""
+    """The conditions, the figures 4.1, 4.2 and 4.8, and the verdict."""
     setup = setup or ObstacleSetup()
-    laid = plates(setup)
-    with_, without = context.run_switches("obstacle", "static", setup.duration, SWITCHES, laid)
-    on_covered, off_covered = context.run_switches(
-        "obstacle, sole covered", "static", setup.duration, SWITCHES, plates(setup, covering_plate)
-    )
-    forces = landing_forces(with_, setup), landing_forces(without, setup)
-    arms = arm(with_), arm(without)
-    ratio = forces[0].median / forces[1].median if forces[1].median else math.nan
-    pair = pairs(with_, without)
-    claims = (
-        *_claims(setup, "Random plate", arms),
-        *_claims(setup, "Plate that covers the sole", (arm(on_covered), arm(off_covered))),
-        _force_claim(setup, forces, ratio),
-    )
-    findings = [
-        f"Random plates. {pair_words(pair)}",
-        f"Plates that cover the sole. {pair_words(pairs(on_covered, off_covered))}",
-    ]
-    body = load_body(context.robot)
-    findings += [
-        falls_finding("With", with_, body),
-        falls_finding("Without", without, body),
-        falls_finding("With, sole covered", on_covered, body),
-        falls_finding("Without, sole covered", off_covered, body),
-    ]
-    result = ObstacleResult(
-        passed=all(claim.holds for claim in claims),
-        with_=arms[0],
-        without=arms[1],
-        covered_with=arm(on_covered),
-        covered_without=arm(off_covered),
-        paired=pair,
-        force_with=forces[0],
-        force_without=forces[1],
-        force_ratio=ratio,
-    )
-    return Outcome(result, _page(context, setup, result, claims, (with_[0], without[0]), findings))
-
-
-def _page(
-    context: Context,
-    setup: ObstacleSetup,
-    result: ObstacleResult,
-    claims: tuple[Claim, ...],
-    pictured: tuple[WalkOutcome, WalkOutcome],
-    findings: Sequence[str],
-) -> ReportPage:
-    """The report; its figures show a walk with the leg admittance and one without."""
-    return ReportPage(
-        name="obstacle",
-        title="R1: plates of 1 cm under the swing foot, the thesis' own controllers, leg admittance on and off",
-        source=(
-            "Thesis 4.1, figures 4.1, 4.2 and 4.8: at t = 17 s, in SSL, an object of 1 cm lies under the "
-            "swing foot. Without admittance the contact force reaches 15 N and the robot falls at about 18 "
-            "s; with it the force stays at about 5 N, the foot stays on the object for two steps and steps "
-            "down at about 32 s."
-        ),
-        setup=setup_rows(
-            context,
-            [
-                ("gait", "static, T_DSP 2 s, T_SSP 1.5 s"),
-                (
-                    "plate",
-                    f"{1e3 * setup.height:g} mm, under the right foot at {setup.plate_time:g} s of the walk; "
-                    "size, place and angle drawn from the seed, or edges around the sole",
-                ),
-                ("length", f"{setup.duration:g} s"),
-                ("controllers", "the thesis' admittances and torso control; without: leg admittance off"),
-            ],
-        ),
-        claims=claims,
-        pictures=_pictures(context, setup, *pictured),
-        tables=(
-            arms_table(
-                {
-                    "leg admittance": result.with_,
-                    "leg admittance off": result.without,
-                    "leg admittance, sole covered": result.covered_with,
-                    "leg admittance off, sole covered": result.covered_without,
-                }
+    drawn, covered = (
+        Comparison(
+            dict(zip(titles, context.run_switches(name, "static", setup.duration, SWITCHES, laid), strict=True))
+        )
+        for name, titles, laid in (
+            ("obstacle", ("With", "Without"), plates(setup)),
+            (
+                "obstacle, sole covered",
+                ("With, sole covered", "Without, sole covered"),
+                plates(setup, covering_plate),
             ),
-        ),
-        findings=tuple(text for text in findings if text),
+        )
+    )
+    with_, without = drawn.walks.values()
+    forces = landing_forces(with_, setup), landing_forces(without, setup)
+    ratio = forces[0].median / forces[1].median if forces[1].median else math.nan
+    body, conditions = load_body(context.robot), drawn.conditions | covered.conditions
+    first, second, third, fourth = conditions.values()
+    return context.outcome(
+        "obstacle",
+        "R1: plates of 1 cm under the swing foot, the thesis' own controllers, leg admittance on and off",
+        "Thesis 4.1, figures 4.1, 4.2 and 4.8: at t = 17 s, in SSL, an object of 1 cm lies under the swing "
+        "foot. Without admittance the contact force reaches 15 N and the robot falls at about 18 s; with it "
+        "the force stays at about 5 N, the foot stays on the object for two steps and steps down at about 32 "
+        "s.",
+        setup=[
+            ("gait", "static, T_DSP 2 s, T_SSP 1.5 s"),
+            (
+                "plate",
+                f"{1e3 * setup.height:g} mm, under the right foot at {setup.plate_time:g} s of the walk; "
+                "size, place and angle drawn from the seed, or edges around the sole",
+            ),
+            ("length", f"{setup.duration:g} s"),
+            ("controllers", "the thesis' admittances and torso control; without: leg admittance off"),
+        ],
+        claims=[
+            *_claims("Random plate", (first, second)),
+            *_claims("Plate that covers the sole", (third, fourth)),
+            _force_claim(setup, forces, ratio),
+        ],
+        pictures=_pictures(context, setup, with_[0], without[0]),
+        tables=[conditions_table(conditions)],
+        findings=[
+            "Random plates. " + pair_words(drawn.pair),
+            "Plates that cover the sole. " + pair_words(covered.pair),
+            *(
+                falls_finding(name, results, body)
+                for name, results in (*drawn.walks.items(), *covered.walks.items())
+            ),
+        ],
+        figures={
+            "with": first,
+            "without": second,
+            "covered_with": third,
+            "covered_without": fourth,
+            "paired": drawn.pair,
+            "force_with": forces[0],
+            "force_without": forces[1],
+            "force_ratio": ratio,  # of the medians
+        },
     )
 
 
-def _claims(setup: ObstacleSetup, plate: str, arms: tuple[Arm, Arm]) -> tuple[Claim, ...]:
-    with_, without = arms
+def _claims(plate: str, conditions: tuple[Condition, Condition]) -> tuple[Claim, ...]:
+    with_, without = conditions
     return (
-        falls_claim(
-            f"{plate}: without the leg admittance most fall",
-            without,
-            MOST_FALL,
-        ),
-        survives_claim(f"{plate}: with it most walk on", with_, MOST_FALL),
+        falls_claim(f"{plate}: without the leg admittance most fall", without, MAJORITY),
+        survives_claim(f"{plate}: with it most walk on", with_, MAJORITY),
     )
 
 

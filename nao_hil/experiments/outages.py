@@ -1,7 +1,7 @@
-"""Outages of the link and of either process during a walk: what the robot does, and whether the walk completes.
+"""Outages of the link and of either process during a walk: reaction of the robot, and completion of the walk.
 
-What the guard promises (`bridge.guard`): a short silence is bridged, a longer one held, then the robot crouches
-and lets go; whoever asks afterwards may walk again. Nothing is started by hand but what was killed.
+The guard (`bridge.guard`) promises: a short silence is bridged, a longer one held, then the robot crouches
+and lets go; any controller may take it afterwards. Only killed processes are started again.
 """
 
 from __future__ import annotations
@@ -10,33 +10,96 @@ import time
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import msgspec
 import numpy as np
 
 from bridge.errors import ConfigurationError
+from bridge.guard import GuardSettings
 from bridge.messages import Notice
 from bridge.recording.playback import read_recording
-from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.outage_result import EVENTS, STEPS, Outages, OutageWalk, outage_claims, rows_by_event
 from nao_hil.network_emulation import NetworkConditions, Site
 from nao_hil.network_emulation.walks import Pair, options, walk_key
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.store import stored
 
+STEPS: Final = {"static": 6, "dynamic": 30}
+"""Of a walk, by gait; it lasts some 20 s."""
+OUTAGES: Final = (0.1, 0.5, 2.0, 10.0)
+"""s"""
+EVENTS: Final = (*(f"outage of {length:g} s" for length in OUTAGES), "walker killed", "robot killed")
 WALKING: Final = 8.0
 """s after the walker found the robot, by which it walks."""
-
-
 SPREAD: Final = 4.0
 """s after that within which it happens: a step of the static gait."""
-
-
 TIMEOUT: Final = 120.0
 """s for everything afterwards."""
-
-
 KILLED: Final = 1.0
 """s between death and new start."""
+
+
+class OutageWalk(msgspec.Struct, frozen=True, kw_only=True):
+    """One walk that something happened to."""
+
+    gait: str
+    what: str
+    seed: int
+    moment: float
+    """s from the walker's finding the robot to the event."""
+    walked: bool
+    """In the end all steps were made and the robot stands."""
+    fell: bool
+    """At any time."""
+    notices: list[str]
+    """Codes of the notices in order, without the routine ones."""
+    recordings: list[int]
+    """Messages that can be read of each recording."""
+    seconds: float
+    """From the event to the end of the walk."""
+
+    @property
+    def note(self) -> str:
+        """How it ended, in a word or two."""
+        return ("walked" if self.walked else "gave up") + (" after a fall" if self.fell else "")
+
+
+def rows_by_event(walks: list[OutageWalk]) -> tuple[tuple[str, ...], ...]:
+    """How many walks of each gait and event completed, and how many stayed upright."""
+    rows = []
+    for gait in STEPS:
+        for what in EVENTS:
+            of = [walk for walk in walks if (walk.gait, walk.what) == (gait, what)]
+            counts = sum(walk.walked for walk in of), sum(not walk.fell for walk in of), len(of)
+            rows.append((gait, what, *map(str, counts)))
+    return tuple(rows)
+
+
+def outage_claims(walks: list[OutageWalk]) -> tuple[Claim, ...]:
+    """Promises of the guard and the results of the walks."""
+    watchdog = GuardSettings().watchdog
+    bridged = 0.01 * watchdog.silence_cycles
+    short = [w for w in walks if w.what.startswith("outage") and float(w.what.split()[-2]) < bridged]
+    walked, upright = sum(w.walked for w in walks), sum(not w.fell for w in walks)
+    readable = sum(all(w.recordings) for w in walks)
+    return (
+        Claim(
+            f"An outage shorter than {bridged:g} s is bridged without a crouch",
+            f"{sum('guard-crouch' not in w.notices for w in short)} of {len(short)}",
+            all("guard-crouch" not in w.notices for w in short),
+        ),
+        Claim(
+            "After each event the walk is completed; only killed processes are started again",
+            f"{walked} of {len(walks)}",
+            walked == len(walks),
+        ),
+        Claim("No robot falls", f"{upright} of {len(walks)} upright", upright == len(walks)),
+        Claim(
+            "Every recording can be read",
+            f"{readable} of {len(walks)}",
+            readable == len(walks),
+        ),
+    )
 
 
 class OutageTask(NamedTuple):
@@ -65,42 +128,39 @@ def experiment(context: Context) -> Outcome:
     walks = [each for each in done if each is not None]
     if len(walks) < len(tasks):
         raise Interrupted
-    claims = outage_claims(walks)
-    result = Outages(passed=all(claim.holds for claim in claims), walks=walks)
     rows = tuple(
         (
             walk.gait,
             walk.what,
             f"{walk.moment:.1f}",
-            "yes" if walk.walked else "no",
-            "yes" if walk.fell else "no",
+            yes_no(walk.walked),
+            yes_no(walk.fell),
             ", ".join(walk.notices) or "none",
             f"{walk.seconds:.1f}",
         )
         for walk in walks
     )
     head = ("gait", "event", "at, s", "walked to the end", "fell", "notices", "s")
-    page = ReportPage(
-        name="outages",
-        title="Outages of the link and of the processes",
-        source="No part of the thesis.",
-        setup=(
-            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
+    by_event = ("gait", "event", "walked to the end", "upright", "of")
+    steps = " or ".join(f"{n} steps of the {gait} gait" for gait, n in STEPS.items())
+    return context.outcome(
+        "outages",
+        "Outages of the link and of the processes",
+        "No part of the thesis.",
+        setup=[
             (
                 "walk",
-                f"{' or '.join(f'{n} steps of the {gait} gait' for gait, n in STEPS.items())} in real time; "
-                f"it happens {WALKING:g} to {WALKING + SPREAD:g} s after the walker found the robot",
-            ),
-        ),
-        claims=claims,
-        tables=(
-            ReportTable(
-                "By event", ("gait", "event", "walked to the end", "upright", "of"), rows_by_event(walks)
-            ),
+                f"{steps} in real time; it happens {WALKING:g} to {WALKING + SPREAD:g} s after the walker "
+                "found the robot",
+            )
+        ],
+        claims=outage_claims(walks),
+        tables=[
+            ReportTable("By event", by_event, rows_by_event(walks)),
             ReportTable("Each walk", head, rows),
-        ),
+        ],
+        figures={"walks": walks},
     )
-    return Outcome(result, page)
 
 
 def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
@@ -142,7 +202,7 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
 
 
 def _until_found(pair: Pair) -> None:
-    """Wait until the walker says that it found the robot."""
+    """Wait until the walker reports that it found the robot."""
     deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline and pair.robot.running and pair.walker.running:
         if "found" in pair.walker.stderr:

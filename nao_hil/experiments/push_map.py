@@ -5,22 +5,70 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 import numpy as np
+from scipy.stats import norm
 
 from bridge.types import Vec2
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.threshold import Threshold, ThresholdSearch
-from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.walk import Walk
+
+LAPSE: Final = 0.02
+"""Chance that the strength does not matter in a trial."""
+_SPREADS: Final = np.array([0.05, 0.1, 0.2, 0.4])
+"""w, each as likely as the others before the trials."""
+
+
+class Threshold(msgspec.Struct, frozen=True, kw_only=True):
+    """The strength at which half fail."""
+
+    value: float
+    """Median of its distribution."""
+    interval: Vec2
+    """95 %, credible."""
+
+
+class ThresholdSearch:
+    """The strength of a stimulus at which half of the trials fail, by few trials.
+
+    Bayesian adaptive estimation on a grid (Watson and Pelli, QUEST, Perception & Psychophysics 33, 1983), with
+    the slope as a second unknown. The chance of a failure at the strength s is Phi(ln(s / m) / w), mixed with a
+    chance for trials that fail or stand at any strength. All strengths are equally likely at first, by their
+    logarithm.
+
+    Args:
+        low: Smallest strength.
+        high: Largest one.
+    """
+
+    def __init__(self, low: float, high: float) -> None:
+        self._strengths = np.geomspace(low, high, 121)
+        self._weights = np.ones((len(self._strengths), len(_SPREADS)))
+        self.trials: list[tuple[float, bool]] = []
+        """Strength, and whether it failed."""
+
+    def add_trial(self, strength: float, failed: bool) -> None:
+        """One trial."""
+        distance = np.log(strength / self._strengths)[:, None] / _SPREADS
+        chance = 0.5 * LAPSE + (1.0 - LAPSE) * norm.cdf(distance)
+        self._weights = self._weights * (chance if failed else 1.0 - chance)
+        self._weights /= self._weights.sum()
+        self.trials.append((strength, failed))
+
+    @property
+    def threshold(self) -> Threshold:
+        """As far as it is known."""
+        total = np.cumsum(self._weights.sum(axis=1))
+        low, middle, high = np.interp((0.025, 0.5, 0.975), total / total[-1], self._strengths).tolist()
+        return Threshold(value=middle, interval=(low, high))
 
 
 @dataclass(frozen=True)
@@ -55,18 +103,6 @@ class PushCell(msgspec.Struct, frozen=True, kw_only=True):
     n: int
 
 
-class PushMapResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "push-map"
-    passed: bool
-    gait: str
-    walking_worst_ns: float
-    walking_best_ns: float
-    standing_worst_ns: float
-    cells: tuple[PushCell, ...]
-
-
 _Place = tuple[float, float | None]
 """Direction, and phase or None."""
 
@@ -80,64 +116,56 @@ def experiment(context: Context, setup: PushMapSetup | None = None) -> Outcome:
     searches = {place: ThresholdSearch(*setup.range) for place in places}
     for seed in context.seeds:
         _round(replace(context, seeds=(seed,)), setup, gait, searches)
-    cells = tuple(
+    cells = [
         PushCell(direction=place[0], phase=place[1], impulse=search.threshold, n=len(search.trials))
         for place, search in searches.items()
-    )
+    ]
     walking = [each for each in cells if each.phase is not None]
     standing = [each for each in cells if each.phase is None]
-    worst, best = _lowest(walking), max(walking, key=lambda each: each.impulse.value)
-    still = _lowest(standing)
-    claims = (
-        _claim("Walking, the worst cell", worst, setup.walking_worst),
-        _claim("Walking, the best cell", best, setup.walking_best),
-        _claim("Standing, the worst direction", still, setup.standing_worst),
-    )
-    result = PushMapResult(
-        passed=all(claim.holds for claim in claims),
-        gait=gait,
-        walking_worst_ns=worst.impulse.value,
-        walking_best_ns=best.impulse.value,
-        standing_worst_ns=still.impulse.value,
-        cells=cells,
-    )
-    n = len(context.seeds)
-    page = ReportPage(
-        name="push-map",
-        title=f"Pushes at the torso by direction and phase, the gait {gait}, {n} walks a cell{few_words(n)}",
-        source="Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
-        setup=setup_rows(
-            context,
-            [
-                ("walk", f"{setup.speed:g} m/s; the push comes in the first stride after {setup.time:g} s"),
-                ("push", f"{setup.duration:g} s long, constant, at the torso's centre of mass"),
-                ("stands", f"{setup.after:g} s after {setup.time:g} s"),
-                ("search", "Bayesian, each walk at the median so far; 95 % credible intervals"),
-            ],
-        ),
-        claims=claims,
-        pictures=(
+    strength = attrgetter("impulse.value")
+    worst, best = min(walking, key=strength), max(walking, key=strength)
+    still, n = min(standing, key=strength), len(context.seeds)
+    return context.outcome(
+        "push-map",
+        f"Pushes at the torso by direction and phase, the gait {gait}, {n} walks a cell{few_words(n)}",
+        "Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
+        setup=[
+            ("walk", f"{setup.speed:g} m/s; the push is in the first stride after {setup.time:g} s"),
+            ("push", f"{setup.duration:g} s long, constant, at the torso's centre of mass"),
+            ("stands", f"{setup.after:g} s after {setup.time:g} s"),
+            ("search", "Bayesian, each walk at the median so far; 95 % credible intervals"),
+        ],
+        claims=[
+            _claim("Walking, the worst cell", worst, setup.walking_worst),
+            _claim("Walking, the best cell", best, setup.walking_best),
+            _claim("Standing, the worst direction", still, setup.standing_worst),
+        ],
+        pictures=[
             Picture(
                 _plot(context.out / "push-map.png", walking, standing),
                 "Impulse at which half fall, N s",
                 "Left: by direction of the push and phase of the stride. Right: by direction; walking the "
                 "median and the range over the phases, standing with its intervals.",
-            ),
-        ),
-        tables=(_table(cells),),
+            )
+        ],
+        tables=[_table(cells)],
+        figures={
+            "gait": gait,
+            "walking_worst_ns": worst.impulse.value,
+            "walking_best_ns": best.impulse.value,
+            "standing_worst_ns": still.impulse.value,
+            "cells": cells,
+        },
     )
-    return Outcome(result, page)
 
 
 def _round(context: Context, setup: PushMapSetup, gait: str, searches: dict[_Place, ThresholdSearch]) -> None:
     """One walk of each cell."""
     strengths = {place: search.threshold.value for place, search in searches.items()}
     walks = [_walk(context, setup, gait, place, strength) for place, strength in strengths.items()]
-    results = {result.walk.name: result for result in context.campaign.walk(walks)}
-    if len(results) < len(walks):
-        raise Interrupted
+    results = {result.walk.name: result for result in context.walk_all(walks)}
     for walk, (place, search) in zip(walks, searches.items(), strict=True):
-        search.tell(strengths[place], not results[walk.name].end.survived)
+        search.add_trial(strengths[place], not results[walk.name].end.survived)
 
 
 def _walk(context: Context, setup: PushMapSetup, gait: str, place: _Place, impulse: float) -> Walk:
@@ -155,10 +183,6 @@ def _walk(context: Context, setup: PushMapSetup, gait: str, place: _Place, impul
         keep_track=False,
     )
     return walk
-
-
-def _lowest(cells: Sequence[PushCell]) -> PushCell:
-    return min(cells, key=lambda each: each.impulse.value)
 
 
 def _claim(what: str, found: PushCell, least: float) -> Claim:

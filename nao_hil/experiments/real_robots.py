@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import msgspec
@@ -12,13 +11,11 @@ import numpy as np
 
 from bridge.body import load_body
 from emulator.wear import load_wear, wear_of_seed
-from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.engines_rows import mean_of
 from nao_hil.experiments.robot_figures import FIGURES, knee_hold, noise_at_rest, standing, tracking
-from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.torso_step import BOUNDS, torso_figures
-from nao_hil.runs.campaign import Interrupted
 
 ROBOTS: Final = {
     "tracking": "nao-v6",
@@ -68,10 +65,7 @@ def rows(context: Context, group: str) -> tuple[dict[str, Any], list[dict[str, A
         Interrupted: it was stopped.
     """
     tasks = [Task(group, context.wear, seed, context.engine) for seed in context.seeds]
-    measured = context.campaign.map(group, measure, tasks)
-    if len(measured) < len(tasks):
-        raise Interrupted
-    stood = [each for each in measured if each is not None]
+    stood = [each for each in context.map_all(group, measure, tasks) if each is not None]
     table = {}
     for name, figure in FIGURES.items():
         if not name.startswith(f"{group}.") or not stood or name not in stood[0]:
@@ -89,95 +83,54 @@ def rows(context: Context, group: str) -> tuple[dict[str, Any], list[dict[str, A
     return table, stood
 
 
-def outcome(context: Context, groups: Sequence[str]) -> Outcome:
-    """The page and the JSON of some groups."""
-    tables = {group: rows(context, group) for group in groups}
+def experiment(context: Context, *groups: str) -> Outcome:
+    """Figures of some groups on one page; of all, and of the torso step, unless some are named."""
+    alone = len(groups) == 1
     claims, lines = [], []
     data: dict[str, Any] = {}
-    for group, (table, stood) in tables.items():
-        best = np.mean([each["best"] for each in stood], axis=0) if group == "tracking" and stood else None
-        for i, (name, row) in enumerate(table.items()):
+    for group in groups or ROBOTS:
+        table, stood = rows(context, group)
+        if not table:
+            claims.append(Claim(TITLES[group], "the robot fell with every seed", False))
+        best = np.mean([each["best"] for each in stood], axis=0) if group == "tracking" and stood else []
+        for shift, (name, row) in itertools.zip_longest(best, table.items()):
             figure = FIGURES[f"{group}.{name}"]
-            if best is not None and i < len(best):
-                row["shift_frames"] = float(best[i])
+            if shift is not None:
+                row["shift_frames"] = float(shift)
             low, high = row["interval"]
             words = f"{row['measured']:.3g} ({low:.3g} to {high:.3g}) {figure.unit}"
             claims.append(Claim(f"{figure.words}: {figure.real:g} {figure.unit}", words, row["holds"]))
+            bounds = f"{figure.low:g} to {figure.high:g}"
             lines.append(
-                (
-                    figure.words,
-                    figure.unit,
-                    f"{figure.real:g}",
-                    f"{figure.low:g} to {figure.high:g}",
-                    words,
-                    ROBOTS[group],
-                    figure.source,
-                )
+                (figure.words, figure.unit, f"{figure.real:g}", bounds, words, ROBOTS[group], figure.source)
             )
-        data |= table if len(groups) == 1 else {group: table}
-    name = groups[0].replace("_", "-") if len(groups) == 1 else "real-robots"
-    page = ReportPage(
-        name=name,
-        title=TITLES[groups[0]] if len(groups) == 1 else "Real robots and the emulated one",
-        source="Recordings and published figures of real robots; each row names its own.",
-        setup=setup_rows(context, [("robots", "the generation of each source")]),
-        claims=tuple(claims),
-        tables=(
-            ReportTable(
-                "Real and emulated",
-                ("figure", "unit", "real", "tolerance", "emulated (95 %)", "robot", "source"),
-                tuple(lines),
-            ),
-        ),
+        data |= table if alone else {group: table}
+    if not groups:
+        claims += _torso_claims(context)
+    head = ("figure", "unit", "real", "tolerance", "emulated (95 %)", "robot", "source")
+    return context.outcome(
+        groups[0].replace("_", "-") if alone else "real-robots",
+        TITLES[groups[0]] if alone else "Real robots and the emulated one",
+        "Recordings and published figures of real robots; each row names its own.",
+        setup=[("robots", "the generation of each source")],
+        claims=claims,
+        tables=[ReportTable("Real and emulated", head, tuple(lines))],
+        figures=data,
     )
-    passed = bool(claims) and all(claim.holds for claim in claims)
-    return Outcome(result_of(name, passed, data), page)
 
 
-def result_of(name: str, passed: bool, figures: dict[str, Any]) -> msgspec.Struct:
-    """A result whose keys are the figures' names.
-
-    Args:
-        name: Of the experiment.
-        passed: Every figure is within its bounds.
-        figures: By name.
-    """
-    fields = {"name": name, "passed": passed} | {
-        k: v for k, v in figures.items() if k not in ("name", "passed")
-    }
-    kind = msgspec.defstruct("RealRobotResult", [(key, Any) for key in fields])
-    made: msgspec.Struct = kind(**fields)
-    return made
-
-
-def _alone(group: str) -> Callable[[Context], Outcome]:
-    return lambda context: outcome(context, [group])
-
-
-tracking_experiment = _alone("tracking")
-knee_hold_experiment = _alone("knee_hold")
-imu_noise_experiment = _alone("imu_noise")
-force_cells_experiment = _alone("force_cells")
-currents_experiment = _alone("currents")
-
-
-def experiment(context: Context) -> Outcome:
-    """All groups in one table, the torso step beside them."""
-    found = outcome(context, list(ROBOTS))
+def _torso_claims(context: Context) -> list[Claim]:
     body = load_body("nao-v3")
     steps = [
         torso_figures(body, load_wear(wear_of_seed(context.wear, seed), body), context.engine, seed)
         for seed in context.seeds
     ]
-    stood = [step for step in steps if step is not None]
-    claims = []
-    for name, bound in BOUNDS.items():
-        mean = mean_of([step[name] for step in stood])
-        claims.append(
-            Claim(
-                f"Torso step: {bound.words}", mean.words(), mean.value is not None and bound.holds(mean.value)
-            )
+    means = {name: mean_of([step[name] for step in steps if step is not None]) for name in BOUNDS}
+    return [
+        Claim(
+            f"Torso step: {bound.words}",
+            mean.words(),
+            mean.value is not None and bound.holds(mean.value),
         )
-    page = replace(found.page, claims=found.page.claims + tuple(claims))
-    figures = msgspec.to_builtins(found.result)
-    return Outcome(result_of("real-robots", page.passed, figures), page)
+        for bound, mean in zip(BOUNDS.values(), means.values(), strict=True)
+    ]

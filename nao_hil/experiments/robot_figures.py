@@ -1,8 +1,8 @@
-"""Measurements of real robots that the emulated one can repeat, each with the real figure beside it.
+"""Measurements of real robots that the emulated one can repeat, each with the real figure.
 
 A figure counts only measured as its source did: the same robot generation, the same floor, the same
 definition. The bounds are tolerances, stated before the robot is calibrated: the source's own scatter where it
-gives one, else what its conditions leave open (another team's walk, another floor).
+gives one, else an allowance for its conditions (another team's walk, another floor).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ FIGURES: Final = {
         "Accelerometer noise at rest", "m/s^2", 0.05, 0.04, 0.06, "recording of an H25 at rest"
     ),
     "imu_noise.encoders": Figure(
-        "Leg and arm joints whose reading changes at rest", "", 0.92, 0.60, 1.0, "V6, 22 of 24 joints"
+        "Leg and condition joints whose reading changes at rest", "", 0.92, 0.60, 1.0, "V6, 22 of 24 joints"
     ),
     "force_cells.noise": Figure("Noise of one foot's force sum", "N", 0.46, 0.30, 0.62, _CELLS),
     "force_cells.sum": Figure("Force sum standing over weight", "", 0.83, 0.70, 1.30, _CELLS),

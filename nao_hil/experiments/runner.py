@@ -1,4 +1,4 @@
-"""Does experiments one after the other: folders, JSON, what a person sees, and the report."""
+"""Runs experiments one after the other: folders, JSON, text on the terminal, report."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from rich.text import Text
 from nao_hil.analysis.report.page import Outcome, ReportPage
 from nao_hil.analysis.report.render import Report, write_report
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
-from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import seed_words
+from nao_hil.experiments.context import Context, seed_words
 from nao_hil.files import write_bytes
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
@@ -22,23 +21,23 @@ from walker.gaits import gait_parameters
 from walker.parameters import controller_parameters
 
 GAITS: Final = ("static", "dynamic")
-"""Whose parameters the report prints, beside the chosen one's."""
+"""Parameters of these gaits and of the chosen one are in the report."""
 ABOUT: Final = (
-    "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: what it claims, "
-    "beside what the emulated robot does. Shares have 95 % Wilson intervals. Arms that are compared walk with "
-    "the same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
-    "anything but a foot on the ground. A claim that is not confirmed stands here as such, with what the "
-    "robot does instead."
+    "L. Prenner, Steuerung und Regelung für den Gang eines humanoiden Roboters, TU Wien 2011: its claims and "
+    "the results of the emulated robot. Shares have 95 % Wilson intervals. Compared conditions walk with the "
+    "same seeds. A fall is one by the ground truth: torso beyond 45 degrees, below half its height, or "
+    "anything but a foot on the ground. A claim that is not confirmed stands here as such, with the "
+    "result."
 )
 """Above the report."""
 
 
 class Runner:
-    """Does experiments and keeps what came of them.
+    """Runs experiments and keeps their results.
 
     Args:
         campaign: To run in.
-        console: Where to tell.
+        console: For claims and findings.
         path: Folder of it all.
         changes: Robot, wear and changed parameters.
         seeds: Number of them; None: each experiment's own.
@@ -64,7 +63,7 @@ class Runner:
         self._duration, self._gait = duration, gait
         self._pages: list[ReportPage] = []
         self.results: dict[str, dict[str, Any]] = {}
-        """By name, what goes into the JSON."""
+        """JSON by name."""
         self.missing: list[tuple[str, str]] = []
         """Experiments that were not done, and why."""
 
@@ -97,14 +96,15 @@ class Runner:
                 Context(self._campaign, out, self.seeds(name), self._changes, self._duration, self._gait)
             )
         except Interrupted:
-            self.missing.append((name, "interrupted; what was walked is kept and need not be walked again"))
+            self.missing.append((name, "interrupted; walks that are done are kept"))
             return
         self._keep(name, out, outcome)
 
     def _keep(self, name: str, out: Path, outcome: Outcome) -> None:
         seeds = self.seeds(name)
-        write_bytes(out / f"{name}.json", msgspec.json.format(msgspec.json.encode(outcome.result)))
-        self.results[name] = msgspec.json.decode(msgspec.json.encode(outcome.result)) | {
+        written = msgspec.json.encode(outcome.result)
+        write_bytes(out / f"{name}.json", msgspec.json.format(written))
+        self.results[name] = msgspec.json.decode(written) | {
             "robot": self._changes.robot,
             "wear": self._changes.wear,
             "engine": self._changes.engine,
@@ -113,9 +113,9 @@ class Runner:
             "interrupted": self.interrupted,
         }
         self._pages.append(outcome.page)
-        self._say(outcome.page)
+        self._print_page(outcome.page)
 
-    def _say(self, page: ReportPage) -> None:
+    def _print_page(self, page: ReportPage) -> None:
         verdict = page.verdict, "green" if page.passed else "yellow"
         self._console.print(Text.assemble((page.name, "bold"), ": ", verdict))
         for claim in page.claims:

@@ -1,4 +1,4 @@
-"""Which unknowns of the robot decide what: Morris' screening of all, Sobol' indices of the few that matter."""
+"""Influence of the unknowns of the robot: Morris' screening of all, Sobol' indices of the few that matter."""
 
 from __future__ import annotations
 
@@ -15,15 +15,12 @@ from scipy.stats import qmc
 from bridge.body import Body, load_body
 from emulator.wear import WearProfile
 from emulator.wear.ensemble import profile_of, unknowns
-from nao_hil.analysis.report.page import Outcome, ReportPage, ReportTable
+from nao_hil.analysis.report.page import Outcome, ReportTable
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.landing_force import ObstacleSetup, landing_force
-from nao_hil.experiments.obstacle import plates
-from nao_hil.experiments.servo_bench import LEGS
-from nao_hil.experiments.servo_measure import STEP, motion_times
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.torso_drift import drift_per_step
+from nao_hil.experiments.obstacle import ObstacleSetup, landing_force, plates
+from nao_hil.experiments.servo_bench import LEGS, STEP, motion_times
+from nao_hil.experiments.torso_control import drift_per_step
 from nao_hil.experiments.torso_step import BOUNDS, torso_figures
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -38,7 +35,7 @@ LARGEST_ZERO: Final = 30.0
 KNEE: Final = "LKneePitch"
 RESAMPLED: Final = 500
 """Bootstrap samples of the indices' intervals."""
-ARMS: Final = ("none", "thesis", "robust")
+CONDITIONS: Final = ("none", "thesis", "robust")
 """Torso controls of R5."""
 PLATE: Final = ObstacleSetup()
 """Of R1."""
@@ -47,11 +44,11 @@ WALK_FIGURES: Final = (
     "stands_plate_s",
     "drift_deg_per_step",
     "stands_static_s",
-    *(f"stands_{arm}_s" for arm in ARMS),
+    *(f"stands_{condition}_s" for condition in CONDITIONS),
     "speed_ratio",
 )
 """Landing force on the plate of R1 and how long that walk stands; pitch error per step in R2 and how long that
-walk stands; how long each arm of R5 stands; way over commanded."""
+walk stands; how long each condition of R5 stands; way over commanded."""
 FIGURES: Final = (*BOUNDS, "drive_s", *WALK_FIGURES)
 """Of the torso step; request to 63 % of a knee's step; of the walks."""
 DECIDES: Final = 0.5
@@ -91,25 +88,6 @@ class Index(msgspec.Struct, frozen=True, kw_only=True):
     first: float
     total: float
     interval: tuple[float, float]
-
-
-class SensitivityResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "sensitivity"
-    passed: bool = True
-    """A table claims nothing."""
-    trajectories: int
-    robots: int
-    """Computed, of both parts."""
-    effects: dict[str, dict[str, Effect]]
-    """By figure and unknown."""
-    decide: dict[str, tuple[str, ...]]
-    """By figure: unknowns of at least half the largest effect, the strongest first."""
-    points: int
-    """Base points of the indices."""
-    indices: dict[str, dict[str, Index]]
-    """By figure and unknown, the others nominal; without figures that are constant or missing somewhere."""
 
 
 class SensitivityTask(NamedTuple):
@@ -175,42 +153,41 @@ def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outco
         indices = _indices(context, setup, few, points)
     except Interrupted:  # the screening stands without them
         indices, points = {}, 0
-    result = SensitivityResult(
-        trajectories=len(paths),
-        robots=len(robots) + points * (len(few) + 2),
-        effects={
-            figure: {
-                name: Effect(mean=float(strength[i, j]), spread=float(spread[i, j]))
-                for i, name in enumerate(names)
-            }
-            for j, figure in enumerate(FIGURES)
+    effects_of = {
+        figure: {
+            name: Effect(mean=float(strength[i, j]), spread=float(spread[i, j])) for i, name in enumerate(names)
+        }
+        for j, figure in enumerate(FIGURES)
+    }
+    decide = {
+        figure: [names[i] for i in np.argsort(-relative[:, j]) if relative[i, j] >= DECIDES]
+        for j, figure in enumerate(FIGURES)
+    }
+    return context.outcome(
+        "sensitivity",
+        f"Influence of the unknowns ({len(paths)} trajectories)",
+        "Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
+        setup=[
+            ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
+            ("R1", f"static gait, {setup.static_duration:g} s, a random plate of 1 cm"),
+            ("R2", f"static gait, {setup.static_duration:g} s, torso control none"),
+            ("R5", f"dynamic gait, {setup.dynamic_duration:g} s, torso control {', '.join(CONDITIONS)}"),
+            ("speed", f"omni, {setup.speed:g} m/s for {setup.speed_duration:g} s"),
+        ],
+        tables=[
+            _effects_table(effects_of, decide, [names[i] for i in order]),
+            _index_table(indices, points),
+        ],
+        findings=[f"{figure}: {', '.join(who)}." for figure, who in decide.items()],
+        figures={
+            "trajectories": len(paths),
+            "robots": len(robots) + points * (len(few) + 2),  # computed, of both parts
+            "effects": effects_of,  # by figure and unknown
+            "decide": decide,  # by figure: unknowns of at least half the largest effect, the strongest first
+            "points": points,  # base points of the indices
+            "indices": indices,  # by figure and unknown; without figures that are constant or missing somewhere
         },
-        decide={
-            figure: tuple(names[i] for i in np.argsort(-relative[:, j]) if relative[i, j] >= DECIDES)
-            for j, figure in enumerate(FIGURES)
-        },
-        points=points,
-        indices=indices,
     )
-    page = ReportPage(
-        name="sensitivity",
-        title=f"Which unknowns decide what ({len(paths)} trajectories)",
-        source="Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
-        setup=setup_rows(
-            context,
-            [
-                ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
-                ("R1", f"static gait, {setup.static_duration:g} s, a random plate of 1 cm"),
-                ("R2", f"static gait, {setup.static_duration:g} s, torso control none"),
-                ("R5", f"dynamic gait, {setup.dynamic_duration:g} s, torso control {', '.join(ARMS)}"),
-                ("speed", f"omni, {setup.speed:g} m/s for {setup.speed_duration:g} s"),
-            ],
-        ),
-        claims=(),
-        tables=(_effects_table(result, [names[i] for i in order]), _index_table(result)),
-        findings=tuple(f"{figure}: {', '.join(who)}." for figure, who in result.decide.items()),
-    )
-    return Outcome(result, page)
 
 
 def _figures(
@@ -230,10 +207,8 @@ def _figures(
     benches = [
         SensitivityTask(body, wear, seed, context.engine) for wear, seed in zip(wears, seeds, strict=True)
     ]
-    measured = context.campaign.map("sensitivity, bench", measure, benches)
-    walked = context.campaign.walk([walk for each in walks for walk in each])
-    if len(measured) < len(benches) or len(walked) < sum(map(len, walks)):
-        raise Interrupted
+    measured = context.map_all("sensitivity, bench", measure, benches)
+    walked = context.walk_all([walk for each in walks for walk in each])
     number = len(walks[0])
     return np.array(
         [
@@ -244,7 +219,7 @@ def _figures(
 
 
 def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: int) -> list[Walk]:
-    """Of one robot: R1 as shipped, R2 without torso control, the arms of R5, and `omni` ahead."""
+    """Of one robot: R1 as shipped, R2 without torso control, the conditions of R5, and `omni` ahead."""
     one = replace(context, seeds=(seed,))
     static, dynamic = setup.static_duration, setup.dynamic_duration
     return [
@@ -252,9 +227,14 @@ def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: i
         *one.walks("sensitivity, R2", "static", static, {"torso": "none"}, wear=wear),
         *(
             walk
-            for arm in ARMS
+            for condition in CONDITIONS
             for walk in one.walks(
-                f"sensitivity, {arm}", "dynamic", dynamic, {"torso": arm}, wear=wear, keep_track=False
+                f"sensitivity, {condition}",
+                "dynamic",
+                dynamic,
+                {"torso": condition},
+                wear=wear,
+                keep_track=False,
             )
         ),
         *one.walks(
@@ -269,8 +249,8 @@ def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: i
 
 
 def _walk_figures(setup: SensitivitySetup, outcomes: Sequence[WalkOutcome]) -> tuple[float, ...]:
-    """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk did not come so far."""
-    on_plate, drifting, *of_arms, ahead = outcomes
+    """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk ended before."""
+    on_plate, drifting, *of_conditions, ahead = outcomes
     force = landing_force(on_plate, PLATE.plate_time)
     drift = drift_per_step(drifting)
     return (
@@ -278,7 +258,7 @@ def _walk_figures(setup: SensitivitySetup, outcomes: Sequence[WalkOutcome]) -> t
         on_plate.end.time,
         math.nan if drift is None else drift,
         drifting.end.time,
-        *(outcome.end.time for outcome in of_arms),
+        *(outcome.end.time for outcome in of_conditions),
         ahead.end.distance / (setup.speed * setup.speed_duration),
     )
 
@@ -328,21 +308,23 @@ def sobol_indices(values: Vector) -> tuple[Vector, Vector]:
     return first, total
 
 
-def _effects_table(result: SensitivityResult, order: Sequence[str]) -> ReportTable:
+def _effects_table(
+    effects: dict[str, dict[str, Effect]], decide: dict[str, list[str]], order: Sequence[str]
+) -> ReportTable:
     """An unknown a row, those first that matter to some figure; a star where it decides."""
 
     def cell(figure: str, name: str) -> str:
-        return f"{result.effects[figure][name].mean:.3g}{' *' if name in result.decide[figure] else ''}"
+        return f"{effects[figure][name].mean:.3g}{' *' if name in decide[figure] else ''}"
 
     rows = tuple((name, *(cell(figure, name) for figure in FIGURES)) for name in order)
     return ReportTable("Mean absolute effect of the whole range (Morris)", ("unknown", *FIGURES), rows)
 
 
-def _index_table(result: SensitivityResult) -> ReportTable:
+def _index_table(indices: dict[str, dict[str, Index]], points: int) -> ReportTable:
     rows = tuple(
         (figure, name, f"{index.first:.2f}", "{:.2f} ({:.2f} to {:.2f})".format(index.total, *index.interval))
-        for figure, of in result.indices.items()
+        for figure, of in indices.items()
         for name, index in of.items()
     )
     head = ("figure", "unknown", "first order", "total (95 % interval)")
-    return ReportTable(f"Sobol' indices, {result.points} base points", head, rows)
+    return ReportTable(f"Sobol' indices, {points} base points", head, rows)

@@ -1,4 +1,4 @@
-"""The table of the leg drives: what the bench measures, beside what the data sheet says.
+"""The table of the leg drives: measured values and those of the data sheet.
 
 Yardstick of the step response: the second-order model that a team identified on its V6, T = 0.019 s, D = 1.5,
 drawn from the moment the motion begins. It is no target.
@@ -7,116 +7,165 @@ drawn from the moment the motion begins. It is no target.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, Final
 
-import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
-from bridge.body import load_body
-from emulator.wear import load_wear
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from bridge.body import Body, load_body
+from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
+from emulator.wear import WearProfile, load_wear
+from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.servo_measure import ServoRow, measure, passes
-from nao_hil.files import write_bytes
+from nao_hil.experiments.servo_bench import LEGS, Vector, bench_tracks, measure, part, passes, step_of
+
+SHOWN: Final = tuple(joint for joint in LEGS if joint.startswith("L"))
+"""The right leg's are alike."""
+PUBLISHED_RESPONSE: Final = (0.019, 1.5)
+"""T (s) and D of the second-order response identified by a team on its V6."""
 
 
-class ServoTable(msgspec.Struct, frozen=True, kw_only=True):
-    """All leg motors of a body."""
-
-    name: str = "servo-table"
-    passed: bool
-    """Speeds within 5 %, motion after 36 ms to 4 cycles, backlash within 10 %, half the torque at half
-    stiffness, no torque at 0, where hips and knees fall; what a profile leaves ideal (no backlash, no delay) is
-    not asked for."""
-    body: str
-    wear: str
-    rows: tuple[ServoRow, ...]
+def _panels(title: str) -> tuple[Figure, list[Any]]:
+    figure = axes.new_figure(11.0, 6.5)
+    figure.suptitle(title)
+    panels = figure.subplots(2, 3).ravel().tolist()
+    for panel, joint in zip(panels, SHOWN, strict=True):
+        panel.set_title(joint)
+        panel.grid(alpha=0.3)
+    return figure, panels
 
 
-def run(
-    body: str = "nao-v3", wear: str = "nominal", out: Path | None = None, engine: str = "auto"
-) -> ServoTable:
-    """The table of a body in a state of wear.
-
-    Args:
-        body: Data sheet by name or path.
-        wear: Wear profile by name or path.
-        out: Folder for `servo-table.json` and the figures; None: nothing is written.
-        engine: Name of the physics engine.
-    """
-    sheet = load_body(body)
-    profile = load_wear(wear, sheet)
-    rows = measure(sheet, profile, engine, out)
-    table = ServoTable(
-        passed=all(passes(row, profile, sheet.cycle) for row in rows), body=body, wear=wear, rows=rows
-    )
-    if out is not None:
-        write_bytes(out / "servo-table.json", msgspec.json.format(msgspec.json.encode(table)))
-    return table
+def published_response(time: Vector) -> Vector:
+    """Step response 1 / (T^2 s^2 + 2 D T s + 1) with D > 1, time in s."""
+    period, damping = PUBLISHED_RESPONSE
+    root = math.sqrt(damping**2 - 1.0)
+    slow, fast = (damping - root) / period, (damping + root) / period
+    t = np.maximum(time, 0.0)
+    return np.asarray(1.0 - (fast * np.exp(-slow * t) - slow * np.exp(-fast * t)) / (fast - slow))
 
 
-def text(table: ServoTable) -> str:
-    """The table for people, angles in degrees."""
-    lines = [
-        f"{'joint':14} {'deg/s':>13} {'motion':>7} {'lag':>6} {'backlash deg':>12} {'stall N m':>12} "
-        f"{'half':>5} {'limp':>5} {'falls':>6} {'stall A':>7} {'warm after s':>12} {'end C':>6} {'stiff':>6}"
-    ]
-    for r in table.rows:
-        speed, sheet, backlash, set_backlash, fall = np.degrees(
-            [r.no_load_speed, r.no_load_speed_sheet, r.backlash, r.backlash_configured, r.limp_fall]
-        )
-        lines.append(
-            f"{r.joint:14} {speed:6.1f}/{sheet:6.1f} {1e3 * r.request_to_motion:4.0f} ms {1e3 * r.lag:3.0f} ms "
-            f"{backlash:5.2f}/{set_backlash:5.2f} {r.stall_torque:6.2f}/{r.stall_torque_sheet:5.2f} "
-            f"{r.stall_torque_half / r.stall_torque:5.2f} {r.limp_torque:5.2f} {fall:5.1f}d "
-            f"{r.stall_current:7.2f} {r.warm_after:5.1f}/{r.warm_after_closed_form:5.1f} "
-            f"{r.temperature_end:7.1f} {r.stiffness_end:6.2f}"
-        )
-    return "\n".join(
-        [*lines, f"passed: {table.passed}; pairs are measured / data sheet, profile or closed form"]
-    )
+def plot_steps(path: Path, body: Body, tracks: Mapping[str, Vector], steps: Mapping[str, float]) -> None:
+    """Step responses of a free leg over the yardstick, which starts 3 cycles after the request."""
+    figure, panels = _panels("Free leg, step of the request (encoder), dashed: PT2 of a V6, T 0.019 s, D 1.5")
+    for panel, joint in zip(panels, SHOWN, strict=True):
+        track = tracks[joint]
+        read = part(track, 0)[:, LEGS.index(joint)]
+        time = track[:, 0] - track[0, 0] + body.cycle
+        panel.plot(1e3 * time, (read - read[0]) / steps[joint], ".-", markersize=3)
+        fine = np.arange(0.0, time[-1], 1e-3)
+        panel.plot(1e3 * fine, published_response(fine - 0.030), "k--", linewidth=1.0)
+        panel.axvspan(36.0, 40.0, alpha=0.2, color="tab:green", label="published delay")
+        panel.set(xlabel="time after the request / ms", xlim=(0.0, 400.0))
+    panels[0].legend()
+    axes.save(figure, path)
+
+
+def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Vector]) -> None:
+    """Speed over time from stop to stop, with the data sheet's no-load speed."""
+    figure, panels = _panels("From stop to stop without load, dashed: no-load speed of the data sheet")
+    for panel, joint in zip(panels, SHOWN, strict=True):
+        track = tracks[joint]
+        speed = np.degrees(np.diff(part(track, 1)[:, LEGS.index(joint)]) / body.cycle)
+        panel.plot(track[1:, 0] - track[0, 0], speed)
+        panel.axhline(math.degrees(joint_no_load_speed(body, joint)), color="k", linestyle="--", linewidth=1.0)
+        panel.set(xlabel="time / s", ylabel="deg/s")
+    axes.save(figure, path)
+
+
+def plot_loops(path: Path, track: Vector) -> None:
+    """Joint over motor angle under slow reversal."""
+    figure, panels = _panels("Slow reversal without load: joint over motor, about the operating point")
+    for panel, joint in zip(panels, SHOWN, strict=True):
+        i = LEGS.index(joint)
+        motor, angle = np.degrees(part(track, 2)[:, i]), np.degrees(part(track, 0)[:, i])
+        middle = float(np.mean(motor))
+        panel.plot(motor - middle, angle - middle, linewidth=0.8)
+        width = math.degrees(float(np.ptp(part(track, 2)[:, i] - part(track, 1)[:, i])))
+        panel.set(xlabel="motor / deg", ylabel="encoder / deg")
+        panel.text(0.05, 0.9, f"width {width:.2f} deg", transform=panel.transAxes)
+    axes.save(figure, path)
+
+
+def plot_heat(path: Path, wear: WearProfile, track: Vector) -> None:
+    """Temperature, and the stiffness that the protection leaves, stalled at full stiffness."""
+    figure, panels = _panels("Stalled at full stiffness: temperature, dashed: stiffness left")
+    for panel, joint in zip(panels, SHOWN, strict=True):
+        i = LEGS.index(joint)
+        time = track[:, 0] - track[0, 0]
+        panel.plot(time, part(track, 4)[:, i], color="tab:red")
+        for level in (wear.servo.heating.warm, wear.servo.heating.hot, wear.servo.heating.critical):
+            panel.axhline(level, color="grey", linewidth=0.6)
+        panel.set(xlabel="time / s", ylabel="degrees Celsius")
+        twin = panel.twinx()
+        twin.plot(time, part(track, 5)[:, i], "--")
+        twin.set_ylim(0.0, 1.05)
+    axes.save(figure, path)
+
+
+def plot_stiffness(
+    path: Path, body: Body, torques: Mapping[float, Vector], current: Vector, fallen: Vector
+) -> None:
+    """Torque of clamped motors by stiffness (N m), current at full stiffness (A), fall without any (rad)."""
+    figure = axes.new_figure(11.0, 7.5)
+    figure.suptitle("Clamped motors with a far request, and a leg without stiffness")
+    held, drawn, fall = figure.subplots(3, 1, sharex=True)
+    places = np.arange(len(LEGS))
+    width = 0.8 / len(torques)
+    for k, (stiffness, torque) in enumerate(torques.items()):
+        held.bar(places - 0.4 + (k + 0.5) * width, torque, width, label=f"stiffness {stiffness:g}")
+    sheet = [joint_stall_torque(body, joint) for joint in LEGS]
+    held.plot(places, sheet, "k_", markersize=30, label="data sheet")
+    held.set_ylabel("torque / N m")
+    held.set_ylim(0.0, 1.35 * max(sheet))
+    held.legend(ncols=len(torques) + 1, loc="upper center")
+    drawn.bar(places, current)
+    drawn.set_ylabel("stall current / A")
+    fall.bar(places, np.degrees(fallen))
+    fall.set_ylabel("falls in 2 s / deg")
+    fall.set_xticks(places, LEGS, rotation=30)
+    for panel in (held, drawn, fall):
+        panel.grid(alpha=0.3, axis="y")
+    axes.save(figure, path)
 
 
 def experiment(context: Context) -> Outcome:
-    """The table as a page of the report."""
-    table = run(context.robot, context.wear, context.out, context.engine)
+    """All leg motors of a body in a state of wear."""
     body = load_body(context.robot)
-    profile = load_wear(context.wear, body)
-    claims = tuple(
-        Claim(
-            f"{row.joint} is as data sheet and profile say",
-            f"{math.degrees(row.no_load_speed):.0f} deg/s (sheet {math.degrees(row.no_load_speed_sheet):.0f}), "
-            f"motion after {1e3 * row.request_to_motion:.0f} ms, backlash {math.degrees(row.backlash):.2f} deg "
-            f"(profile {math.degrees(row.backlash_configured):.2f}), stall {row.stall_torque:.1f} N m",
-            passes(row, profile, body.cycle),
-        )
-        for row in table.rows
+    wear = load_wear(context.wear, body)
+    tracks = bench_tracks(body, wear, context.engine)
+    rows = measure(body, wear, tracks)
+    out = context.out
+    plot_speeds(out / "servo-speed.png", body, tracks.speeds)
+    plot_steps(out / "servo-step.png", body, tracks.steps, {joint: step_of(joint) for joint in LEGS})
+    plot_loops(out / "servo-loop.png", tracks.loop)
+    plot_heat(out / "servo-heat.png", wear, tracks.heat)
+    plot_stiffness(out / "servo-stiffness.png", body, tracks.torque, tracks.current, tracks.fall)
+    titles = {
+        "speed": "From stop to stop",
+        "step": "Step responses",
+        "loop": "Play",
+        "heat": "Heat and derating",
+        "stiffness": "Stiffness",
+    }
+    return context.outcome(
+        "servo-table",
+        "The drives of the legs",
+        "Data sheets and published measurements; no part of the thesis.",
+        setup=[("bench", "torso nailed down")],
+        claims=[
+            Claim(
+                f"{row.joint} is as data sheet and profile say",
+                f"{math.degrees(row.no_load_speed):.0f} deg/s (sheet "
+                f"{math.degrees(row.no_load_speed_sheet):.0f}), motion after "
+                f"{1e3 * row.request_to_motion:.0f} ms, backlash {math.degrees(row.backlash):.2f} deg (profile "
+                f"{math.degrees(row.backlash_configured):.2f}), stall {row.stall_torque:.1f} N m",
+                passes(row, wear, body.cycle),
+            )
+            for row in rows
+        ],
+        pictures=[Picture(out / f"servo-{name}.png", title, "") for name, title in titles.items()],
+        figures={"body": context.robot, "wear": context.wear, "rows": rows},
     )
-    figures = (
-        ("servo-speed.png", "From stop to stop"),
-        ("servo-step.png", "Step responses"),
-        ("servo-loop.png", "Play"),
-        ("servo-heat.png", "Heat and derating"),
-        ("servo-stiffness.png", "Stiffness"),
-    )
-    page = ReportPage(
-        name="servo-table",
-        title="The drives of the legs",
-        source="Data sheets and published measurements; no part of the thesis.",
-        setup=(
-            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
-            ("bench", "torso nailed down"),
-        ),
-        claims=claims,
-        pictures=tuple(Picture(context.out / file, title, "") for file, title in figures),
-    )
-    return Outcome(table, page)
-
-
-def main() -> None:
-    """The nominal V3; table and figures in the folder `servo-table`."""
-    print(text(run(out=Path("servo-table"))))
-
-
-if __name__ == "__main__":
-    main()

@@ -9,14 +9,12 @@ import msgspec
 
 from bridge.body import load_body
 from bridge.guard import Guard
-from bridge.guard.fall import tilt
+from bridge.guard.status import tilt
 from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
-from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.build import build_robot, controller_maker
-from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.config import RunConfig
 
 SEATED: Final = 2.0
@@ -43,20 +41,6 @@ class Sit(msgspec.Struct, frozen=True, kw_only=True):
     """Largest of the torso, by the fused angle, rad."""
     temperature: float
     """Of the hottest motor, degrees Celsius."""
-
-
-class SitResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "sit"
-    passed: bool
-    n: int
-    sat: int
-    survived: int
-    """Sat, and stood again."""
-    interval: tuple[float, float]
-    """Wilson's 95 % interval of the share."""
-    sits: tuple[Sit, ...]
 
 
 def sit(config: RunConfig) -> Sit:
@@ -96,35 +80,17 @@ def sit(config: RunConfig) -> Sit:
     )
 
 
-def claims(result: SitResult) -> tuple[Claim, ...]:
-    """The claims, each with the measured value."""
-    low, high = result.interval
-    shown = f"{result.survived} of {result.n} (95 % interval {low:.0%} to {high:.0%})"
-    return (Claim("100 of 100 sit down and stand up again", shown, low >= LOWEST_BOUND),)
-
-
 def experiment(context: Context) -> Outcome:
     """One robot per seed."""
     configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    sits: list[Sit] = context.campaign.map("sit", sit, configs)
-    if not sits:
-        raise Interrupted
+    sits: list[Sit] = context.map("sit", sit, configs)
     survived = sum(each.sat and each.stands for each in sits)
-    result = SitResult(
-        passed=False,
-        n=len(sits),
-        sat=sum(each.sat for each in sits),
-        survived=survived,
-        interval=wilson(survived, len(sits)),
-        sits=tuple(sits),
-    )
-    judged = claims(result)
-    result = msgspec.structs.replace(result, passed=all(claim.holds for claim in judged))
+    low, high = interval = wilson(survived, len(sits))
     rows = tuple(
         (
             str(each.seed),
-            "yes" if each.sat else "no",
-            "yes" if each.stands else "no",
+            yes_no(each.sat),
+            yes_no(each.stands),
             str(each.tries),
             f"{math.degrees(each.lean):.0f}",
             f"{each.temperature:.0f}",
@@ -132,12 +98,24 @@ def experiment(context: Context) -> Outcome:
         for each in sits
     )
     head = ("seed", "sat", "stands", "tries", "lean, degrees", "hottest motor, degrees Celsius")
-    page = ReportPage(
-        name="sit",
-        title=f"Sitting down and standing up{few_words(result.n)}",
-        source="Not in the thesis.",
-        setup=setup_rows(context, [("sits", f"{SEATED:g} s"), ("stands", f"{HOLD:g} s at the end")]),
-        claims=judged,
-        tables=(ReportTable("Robots", head, rows),),
+    return context.outcome(
+        "sit",
+        f"Sitting down and standing up{few_words(len(sits))}",
+        "Not in the thesis.",
+        setup=[("sits", f"{SEATED:g} s"), ("stands", f"{HOLD:g} s at the end")],
+        claims=[
+            Claim(
+                "100 of 100 sit down and stand up again",
+                f"{survived} of {len(sits)} (95 % interval {low:.0%} to {high:.0%})",
+                low >= LOWEST_BOUND,
+            )
+        ],
+        tables=[ReportTable("Robots", head, rows)],
+        figures={
+            "n": len(sits),
+            "sat": sum(each.sat for each in sits),
+            "survived": survived,  # sat, and stood again
+            "interval": interval,
+            "sits": sits,
+        },
     )
-    return Outcome(result, page)

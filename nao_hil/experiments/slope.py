@@ -6,7 +6,9 @@ it goes; the steepest that passes is then confirmed with all seeds, and half a d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -14,16 +16,15 @@ import msgspec
 
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
-from nao_hil.analysis.statistics import wilson
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.statistics import percent, wilson
 from nao_hil.experiments import axes
-from nao_hil.experiments.arms import falls_finding
+from nao_hil.experiments.conditions import falls_finding
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
-from nao_hil.experiments.slope_search import STEP, Slope, SlopeSetup, Tally, search
-from nao_hil.runs.campaign import Interrupted
-from nao_hil.runs.walk import Walk
+from nao_hil.runs.walk import Walk, WalkOutcome
 
+STEP: Final = 0.5
+"""Degrees"""
 GAIT: Final = "static"
 """Of the thesis; another one with `--gait`."""
 DIRECTIONS: Final[dict[str, tuple[float, float]]] = {
@@ -35,16 +36,89 @@ DIRECTIONS: Final[dict[str, tuple[float, float]]] = {
 """Roll and pitch of the floor per degree of slope. `left`: across the slope, the left side higher."""
 
 
-class SlopeResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
+@dataclass(frozen=True)
+class SlopeSetup:
+    """The experiment's numbers; slopes in degrees, because they are typed and read."""
 
-    name: str = "slope"
-    passed: bool
-    up: Slope
-    down: Slope
-    left: Slope
-    right: Slope
-    """Across the slope, the right side higher."""
+    duration: float = 30.0
+    """s"""
+    goal: float = 5.0
+    steepest: float = 10.0
+    """Where the search ends."""
+    share: float = 0.8
+    """That must walk on: by the ratio in the search, by the lower bound of the interval in the end."""
+    few: int = 10
+    """Most seeds of a trial in the search."""
+    batch: int = 2
+    """Seeds per direction that are walked at a time."""
+
+
+class Slope(msgspec.Struct, frozen=True, kw_only=True):
+    """The steepest slope of one direction at which enough walk on."""
+
+    slope_deg: float
+    n: int
+    survived: int
+    interval: tuple[float, float]
+
+
+Request = tuple[float, tuple[int, ...]]
+"""A slope in degrees and the seeds to try it with."""
+
+
+Search = Generator[Request, Sequence[bool], float]
+
+
+@dataclass
+class Tally:
+    """Trials of one direction."""
+
+    runs: dict[float, dict[int, WalkOutcome]] = field(default_factory=dict)
+    """By slope and seed."""
+
+    def count(self, slope: float) -> tuple[int, int]:
+        """Survived and tried at a slope."""
+        tried = self.runs.get(slope, {})
+        return sum(result.end.survived for result in tried.values()), len(tried)
+
+
+def enough(n: int, share: float) -> int:
+    """Least number of `n` of which the lower bound of Wilson's interval is `share`; n where none is."""
+    return next((k for k in range(n) if wilson(k, n)[0] >= share), n)
+
+
+def trial(
+    slope: float, seeds: Sequence[int], needed: int, batch: int
+) -> Generator[Request, Sequence[bool], bool]:
+    """Try a slope seed by seed until it is sure whether `needed` of all these seeds walk on.
+
+    Yields the next trial, is sent its survivors, and returns the verdict.
+    """
+    survived = fallen = 0
+    while survived < needed and fallen <= len(seeds) - needed:
+        begin = survived + fallen
+        alive = yield slope, tuple(seeds[begin : begin + batch])
+        survived += sum(alive)
+        fallen += len(alive) - sum(alive)
+    return survived >= needed
+
+
+def search(seeds: Sequence[int], setup: SlopeSetup) -> Search:
+    """The steepest slope, degrees: bisection on half degrees from the goal on, confirmed with all seeds."""
+    few = seeds[: setup.few]
+    most_of_few = math.ceil(setup.share * len(few) - 1e-9)
+    low, high = 0, round(setup.steepest / STEP) + 1
+    middle = round(setup.goal / STEP)
+    while high - low > 1:
+        if (yield from trial(middle * STEP, few, most_of_few, setup.batch)):
+            low = middle
+        else:
+            high = middle
+        middle = (low + high) // 2
+    all_that_count = enough(len(seeds), setup.share)
+    while not (yield from trial(low * STEP, seeds, all_that_count, setup.batch)) and low > 0:
+        low -= 1
+    return low * STEP
 
 
 def experiment(context: Context, setup: SlopeSetup | None = None) -> Outcome:
@@ -56,55 +130,41 @@ def experiment(context: Context, setup: SlopeSetup | None = None) -> Outcome:
     for name, slope in found.items():
         survived, n = tallies[name].count(slope)
         slopes[name] = Slope(slope_deg=slope, n=n, survived=survived, interval=wilson(survived, n))
-    claims = tuple(
-        Claim(
-            f"{_words(name)}: {setup.goal:g} degrees or more at {100 * setup.share:.0f} %",
-            f"{s.slope_deg:g} deg ({s.survived} of {s.n}, {100 * s.interval[0]:.0f} to "
-            f"{100 * s.interval[1]:.0f} %)",
-            s.slope_deg >= setup.goal and s.interval[0] >= setup.share,
-        )
-        for name, s in slopes.items()
-    )
-    result = SlopeResult(
-        passed=all(claim.holds for claim in claims),
-        up=slopes["up"],
-        down=slopes["down"],
-        left=slopes["left"],
-        right=slopes["right"],
-    )
-    page = ReportPage(
-        name="slope",
-        title="R6: inclined planes, with no knowledge of the ground",
-        source=(
-            "Thesis 4.2.3 and chapter 5: torso control and admittance let the robot walk upright on "
-            "inclined planes without the planning knowing of them. No figure and no slope is given."
-        ),
-        setup=setup_rows(
-            context,
-            [
-                ("gait", f"{gait}, with its own controllers"),
-                ("length", f"{setup.duration:g} s, from a stand on the slope"),
-                (
-                    "search",
-                    f"bisection in {STEP:g} degrees up to {setup.steepest:g} with up to {setup.few} seeds a "
-                    "slope, each until the verdict is sure; the steepest confirmed with all seeds by the lower "
-                    "bound of the interval",
-                ),
-            ],
-        ),
-        claims=claims,
-        pictures=(
+    return context.outcome(
+        "slope",
+        "R6: inclined planes, with no knowledge of the ground",
+        "Thesis 4.2.3 and chapter 5: torso control and admittance let the robot walk upright on inclined "
+        "planes without the planning knowing of them. No figure and no slope is given.",
+        setup=[
+            ("gait", f"{gait}, with its own controllers"),
+            ("length", f"{setup.duration:g} s, from a stand on the slope"),
+            (
+                "search",
+                f"bisection in {STEP:g} degrees up to {setup.steepest:g} with up to {setup.few} seeds a "
+                "slope, each until the verdict is sure; the steepest confirmed with all seeds by the lower "
+                "bound of the interval",
+            ),
+        ],
+        claims=[
+            Claim(
+                f"{_words(name)}: {setup.goal:g} degrees or more at {100 * setup.share:.0f} %",
+                f"{s.slope_deg:g} deg ({s.survived} of {s.n}, {percent(s.interval)})",
+                s.slope_deg >= setup.goal and s.interval[0] >= setup.share,
+            )
+            for name, s in slopes.items()
+        ],
+        pictures=[
             Picture(
                 _plot(context.out / "slope.png", tallies, setup),
                 "Share that walks on, by slope",
                 "All slopes that were tried, with 95 % Wilson intervals; trials end as soon as the verdict "
                 "is sure.",
-            ),
-        ),
-        tables=(_table(tallies),),
-        findings=tuple(text for name in DIRECTIONS if (text := _finding(name, found[name], tallies[name]))),
+            )
+        ],
+        tables=[_table(tallies)],
+        findings=[_finding(name, found[name], tallies[name]) for name in DIRECTIONS],
+        figures=slopes,
     )
-    return Outcome(result, page)
 
 
 def _sweep(context: Context, setup: SlopeSetup, gait: str) -> tuple[dict[str, float], dict[str, Tally]]:
@@ -119,9 +179,7 @@ def _sweep(context: Context, setup: SlopeSetup, gait: str) -> tuple[dict[str, fl
             for name, (slope, seeds) in wanted.items()
             for walk in _walks(context, setup, gait, name, slope, seeds)
         ]
-        results = {(r.walk.name, r.seed): r for r in context.campaign.walk(walks)}
-        if len(results) < len(walks):
-            raise Interrupted
+        results = {(r.walk.name, r.seed): r for r in context.walk_all(walks)}
         for name, (slope, seeds) in list(wanted.items()):
             runs = {seed: results[_name(name, slope), seed] for seed in seeds}
             tallies[name].runs.setdefault(slope, {}).update(runs)
@@ -167,15 +225,13 @@ def _finding(name: str, slope: float, tally: Tally) -> str:
 
 
 def _table(tallies: dict[str, Tally]) -> ReportTable:
-    rows = []
-    for name, tally in tallies.items():
-        for slope in sorted(tally.runs):
-            survived, n = tally.count(slope)
-            low, high = wilson(survived, n)
-            rows.append(
-                (_words(name), f"{slope:g}", f"{survived} of {n}", f"{100 * low:.0f} to {100 * high:.0f} %")
-            )
-    return ReportTable("Slopes tried", ("direction", "slope, deg", "walk on", "95 % interval"), tuple(rows))
+    rows = tuple(
+        (_words(name), f"{slope:g}", f"{survived} of {n}", percent(wilson(survived, n)))
+        for name, tally in tallies.items()
+        for slope in sorted(tally.runs)
+        for survived, n in (tally.count(slope),)
+    )
+    return ReportTable("Slopes tried", ("direction", "slope, deg", "walk on", "95 % interval"), rows)
 
 
 def _plot(path: Path, tallies: dict[str, Tally], setup: SlopeSetup) -> Path:

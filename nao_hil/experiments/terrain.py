@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -17,11 +17,10 @@ from bridge.types import Vec3
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
 from emulator.world.events import WorldEvent
-from nao_hil.analysis.report.page import Claim, Outcome, ReportPage, ReportTable
-from nao_hil.analysis.statistics import few_words, mcnemar, wilson
-from nao_hil.experiments.arms import Arm, arm, falls_finding, pairs
+from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.statistics import few_words, mcnemar, percent, wilson
+from nao_hil.experiments.conditions import Condition, condition, falls_finding, pairs
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
 from nao_hil.runs.events import TorsoLoad
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.gaits import gait_parameters
@@ -62,72 +61,61 @@ class Ground(msgspec.Struct, frozen=True, kw_only=True):
     """One of the grounds, or of the robots."""
 
     name: str
-    arms: dict[str, Arm]
+    conditions: dict[str, Condition]
     """By gait."""
 
 
-class TerrainResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "terrain"
-    passed: bool
-    grounds: tuple[Ground, ...]
-    left_out: int
-    """Walks that could not have changed the verdict of their ground."""
-
-
 Change = Callable[[Walk, np.random.Generator], dict[str, Any]]
-"""What a ground changes of a walk, by the walk's own seed."""
+"""Changes of a walk by a ground, from the walk's seed."""
 
 
 def experiment(context: Context, setup: TerrainSetup | None = None) -> Outcome:
-    """All grounds with both gaits; with the one that is told, each until its verdict is certain."""
+    """All grounds with both gaits; with one named gait, each until its verdict is certain."""
     setup = setup or TerrainSetup()
     if context.duration is not None:
         setup = replace(setup, duration=context.duration, worn_duration=context.duration)
     gaits = (context.gait,) if context.gait else (GAIT, COMPARED_GAIT.get(context.robot, "dynamic"))
     names = [(ground, gait) for ground in (*_grounds(setup), "worn") for gait in gaits]
-    arms = [ground_walks(context, setup, *name) for name in names]
-    results = context.run(*arms) if len(gaits) == 2 else context.run_until_certain(STANDS, *arms)
+    conditions = [ground_walks(context, setup, *name) for name in names]
+    results = context.run(*conditions) if len(gaits) == 2 else context.run_until_certain(STANDS, *conditions)
     found = dict(zip(names, results, strict=True))
-    left_out = 0 if context.campaign.interrupted else sum(map(len, arms)) - sum(map(len, results))
-    grounds = tuple(
-        Ground(name=ground, arms={gait: arm(found[ground, gait]) for gait in gaits})
+    left_out = 0 if context.campaign.interrupted else sum(map(len, conditions)) - sum(map(len, results))
+    grounds = [
+        Ground(name=ground, conditions={gait: condition(found[ground, gait]) for gait in gaits})
         for ground in dict.fromkeys(ground for ground, _ in names)
-    )
-    claims = tuple(
+    ]
+    claims = [
         Claim(
             f"{_title(each.name, setup)}: 45 of 50 stand, {gaits[0]}",
-            each.arms[gaits[0]].words(),
-            each.arms[gaits[0]].interval[0] >= STANDS,
+            each.conditions[gaits[0]].words(),
+            each.conditions[gaits[0]].interval[0] >= STANDS,
         )
         for each in grounds
-    )
+    ]
     if len(gaits) == 2:
-        claims += (_comparison(found, grounds, gaits),)
-    body = load_body(context.robot)
-    page = ReportPage(
-        name="terrain",
-        title=f"Unknown ground, the gait {' and '.join(gaits)}{few_words(len(context.seeds))}",
-        source="No figures for a NAO are published.",
-        setup=setup_rows(
-            context,
-            [
-                ("walks", f"{setup.speed:g} m/s, {setup.duration:g} s; worn {setup.worn_speed:g} m/s"),
-                *((gait, _speed_words(gait, setup)) for gait in gaits),
-                ("switch", "the gait, with its own controllers; seeds and worlds are the same"),
-                ("left out", f"{left_out} of {sum(map(len, arms))} walks, after the verdict was certain"),
-            ],
-        ),
+        claims.append(_comparison(found, grounds, gaits))
+    body, planned = load_body(context.robot), sum(map(len, conditions))
+    return context.outcome(
+        "terrain",
+        f"Unknown ground, the gait {' and '.join(gaits)}{few_words(len(context.seeds))}",
+        "No figures for a NAO are published.",
+        setup=[
+            ("walks", f"{setup.speed:g} m/s, {setup.duration:g} s; worn {setup.worn_speed:g} m/s"),
+            *((gait, _speed_words(gait, setup)) for gait in gaits),
+            ("switch", "the gait, with its own controllers; seeds and worlds are the same"),
+            ("left out", f"{left_out} of {planned} walks, after the verdict was certain"),
+        ],
         claims=claims,
-        tables=(_table(grounds, setup, found, gaits),),
-        findings=tuple(
+        tables=[_table(grounds, setup, found, gaits)],
+        findings=[
             falls_finding(f"{_title(ground, setup)}, {gait}", results, body)
             for (ground, gait), results in found.items()
-            if not all(result.end.survived for result in results)
-        ),
+        ],
+        figures={
+            "grounds": grounds,
+            "left_out": left_out,  # walks that could not have changed the verdict of their ground
+        },
     )
-    return Outcome(TerrainResult(passed=page.passed, grounds=grounds, left_out=left_out), page)
 
 
 def _grounds(setup: TerrainSetup) -> dict[str, Change]:
@@ -212,7 +200,7 @@ def _speed_words(gait: str, setup: TerrainSetup) -> str:
 
 
 def _comparison(
-    found: dict[tuple[str, str], list[WalkOutcome]], grounds: tuple[Ground, ...], gaits: tuple[str, ...]
+    found: dict[tuple[str, str], list[WalkOutcome]], grounds: Sequence[Ground], gaits: tuple[str, ...]
 ) -> Claim:
     """All grounds together, pair by pair of the same seed and world."""
     first, second = gaits
@@ -240,7 +228,7 @@ def _title(ground: str, setup: TerrainSetup) -> str:
 
 
 def _table(
-    grounds: tuple[Ground, ...],
+    grounds: Sequence[Ground],
     setup: TerrainSetup,
     found: dict[tuple[str, str], list[WalkOutcome]],
     gaits: tuple[str, ...],
@@ -249,9 +237,8 @@ def _table(
     for ground in grounds:
         cells = []
         for gait in gaits:
-            a = ground.arms[gait]
-            low, high = (100.0 * bound for bound in a.interval)
-            cells += [f"{a.survived} of {a.n} ({low:.0f} to {high:.0f} %)", f"{a.speed:.3f}"]
+            a = ground.conditions[gait]
+            cells += [f"{a.survived} of {a.n} ({percent(a.interval)})", f"{a.speed:.3f}"]
         if len(gaits) == 2:
             pair = pairs(found[ground.name, gaits[0]], found[ground.name, gaits[1]])
             cells.append(f"{pair.only_with} / {pair.only_without}, p = {pair.p_value:.2g}")

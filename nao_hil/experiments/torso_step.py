@@ -13,30 +13,92 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple
 
-import msgspec
 import numpy as np
 
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
 from emulator.scenarios import FLAT, Scenario
 from emulator.wear import WearProfile, load_wear, wear_of_seed
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.plant_fit import Plant, Shape, fit_plant, read_shape
-from nao_hil.experiments.setup import seed_words
-from nao_hil.experiments.torso_responses import PERIOD, Responses, TorsoStepTask, run_once, run_task
-from nao_hil.experiments.torso_step_figures import plot, plot_wave
-from nao_hil.files import write_bytes
+from nao_hil.experiments.torso_responses import (
+    PERIOD,
+    THESIS,
+    Plant,
+    Responses,
+    Shape,
+    TorsoStepTask,
+    Vector,
+    fit_plant,
+    read_shape,
+    run_once,
+    run_task,
+)
 
 AMPLITUDE: Final = 0.064
 """Of the square wave about the operating point, rad: calibrated, since 0.7 rad is a misprint. The sole
 rocks."""
 
 
+def plot(path: Path, time: Vector, fused: Vector, true: Vector, plant: Plant) -> None:
+    """Measurement, fit and the thesis' curve, each as a share of its final value.
+
+    Args:
+        path: Of the PNG.
+        time: After the step, s, shape (samples,).
+        fused: Responses, shape (steps, samples).
+        true: The same of the true pitch.
+        plant: Fit to the mean of `fused`.
+    """
+    figure = axes.new_figure(9.0, 5.0)
+    panel = figure.subplots()
+    final = fused.mean(axis=0)[-100:].mean()
+    panel.fill_between(time, fused.min(axis=0) / final, fused.max(axis=0) / final, alpha=0.2, label="all steps")
+    panel.plot(time, fused.mean(axis=0) / final, label="fused angle, mean")
+    panel.plot(time, true.mean(axis=0) / true.mean(axis=0)[-100:].mean(), ":", label="true pitch, mean")
+    label = f"fit: {plant.natural_frequency_rad_s:.2f} rad/s, damping {plant.damping:.2f}"
+    panel.plot(time, plant.step(time) / plant.gain, "--", label=label)
+    panel.plot(time, THESIS.step(time), "k-.", linewidth=1.0, label="(4.12): 7.00 rad/s, damping 0.10")
+    panel.set(xlabel="time after the step / s", ylabel="torso pitch / final value", title="Torso step")
+    panel.grid(alpha=0.3)
+    panel.legend()
+    axes.save(figure, path)
+
+
+def plot_wave(path: Path, run: Responses, cycle: float) -> None:
+    """One run as the thesis draws it (figure 4.10): input green, fused pitch red, the plant (4.12) blue.
+
+    All are shares of the wave's amplitude; the pitch is taken about its mean, and the plant begins at rest.
+
+    Args:
+        path: Of the PNG.
+        run: With its whole course.
+        cycle: s
+    """
+    import control
+
+    from nao_hil.design.torso.transfer import thesis_plant
+
+    time = cycle * np.arange(len(run.request))
+    amplitude = float(np.abs(run.request).max())
+    gain = float(run.fused.mean(axis=0)[-100:].mean())
+    simulated = control.forced_response(thesis_plant(), time, run.request / amplitude).outputs
+    figure = axes.new_figure()
+    panel = figure.subplots()
+    panel.plot(time, run.request / amplitude, "tab:green", label="input")
+    panel.plot(time, (run.angle - run.angle.mean()) / (amplitude * gain), "tab:red", label="fused pitch / gain")
+    panel.plot(time, simulated, "tab:blue", linewidth=0.9, label="(4.12)")
+    panel.set(xlabel="t / s", ylabel="angle / amplitude of the input")
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes.save(figure, path)
+
+
 class Bound(NamedTuple):
-    """A figure of (4.12), and what counts as the same."""
+    """A figure of (4.12), and its tolerance."""
 
     words: str
     low: float
@@ -55,7 +117,7 @@ BOUNDS: Final = {
     "peak": Bound("Peak 2.0 of the final value, as read off figure 4.10 (within 10 %)", 1.80, 2.20),
     "undershoot": Bound("Undershoot -0.30 of the final value (within 0.08)", -0.38, -0.22),
 }
-"""By the field of `TorsoStepResult`: all of (4.12), one by one."""
+"""By the key in the JSON: all of (4.12), one by one."""
 
 
 def thesis_figures(plant: Plant, shape: Shape) -> dict[str, float]:
@@ -96,40 +158,6 @@ def torso_figures(
     return thesis_figures(fit_plant(time, mean)[0], read_shape(time, mean))
 
 
-class TorsoStepResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out; shares are of the final value, everything but `true` is of the fused angle."""
-
-    name: str = "torso-step"
-    passed: bool
-    """All figures of (4.12) within `BOUNDS`."""
-    natural_frequency_rad_s: float
-    damping: float
-    zero_rad_s: float
-    """Zero in the right half plane, positive; it stands for the delay, too."""
-    gain: float
-    """Torso angle per ankle angle at rest."""
-    peak: float
-    undershoot: float
-    rise_time_s: float
-    residual_rms: float
-    n: int
-    """Step responses averaged."""
-    fallen: int
-    """Runs in which the stance did not survive."""
-    natural_frequency_spread: float
-    """Standard deviation of the seeds' own fits, rad/s; 0 for one seed."""
-    amplitude_rad: float
-    true: Plant
-    """The same fit to the true torso pitch."""
-    true_shape: Shape
-
-
-Spread: TypeAlias = Callable[
-    [Callable[[TorsoStepTask], Responses | None], list[TorsoStepTask]], list[Responses | None]
-]
-"""Runs tasks somewhere: a function, and its arguments."""
-
-
 def torso_step_tasks(
     seeds: Sequence[int], body: Body, wear: str, amplitude: float, engine: str
 ) -> list[TorsoStepTask]:
@@ -146,16 +174,16 @@ def run(
     wear: str = "nominal",
     out: Path | None = None,
     amplitude: float = AMPLITUDE,
-    spread: Spread | None = None,
+    spread: Callable[[Callable[[Any], Any], list[Any]], list[Any]] | None = None,
     engine: str = "auto",
-) -> TorsoStepResult:
-    """The experiment over some seeds.
+) -> dict[str, Any]:
+    """The figures over some seeds; shares are of the final value, all but `true` is of the fused angle.
 
     Args:
         seeds: One run each.
         body: Data sheet by name or path.
         wear: Wear profile by name or path.
-        out: Folder for `torso-step.json` and `torso-step.png`; None: nothing is written.
+        out: Folder for the pictures; None: nothing is drawn.
         amplitude: Of the square wave, rad.
         spread: Calls a function with each of some arguments, over processes; None: here, one after the other.
         engine: Name of the physics engine.
@@ -177,30 +205,25 @@ def run(
     plant, residual = fit_plant(time, fused.mean(axis=0))
     shape = read_shape(time, fused.mean(axis=0))
     own = [fit_plant(time, r.fused.mean(axis=0))[0].natural_frequency_rad_s for r in standing]
-    figures: dict[str, Any] = {**thesis_figures(plant, shape)}
-    result = TorsoStepResult(
-        passed=all(bound.holds(figures[name]) for name, bound in BOUNDS.items()),
-        **figures,
-        rise_time_s=shape.rise_time_s,
-        residual_rms=residual / abs(shape.final),
-        n=len(fused),
-        fallen=len(runs) - len(standing),
-        natural_frequency_spread=float(np.std(own)),
-        amplitude_rad=amplitude,
-        true=fit_plant(time, true.mean(axis=0))[0],
-        true_shape=read_shape(time, true.mean(axis=0)),
-    )
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_bytes(out / "torso-step.json", msgspec.json.format(msgspec.json.encode(result)))
         plot(out / "torso-step.png", time, fused, true, plant)
         plot_wave(out / "torso-step-4.10.png", standing[0], sheet.cycle)
-    return result
+    return {
+        **thesis_figures(plant, shape),
+        "rise_time_s": shape.rise_time_s,
+        "residual_rms": residual / abs(shape.final),
+        "n": len(fused),  # step responses averaged
+        "fallen": len(runs) - len(standing),
+        "natural_frequency_spread": float(np.std(own)),  # standard deviation of the seeds' own fits, rad/s
+        "amplitude_rad": amplitude,
+        "true": fit_plant(time, true.mean(axis=0))[0],  # the same fit to the true torso pitch
+        "true_shape": read_shape(time, true.mean(axis=0)),
+    }
 
 
 def experiment(context: Context) -> Outcome:
-    """The experiment as part of a campaign: its page, figure 4.10, and the verdict."""
-    result = run(
+    """The figures of (4.12), and figure 4.10."""
+    found = run(
         context.seeds,
         context.robot,
         context.wear,
@@ -208,29 +231,25 @@ def experiment(context: Context) -> Outcome:
         spread=lambda function, tasks: context.campaign.map("torso-step", function, tasks),
         engine=context.engine,
     )
-    claims = tuple(
-        Claim(bound.words, f"{getattr(result, figure):.3g}", bound.holds(getattr(result, figure)))
-        for figure, bound in BOUNDS.items()
-    )
-    page = ReportPage(
-        name="torso-step",
-        title="R3: the torso's answer to a step of the stance ankle",
-        source=(
-            "Thesis 4.2.1, figure 4.10, and the plant (4.12) fitted to it: rise 100 ms, peak twice the "
-            "final value, an undershoot first; 7.0 rad/s, damping 0.10."
-        ),
-        setup=(
+    true, shape = found["true"], found["true_shape"]
+    return context.outcome(
+        "torso-step",
+        "R3: the torso's answer to a step of the stance ankle",
+        "Thesis 4.2.1, figure 4.10, and the plant (4.12) fitted to it: rise 100 ms, peak twice the final "
+        "value, an undershoot first; 7.0 rad/s, damping 0.10.",
+        setup=[
             ("stance", "left leg stretched and standing, right leg drawn up, torso upright"),
             (
                 "input",
-                f"square wave of {math.degrees(result.amplitude_rad):.1f} deg (the thesis prints 0.7 rad, "
+                f"square wave of {math.degrees(found['amplitude_rad']):.1f} deg (the thesis prints 0.7 rad, "
                 f"which no stance on one leg survives), period {PERIOD:g} s",
             ),
-            ("robot", f"{context.robot}, {context.wear} drives and sensors"),
-            ("seeds", f"{seed_words(context.seeds)}; {result.fallen} fell"),
-        ),
-        claims=claims,
-        pictures=(
+            ("fallen", f"{found['fallen']} of the seeds"),
+        ],
+        claims=[
+            Claim(bound.words, f"{found[name]:.3g}", bound.holds(found[name])) for name, bound in BOUNDS.items()
+        ],
+        pictures=[
             Picture(
                 context.out / "torso-step-4.10.png",
                 "Figure 4.10: square wave on the stance ankle",
@@ -242,23 +261,13 @@ def experiment(context: Context) -> Outcome:
                 "All steps, and the fit",
                 "Shares of the final value; (4.12) dash-dotted.",
             ),
-        ),
-        findings=(
-            f"Rise time {1e3 * result.rise_time_s:.0f} ms (thesis about 100), gain {result.gain:.2f} "
+        ],
+        findings=[
+            f"Rise time {1e3 * found['rise_time_s']:.0f} ms (thesis about 100), gain {found['gain']:.2f} "
             "(thesis: 1).",
-            f"{result.true.damping:.2f}, zero at {1.0 / result.true.zero_time_s:.1f} rad/s, peak "
-            f"{result.true_shape.peak:.2f}, undershoot {result.true_shape.undershoot:.2f}. So the zero of "
-            "(4.12) is in the sensor: an accelerometer over the ankle, and the fused angle's filter.",
-        ),
+            f"True pitch: damping {true.damping:.2f}, zero at {1.0 / true.zero_time_s:.1f} rad/s, peak "
+            f"{shape.peak:.2f}, undershoot {shape.undershoot:.2f}. So the zero of (4.12) is in the sensor: an "
+            "accelerometer over the ankle, and the fused angle's filter.",
+        ],
+        figures=found,
     )
-    return Outcome(result, page)
-
-
-def main() -> None:
-    """Five seeds on the nominal V3; figures in the folder `torso-step`."""
-    result = run(range(5), out=Path("torso-step"))
-    print(msgspec.json.format(msgspec.json.encode(result)).decode())
-
-
-if __name__ == "__main__":
-    main()

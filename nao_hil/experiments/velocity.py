@@ -1,4 +1,4 @@
-"""Velocity commands: what is measured of them, on single axes, mixed, straight ahead, changing at random."""
+"""Velocity commands: measured velocity on single axes, mixed, straight ahead, changing at random."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ import numpy as np
 
 from bridge.errors import ConfigurationError
 from bridge.types import Vec2, Vec3
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
-from nao_hil.analysis.statistics import few_words, wilson
+from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable, yes_no
+from nao_hil.analysis.statistics import few_words, percent, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.setup import setup_rows
 from nao_hil.experiments.velocity_measure import Straight, VelocityCell, cell, straight, true_path
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.gaits import gait_parameters
@@ -88,17 +87,6 @@ class Changes(msgspec.Struct, frozen=True, kw_only=True):
     interval: Vec2
 
 
-class VelocityResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What came out."""
-
-    name: str = "velocity"
-    passed: bool
-    gait: str
-    cells: tuple[VelocityCell, ...]
-    straight: Straight
-    changes: Changes
-
-
 def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
     """All walks, the table, and the verdicts."""
     setup, gait = setup or VelocitySetup(), context.gait or "omni"
@@ -108,51 +96,42 @@ def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
         setup = replace(setup, duration=context.duration)
     commands, full = setup.commands(context.robot), setup.full(context.robot)
     fastest, fewer = setup.fastest(context.robot), context.first(setup.other_seeds)
-    arms = [
+    conditions = [
         (context if command in fastest else fewer).walks(
             f"velocity {_words(command)}", gait, setup.duration, velocity=command
         )
         for command in commands
     ]
-    arms.append(
+    conditions.append(
         context.walks("velocity, straight", gait, setup.straight_duration, velocity=(setup.straight, 0.0, 0.0))
     )
-    arms.append(_changing(context.first(setup.changes_seeds), setup, gait, full))
-    *single, ahead, random = context.run(*arms)
-    cells = tuple(cell(command, found, full) for command, found in zip(commands, single, strict=True))
+    conditions.append(_changing(context.first(setup.changes_seeds), setup, gait, full))
+    *single, ahead, random = context.run(*conditions)
+    cells = [cell(command, found, full) for command, found in zip(commands, single, strict=True)]
     line, alive = straight(ahead), sum(found.end.survived for found in random)
     changes = Changes(n=len(random), survived=alive, interval=wilson(alive, len(random)))
-    claims = _claims(setup, fastest, cells, line, changes)
-    result = VelocityResult(
-        passed=all(claim.holds for claim in claims), gait=gait, cells=cells, straight=line, changes=changes
-    )
-    page = ReportPage(
-        name="velocity",
-        title=f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
-        source=(
-            "Commanded and measured velocity of a NAO's walk have not been published together; limits of "
-            "commands are 0.27 to 0.40 m/s forward."
-        ),
-        setup=setup_rows(
-            context,
-            [
-                ("walks", f"{setup.duration:g} s at each velocity, from a stand; measured from 2 s on"),
-                ("seeds", f"{setup.other_seeds} at most at velocities that are not the fastest of an axis"),
-                ("straight", f"{setup.straight:g} m/s, {setup.straight_duration:g} s, no heading command"),
-                ("changes", f"{setup.changes} random velocities in {setup.changes_duration:g} s"),
-            ],
-        ),
-        claims=claims,
-        pictures=(
+    return context.outcome(
+        "velocity",
+        f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
+        "Commanded and measured velocity of a NAO's walk have not been published together; limits of commands "
+        "are 0.27 to 0.40 m/s forward.",
+        setup=[
+            ("walks", f"{setup.duration:g} s at each velocity, from a stand; measured from 2 s on"),
+            ("seeds", f"{setup.other_seeds} at most at velocities that are not the fastest of an axis"),
+            ("straight", f"{setup.straight:g} m/s, {setup.straight_duration:g} s, no heading command"),
+            ("changes", f"{setup.changes} random velocities in {setup.changes_duration:g} s"),
+        ],
+        claims=_claims(setup, fastest, cells, line, changes),
+        pictures=[
             Picture(
                 _plot(context, cells, ahead, full),
                 "Measured over commanded, and the ways straight ahead",
                 "Left: parts of each axis' full speed. Right: ways of the torso over the ground.",
-            ),
-        ),
-        tables=(_table(cells, setup, fastest),),
+            )
+        ],
+        tables=[_table(cells, setup, fastest)],
+        figures={"gait": gait, "cells": cells, "straight": line, "changes": changes},
     )
-    return Outcome(result, page)
 
 
 def _changing(context: Context, setup: VelocitySetup, gait: str, full: Vec3) -> list[Walk]:
@@ -231,8 +210,7 @@ def _words(command: Vec3) -> str:
 
 
 def _share(survived: int, n: int, interval: Vec2) -> str:
-    low, high = (100.0 * bound for bound in interval)
-    return f"{survived} of {n} ({low:.0f} to {high:.0f} %)"
+    return f"{survived} of {n} ({percent(interval)})"
 
 
 def _table(cells: Sequence[VelocityCell], setup: VelocitySetup, fastest: Sequence[Vec3]) -> ReportTable:
@@ -248,7 +226,7 @@ def _table(cells: Sequence[VelocityCell], setup: VelocitySetup, fastest: Sequenc
                 each.ratio.words(),
                 f"{each.coupling.words(100.0, 0)} %",
                 _share(each.survived, each.n, each.interval),
-                "yes" if all((*good, each.coupling.interval[1] < setup.coupling)) else "no",
+                yes_no(all((*good, each.coupling.interval[1] < setup.coupling))),
             )
         )
     head = ("commanded", "measured", "ratio, worst axis", "coupling", "stand", "reached by the bound")
@@ -260,7 +238,8 @@ def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkO
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     rows = np.arange(len(cells))
     for axis, (name, colour) in enumerate((("forward", axes.BLUE), ("left", axes.GREEN), ("turn", axes.RED))):
-        commanded, measured = ([v[axis] / full[axis] for v in vs] for vs in _pairs(cells))
+        commanded = [each.command[axis] / full[axis] for each in cells]
+        measured = [each.measured[axis] / full[axis] for each in cells]
         left.scatter(commanded, rows, s=70, facecolors="none", edgecolors=colour)
         left.scatter(measured, rows, s=18, color=colour, label=name)
     left.set_yticks(rows, [_words(each.command) for each in cells], fontsize=7)
@@ -275,7 +254,3 @@ def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkO
     for panel in (left, right):
         panel.grid(alpha=0.3)
     return axes.save(figure, context.out / "velocity.png")
-
-
-def _pairs(cells: Sequence[VelocityCell]) -> tuple[list[Vec3], list[Vec3]]:
-    return [each.command for each in cells], [each.measured for each in cells]

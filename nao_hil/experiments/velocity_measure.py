@@ -1,4 +1,4 @@
-"""What a walk at commanded velocities made of them: velocity, way, odometry."""
+"""Measured velocity, path and odometry of a walk at commanded velocities."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from typing import Final
 
 import msgspec
 import numpy as np
-from scipy.stats import t as student
 
 from bridge import rotations
 from bridge.types import Vec2, Vec3
-from nao_hil.analysis.statistics import wilson
+from nao_hil.analysis.statistics import mean_of, wilson
 from nao_hil.runs.heading_motion import SETTLING
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
@@ -39,14 +38,12 @@ class MeanInterval(msgspec.Struct, frozen=True, kw_only=True):
 
 def mean(values: Sequence[float]) -> MeanInterval:
     """Mean and interval of independent values."""
-    n = len(values)
-    if n == 0:
-        return MeanInterval(value=math.nan, interval=(-math.inf, math.inf))
-    value = float(np.mean(values))
-    if n == 1:
-        return MeanInterval(value=value, interval=(-math.inf, math.inf))
-    half = float(student.ppf(0.975, n - 1) * np.std(values, ddof=1) / math.sqrt(n))
-    return MeanInterval(value=value, interval=(value - half, value + half))
+    found = mean_of(values)
+    low, high = found.low, found.high
+    return MeanInterval(
+        value=math.nan if found.value is None else found.value,
+        interval=(-math.inf if low is None else low, math.inf if high is None else high),
+    )
 
 
 class VelocityCell(msgspec.Struct, frozen=True, kw_only=True):
@@ -121,7 +118,7 @@ class Straight(msgspec.Struct, frozen=True, kw_only=True):
     heading_deg: MeanInterval
     """Absolute change of the heading."""
     odometry: MeanInterval
-    """Distance of the place that the odometry tells from the true one, as a part of the way."""
+    """Error of the odometry's position, as a part of the path."""
 
 
 def straight(results: Sequence[WalkOutcome]) -> Straight:
@@ -149,9 +146,9 @@ def _moved(path: Array) -> Vec3:
 
 def _odometry_error(track: Track) -> float:
     """The torso sways over the middle between the feet: both ends are means over a second."""
-    true, told = (_smooth(path, track["time"]) for path in (true_path(track), track["place"]))
+    true, odometry = (_smooth(path, track["time"]) for path in (true_path(track), track["place"]))
     way = float(np.sum(np.hypot(*np.diff(true[::25, :2], axis=0).T)))
-    return math.dist(_moved(true)[:2], _moved(told)[:2]) / way
+    return math.dist(_moved(true)[:2], _moved(odometry)[:2]) / way
 
 
 def _smooth(path: Array, time: Array) -> Array:

@@ -8,15 +8,28 @@ motor's speed.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Final, NamedTuple
 
+import msgspec
 import numpy as np
 
-from bridge.body import Body
+from bridge.body import Body, load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import absent_joints, joint_no_load_speed, limits
+from bridge.errors import ConfigurationError
+from bridge.guard import Guard
+from bridge.recording.recorder import Recorder
+from bridge.validation import unknown_name
+from emulator.start import STAND
+from nao_hil.commands import actuator_frame
+from nao_hil.connection import Connection
+from nao_hil.identification.replay import HANG
 from nao_hil.identification.signals import Array
+from nao_hil.runs.build import build_robot
+from nao_hil.runs.capture import described
+from nao_hil.runs.config import RunConfig
 
 SHORTEST: Final = 60.0
 """Duration of the shortest motion, s."""
@@ -33,6 +46,7 @@ _HOLD: Final = (0.25, 0.4, 0.6, 0.3, 0.5)
 """Times between steps, s, again and again."""
 _SPEED: Final = 0.25
 """Of a triangle with more than one period, at most, rad/s."""
+Progress = Callable[[float], None]
 
 
 class _Part(NamedTuple):
@@ -49,8 +63,12 @@ class _Part(NamedTuple):
 
 _REST: Final = {"ShoulderPitch": 1.5, "ShoulderRoll": 0.25, "ElbowRoll": -0.3, "HipRoll": 0.08}
 """Arms down, legs apart; all other joints at 0. Left side."""
+
+
 _AHEAD: Final = {"ShoulderPitch": 0.0, "ShoulderRoll": 0.3}
 """Arms ahead: the axes of ShoulderRoll and ElbowRoll are upright, and friction is the only load."""
+
+
 _LEG: Final = (
     _Part("HipPitch", -1.0, 0.35),
     # the thigh ahead, so that the shank hangs plumb in the middle of the way
@@ -60,6 +78,8 @@ _LEG: Final = (
     _Part("HipRoll", -0.2, 0.36),
     _Part("HipYawPitch", -0.5, 0.2, {"HipRoll": 0.15}),
 )
+
+
 _ARM: Final = (
     _Part("ShoulderPitch", 0.7, 1.9),
     _Part("ShoulderRoll", 0.15, 0.9, _AHEAD),
@@ -67,7 +87,11 @@ _ARM: Final = (
     _Part("ElbowYaw", -0.6, 0.6),
     _Part("WristYaw", -0.6, 0.6),
 )
+
+
 _HEAD: Final = (_Part("HeadPitch", -0.55, 0.4), _Part("HeadYaw", -0.6, 0.6))
+
+
 _MIRRORED: Final = ("ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw", "HipRoll", "AnkleRoll")
 """Joints whose right side has the opposite sign. Their triangles have not: the legs swing to the same side, so
 that they keep their distance."""
@@ -169,3 +193,114 @@ def _steps(middle: float, half: float, count: int, height: float, cycle: float) 
     wave = np.where((ramp > 0.0) & (ramp < 1.0), 0.0, wave)
     wave[-round(0.3 / cycle) :] = 0.0
     return np.asarray(middle + 0.5 * half * ramp + wave)
+
+
+class ExcitationResult(msgspec.Struct, frozen=True, kw_only=True):
+    """The JSON of `nao-hil excite`."""
+
+    recording: str
+    robot: str
+    seconds: float
+    cycles: int
+    cycles_left_out: int
+    """Cycles of a robot in real time that were not answered."""
+    clipped: int | None
+    """Commands that the guard had to change: none; None: not known of a robot on the link."""
+    seed: int | None
+    """Of the emulated robot; None: a robot on the link."""
+
+
+def check_start(start: str, duration: float) -> None:
+    """Whether there is a motion of this kind.
+
+    Raises:
+        ConfigurationError: another start, or too short for every joint to move.
+    """
+    if start not in (HANG, STAND):
+        raise ConfigurationError(unknown_name("start", start, (HANG, STAND)))
+    if not (math.isfinite(duration) and duration >= SHORTEST):
+        raise ConfigurationError(f"--duration {duration:g}: the motion takes {SHORTEST:g} s at least.")
+
+
+def excite_emulated(
+    settings: RunConfig, duration: float, file: Path, progress: Progress = lambda _: None
+) -> ExcitationResult:
+    """Move an emulated robot in this process, behind its guard.
+
+    Args:
+        settings: Body, wear, engine, scenario, start and seed.
+        duration: s
+        file: Recording to write.
+        progress: Told of the share that is done.
+
+    Raises:
+        ConfigurationError: no such body, wear profile, scenario or start, or too short a duration.
+    """
+    check_start(settings.start, duration)
+    clipped = 0
+    with build_robot(settings) as robot, Recorder(file, settings) as recorder:
+        guard = Guard(robot.body, settings.guard)
+        hanging = settings.start == HANG
+        commands = excitation(robot.body, robot.frame.position, duration, hanging=hanging)
+        for number, position in enumerate(commands):
+            recorder.sensors(robot.frame, robot.truth())
+            wanted = actuator_frame(robot.seq, position, 1.0)
+            command = guard.cycle(robot.frame, guard.check(wanted, robot.seq))
+            if command is None or command.position != wanted.position:
+                clipped += 1
+            for notice in guard.take_notices():
+                recorder.notice(notice)
+            if command is not None:
+                recorder.command(command)
+            robot.advance(command)
+            progress((number + 1) / len(commands))
+        recorder.sensors(robot.frame, robot.truth())
+    return ExcitationResult(
+        recording=str(file),
+        robot=robot.body.name,
+        seconds=robot.time,
+        cycles=len(commands),
+        cycles_left_out=0,
+        clipped=clipped,
+        seed=settings.seed,
+    )
+
+
+def excite_linked(
+    connection: Connection, start: str, duration: float, file: Path, progress: Progress = lambda _: None
+) -> ExcitationResult:
+    """Move a robot on the link, from where it is; what its guard changes is not recorded.
+
+    Args:
+        connection: To the robot; holds the lease.
+        start: `hang`: the legs move too.
+        duration: s
+        file: Recording to write.
+        progress: Told of the share that is done.
+
+    Raises:
+        ConfigurationError: too short a duration.
+        LinkError: the robot went away, or its guard took it.
+    """
+    check_start(start, duration)
+    body, frame = load_body(connection.info.body), connection.frame
+    commands = excitation(body, frame.position, duration, hanging=start == HANG)
+    first, answered = frame.seq, 0
+    with Recorder(file, described(connection.info) | {"start": start}) as recorder:
+        while frame.seq - first < len(commands):
+            recorder.write(frame)
+            position = commands[frame.seq - first]
+            recorder.write(actuator_frame(frame.seq, position, 1.0))
+            frame = connection.step(position, 1.0)
+            answered += 1
+            progress((frame.seq - first) / len(commands))
+        recorder.write(frame)
+    return ExcitationResult(
+        recording=str(file),
+        robot=body.name,
+        seconds=(frame.seq - first) * body.cycle,
+        cycles=len(commands),
+        cycles_left_out=len(commands) - answered,
+        clipped=None,
+        seed=None,
+    )

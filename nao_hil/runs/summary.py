@@ -1,9 +1,9 @@
-"""Summary of a run: gathered frame by frame, the same in process and over the link."""
+"""Summary of a run, gathered frame by frame: the same in process and over the link."""
 
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import msgspec
 
@@ -15,12 +15,58 @@ from bridge.rotations import yaw as yaw_of
 from bridge.types import Vec3
 from nao_hil.runs.fall_watch import FallWatch
 from nao_hil.runs.heading_motion import HeadingMotion
-from nao_hil.runs.seen_walk import SeenWalk
 
+LOADED: Final = 5.0
+"""N on a foot that stands."""
+SWINGING: Final = 1.0
+"""N up to which a foot is in the air."""
+SWING_TIME: Final = 0.05
+"""s that a foot must be in the air for a step: shorter ones are a sole that rocks."""
+PAUSE: Final = 1.0
+"""s without a foot in the air after which a walk is over."""
+Event = Literal["", "lifted", "step", "over"]
 CORNER: Final = 0.5
 """Robot time from one corner of the path to the next, s: two steps of `omni`."""
 _LIES: Final = math.radians(45.0)
 """rad; a torso that leans farther lies."""
+
+
+class SeenWalk:
+    """Counts steps: a foot leaves the ground while the other one stands, and comes back."""
+
+    def __init__(self) -> None:
+        self._lifted: dict[str, float] = {}
+        self._last: float | None = None
+        """Time of the last step of the present walk, or of its first lift; s."""
+
+    def update(self, truth: TruthFrame) -> Event:
+        """One cycle.
+
+        Returns:
+            `lifted`: a walk began; `step`: a foot came down; `over`: the walk ended with the last step.
+        """
+        if truth.fell:
+            self._lifted.clear()
+            return self._end()
+        for foot, other in (("left", "right"), ("right", "left")):
+            here, there = getattr(truth, foot).force[2], getattr(truth, other).force[2]
+            if here < SWINGING and there > LOADED:
+                self._lifted.setdefault(foot, truth.time)
+                if self._last is None and truth.time - self._lifted[foot] >= SWING_TIME:
+                    self._last = truth.time
+                    return "lifted"
+            elif here > LOADED and truth.time - self._lifted.pop(foot, truth.time) >= SWING_TIME:
+                self._last = truth.time
+                return "step"
+            elif there < SWINGING:
+                self._lifted.pop(foot, None)  # the robot was lifted off the ground
+        if self._last is not None and not self._lifted and truth.time - self._last > PAUSE:
+            return self._end()
+        return ""
+
+    def _end(self) -> Event:
+        began, self._last = self._last, None
+        return "" if began is None else "over"
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
@@ -97,7 +143,7 @@ def starved(cycles: int, missed: int, skipped: int) -> str:
 
 
 class _Sums(NamedTuple):
-    """Sums from one reset to the next."""
+    """What adds up from one reset to the next."""
 
     time: float = 0.0
     distance: float = 0.0
@@ -127,7 +173,7 @@ class RunStatistics(Observer):
         self._torso_max = 0.0
         self._hash = FrameHash()
         self._has_telemetry = False
-        """Take in the controller's telemetry."""
+        """The controller says what it does."""
         self._last_frame: SensorFrame | None = None
         self._begin()
 
@@ -138,7 +184,7 @@ class RunStatistics(Observer):
         self._way_begin: TruthFrame | None = None
         """Where the first walk began: on the way into its first posture the torso moves over the feet."""
         self._way_end: TruthFrame | None = None
-        """The last, or where it fell: sliding after that is no walk."""
+        """The last, or where it fell: what it slides after that is no walk."""
         self._turned_before = 0.0
         """Turn of the torso before the first walk, rad: of one that lies it says nothing."""
         self._way = 0.0
@@ -176,7 +222,7 @@ class RunStatistics(Observer):
         self._torso_max = max(self._torso_max, self._tilt)
 
     def _look(self, truth: TruthFrame) -> None:
-        """Take in the ground truth of a walk without telemetry."""
+        """Take in what the ground truth shows of a walk that nobody tells of."""
         event = self._seen.update(truth)
         if event == "lifted":
             self._walk = truth.time, truth.time
@@ -218,9 +264,9 @@ class RunStatistics(Observer):
         self._hash.add(frame)
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """Take in the walker's telemetry of its walk."""
+        """Take in what the walker says of its walk."""
         if self._last_frame is None or message.seq > self._last_frame.seq:
-            return  # of the robot before it restarted
+            return  # said of the robot before it began anew
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
         self._recoveries += gets_up and self._lay
@@ -244,7 +290,7 @@ class RunStatistics(Observer):
             self._walk = None
 
     def notice(self, message: Notice) -> None:
-        """Take in the robot's notices: its guard may sit it down."""
+        """Take in what the robot says: whether its guard sits it down."""
         self._watch.notice(message)
 
     def summary(self, wall_seconds: float) -> Summary:

@@ -38,7 +38,7 @@ class Walk(msgspec.Struct, frozen=True, kw_only=True):
     """A walk to carry out: a configuration with its seed, and a world."""
 
     name: str
-    """For people: experiment, arm and seed."""
+    """For people: experiment, condition and seed."""
     config: RunConfig
     """`scenario`, `steps` and `duration` are not read: world and length are below."""
     duration: float

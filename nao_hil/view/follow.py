@@ -41,10 +41,8 @@ from nao_hil.analysis.diagnosis import (
 from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
-from nao_hil.view.driving import Driving
-from nao_hil.view.hand import Hand
 from nao_hil.view.live import Commands, Published, Subscriber
-from nao_hil.view.orders import Orders
+from nao_hil.view.orders import Driving, Hand, Orders
 from nao_hil.view.page import recorded_page
 from nao_hil.view.rows import RunRows, events_json, world_json
 from nao_hil.view.server import HTML, PageServer
@@ -57,9 +55,9 @@ RATE: Final = 40.0
 """Looks for new messages per second."""
 WATCH_EVERY: Final = 0.15
 """s between two questions for the walker's status and the world."""
-KEPT: Final = 10_000
+MAX_ROWS: Final = 10_000
 """Rows that are kept: five minutes."""
-MOST: Final = 200
+MAX_EVENTS: Final = 200
 """Symptoms and footprints that are kept."""
 ENDING: Final = 1.0
 """s that the last question may take when the page ends."""
@@ -95,8 +93,8 @@ class LiveRun:
         self._observer = BalanceEstimator(body)
         self._watch, self._late = Symptoms(self._observer), Lateness()
         self.set_world(world)
-        self._table: deque[Array] = deque(maxlen=KEPT)
-        self._prints: deque[list[float]] = deque(maxlen=MOST)
+        self._table: deque[Array] = deque(maxlen=MAX_ROWS)
+        self._prints: deque[list[float]] = deque(maxlen=MAX_EVENTS)
         self._symptoms: list[Symptom] = []
         self.diagnosis: Diagnosis | None = None
         self.newest: Moment | None = None
@@ -137,7 +135,7 @@ class LiveRun:
 
     def _add_symptoms(self, found: list[Symptom]) -> dict[str, Any]:
         self._symptoms += found
-        del self._symptoms[:-MOST]
+        del self._symptoms[:-MAX_EVENTS]
         if any(s.kind == "fall" for s in found):
             last = self.diagnosis.fell if self.diagnosis else -1.0
             since = [s for s in self._symptoms if s.time > last]

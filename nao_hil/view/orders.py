@@ -1,28 +1,155 @@
-"""Orders of the page: each is decoded, carried out, and answered with one sentence."""
+"""Orders of the page: decoded, carried out, answered with one sentence; driving, and joints by hand."""
 
 from __future__ import annotations
 
 import json
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Final, Literal
 
 import msgspec
+import numpy as np
 
 from bridge.body import Body
+from bridge.body.joints import INDEX, JOINTS
 from bridge.errors import FrameError, NaoHilError
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Pause, Reset, Resume, Step, WorldCommand
 from bridge.types import Finite, Vec3
-from nao_hil.view.driving import Driving
-from nao_hil.view.hand import Hand
+from nao_hil.connection import connect
+from nao_hil.drive.session import Session, Walker
 from nao_hil.view.live import Commands
 
+SPEED: Final = 1.0
+"""At which a joint moves to where its slider is, rad/s."""
+WAIT: Final = 3.0
+"""s for a robot to answer."""
 RESTART: Final = "restart"
 """Key of the line on stdout by which the page asks the command that started it for another run."""
 LARGEST: Final = 65_536
 """Of an order, bytes."""
+
+
+class Driving:
+    """The one driver that all who look at the page share.
+
+    Args:
+        walker: Gives the walker to drive; raises LinkError without one.
+        present: Whether somebody looks: the robot stops by itself when nobody does any more.
+    """
+
+    def __init__(self, walker: Callable[[], Walker], present: Callable[[], bool]) -> None:
+        self._walker, self._present = walker, present
+        self._lock = threading.Lock()
+        self._session: Session | None = None
+
+    def press(self, key: str) -> str:
+        """Do what a key of `nao-hil drive` does.
+
+        Returns:
+            What came of it, in a sentence.
+
+        Raises:
+            LinkError: no walker takes commands.
+            WalkRefused: the walker has no robot.
+        """
+        return self._do(lambda session: session.take([key]))
+
+    def steer(self, velocity: Vec3) -> str:
+        """Walk at a velocity, forward and to the left, m/s, and turn, rad/s; returns and raises as `press`."""
+        return self._do(lambda session: session.steer(velocity))
+
+    def _do(self, act: Callable[[Session], None]) -> str:
+        with self._lock:
+            if self._session is None:
+                self._session = Session(self._walker())
+            act(self._session)
+            return self._session.reply
+
+    def let_go(self) -> None:
+        """The walker was told otherwise: give no sign of life for what was wanted before."""
+        with self._lock:
+            self._session = None
+
+    def sign(self) -> None:
+        """Give a sign of life if one is due; call it every second or oftener."""
+        with self._lock:
+            if self._session is None:
+                return
+            try:
+                if self._present():
+                    self._session.take([])
+                    return
+            except NaoHilError:
+                pass
+            self._session = None
+
+
+class Hand:
+    """Holds the joints while the page wants to.
+
+    Args:
+        body: Whose ranges they have.
+        robot: Id of the robot.
+        endpoint: Zenoh endpoint of the robot.
+        say: Told a sentence where the robot goes away.
+    """
+
+    def __init__(self, body: Body, robot: str, endpoint: str, say: Callable[[str], None]) -> None:
+        self._body, self._robot, self._endpoint, self._say = body, robot, endpoint, say
+        self._end: threading.Event | None = None
+        self._held = threading.Event()
+        self._wanted = np.zeros(len(JOINTS))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the page holds the robot."""
+        return self._held.is_set()
+
+    def move(self, angles: Mapping[str, float]) -> str:
+        """Want these angles, rad; the joints approach them at `SPEED`.
+
+        Raises:
+            FrameError: no such joint, or the page does not hold the robot.
+        """
+        if not self.holds:
+            raise FrameError("The page does not hold the robot; take the joints first.")
+        for name, angle in angles.items():
+            if name not in self._body.joints:
+                raise FrameError(f"`{name}` is no joint of {self._body.name}.")
+            joint = self._body.joints[name]
+            self._wanted[INDEX[name]] = min(max(angle, joint.lower), joint.upper)
+        return ""
+
+    def take(self) -> str:
+        """Take the robot's lease and hold its joints where they are."""
+        if self._end is None:
+            self._end = threading.Event()
+            threading.Thread(target=self._hold, args=(self._end,), name="hand", daemon=True).start()
+        return "The page asks for the robot."
+
+    def let_go(self) -> str:
+        """Give the robot back."""
+        if self._end is not None:
+            self._end.set()
+        return "The robot is free."
+
+    def _hold(self, end: threading.Event) -> None:
+        try:
+            with connect(self._endpoint, robot=self._robot, name="page", timeout=WAIT) as robot:
+                target = np.array(robot.frame.position)
+                self._wanted[:] = target
+                self._held.set()
+                self._say("The page holds the robot; its joints go where the sliders are.")
+                step = SPEED * self._body.cycle
+                while not end.is_set():
+                    target += np.clip(self._wanted - target, -step, step)
+                    robot.step(target)
+        except NaoHilError as error:
+            self._say(str(error))
+        self._held.clear()
+        self._end = None
 
 
 class _Order(msgspec.Struct, frozen=True, tag_field="do", forbid_unknown_fields=True):
@@ -88,6 +215,8 @@ class Restart(_Order, frozen=True, tag="restart"):
 
 
 Order = Walk | World | Key | Steer | Stop | Arm | Slow | Hold | Joints | Restart
+
+
 _DECODER: Final = msgspec.json.Decoder(Order)
 
 

@@ -26,7 +26,7 @@ from nao_hil.analysis.diagnosis import (
 )
 from nao_hil.view.surroundings import recorded_world
 
-MOST: Final = 20_000
+MAX_CYCLES: Final = 20_000
 """Moments that are kept to be drawn; of a longer recording every second, third, ... one."""
 
 
@@ -57,7 +57,7 @@ def read_run(file: Path) -> RecordedRun:
         raise ConfigurationError(f"{file}: there is no sensor frame in it; record a robot that runs.")
     observer = BalanceEstimator(body)
     watch = Symptoms(observer)
-    stride = 1 + len(run) // MOST
+    stride = 1 + len(run) // MAX_CYCLES
     balances: list[Balance] = []
     symptoms: list[Symptom] = []
     off = None

@@ -1,32 +1,60 @@
-"""A run as numbers that the page draws: a header, and one row of fixed width for each moment."""
+"""A run as numbers that the page draws: a header, and one row of fixed width for each moment.
+
+Tables of numbers, rounded, and packed for a script to read.
+
+Unpacked: the length of the header (uint32, little endian), the header (JSON, padded by spaces to a multiple of
+4 bytes), then each table column by column as int32: the first number and the differences, modulo 2**32, of the
+numbers divided by the table's step.
+"""
 
 from __future__ import annotations
 
+import gzip
+import json
 import math
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.body.kinematics import FloatingBase
 from bridge.messages.world_state import WorldReply
+from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, rotation
 from bridge.types import SIDES, Array
-from emulator.shell import ColouredMesh, shell
-from nao_hil.analysis.diagnosis import Balance, Diagnosis, Symptom
+from emulator.shell import Colour, ColouredMesh, shell
+from nao_hil.analysis.diagnosis import Balance, Diagnosis, Stand, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
-from nao_hil.view.footprints import Footprints
-from nao_hil.view.packing import PackedTable, pack
-from nao_hil.view.palette import BARS_OVER, GROUND, LOST, NEWTON, OBSTACLE, OVER, POINTS, PRINTS, SAFE
 from nao_hil.view.recorded_run import RecordedRun
 from nao_hil.view.signals import BALANCE, CHARTS, PHASES, SIGNALS, signal_values
-from nao_hil.view.support import soles_that_touch, tips
-from nao_hil.view.surroundings import terrain_meshes
+from nao_hil.view.surroundings import Footprints, terrain_meshes
 from walker.estimation.odometry import GroundPlane
 
+PLANNED: Final[Colour] = (51, 154, 240)
+MEASURED: Final[Colour] = (255, 146, 43)
+TRUE: Final[Colour] = (64, 192, 87)
+CAPTURE: Final[Colour] = (204, 93, 232)
+COM: Final[Colour] = (250, 82, 82)
+SAFE: Final[Colour] = (32, 201, 151)
+LOST: Final[Colour] = (250, 82, 82)
+OBSTACLE: Final[Colour] = (212, 163, 92)
+GROUND: Final[Colour] = (104, 92, 72)
+PRINTS: Final[dict[str, Colour]] = {"planned": PLANNED, "made": (173, 181, 189)}
+"""Colours of the footprints."""
+NEWTON: Final = 0.006
+"""Height of a load's bar, m/N: 150 mm for a full cell."""
+BARS_OVER: Final = 0.02
+"""Height over the sole at which the bars begin, m."""
+OVER: Final = 0.002
+"""Height of what is drawn on the floor over it, m."""
+FAR: Final = 0.03
+"""A capture point this far outside the support polygon is marked, m."""
+NOTHING: Final = -(2**31)
+"""The integer that stands for NaN."""
 PERIOD: Final = 0.03
 """Robot time from one row to the next, s; the page interpolates between them."""
 LENGTH: Final = 1e-4
@@ -35,6 +63,65 @@ TURN: Final = 1.0 / 16384.0
 """Likewise of a quaternion's components."""
 NEAR: Final = 1e-6
 """s"""
+
+
+class Point(NamedTuple):
+    """A point of the balance: its name on the page, and its colour."""
+
+    name: str
+    label: str
+    colour: Colour
+    radius: float
+    overlay: str
+    """Switch of the page that shows it: `com`, `capture` or `zmp`."""
+
+
+POINTS: Final = (
+    Point("zmp_plan", "ZMP planned", PLANNED, 0.009, "zmp"),
+    Point("zmp_fsr", "ZMP by the FSR", MEASURED, 0.009, "zmp"),
+    Point("zmp_true", "ZMP true", TRUE, 0.009, "zmp"),
+    Point("com", "centre of mass", COM, 0.014, "com"),
+    Point("com_ground", "its projection", COM, 0.007, "com"),
+    Point("capture", "capture point", CAPTURE, 0.010, "capture"),
+)
+
+
+def soles_that_touch(kinematics: FloatingBase, stand: Stand) -> SupportPolygon | None:
+    """The hull of the soles that touch the ground, world frame; None in flight."""
+    soles = [kinematics.sole_in_world(s, stand.robot.feet[s])[:, :2] for s in SIDES if stand.contacts.of(s)]
+    return SupportPolygon(convex_hull(np.vstack(soles))) if soles else None
+
+
+def tips(stand: Stand, polygon: SupportPolygon) -> bool:
+    """Whether the robot is about to fall: its capture point is far outside, or nothing bears it."""
+    return stand.zmp is None or polygon.margin(stand.capture) < -FAR
+
+
+class PackedTable(NamedTuple):
+    """Rows of numbers."""
+
+    values: ArrayLike
+    """Shape (rows, columns); NaN: nothing."""
+    step: float
+    """To which they are rounded."""
+
+
+def pack(header: Mapping[str, Any], tables: Mapping[str, PackedTable]) -> bytes:
+    """Header and tables, compressed by gzip.
+
+    Args:
+        header: What goes into JSON beside the layout, which is added as `tables`.
+        tables: By their names.
+    """
+    layout, columns = [], []
+    for name, table in tables.items():
+        values = np.asarray(table.values, dtype=np.float64)
+        layout.append({"name": name, "rows": len(values), "columns": values.shape[1], "step": table.step})
+        rounded = np.where(np.isnan(values), NOTHING, np.round(np.nan_to_num(values) / table.step))
+        columns.append(np.diff(rounded.astype(np.int64), axis=0, prepend=0).T.astype("<i4").tobytes())
+    text = json.dumps({**header, "tables": layout}).encode()
+    text += b" " * (-len(text) % 4)
+    return gzip.compress(np.array(len(text), dtype="<u4").tobytes() + text + b"".join(columns), mtime=0)
 
 
 class RunRows:

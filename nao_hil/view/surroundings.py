@@ -1,21 +1,73 @@
-"""The world that a recording was made in, from the scenario beside it."""
+"""The world of a recording, from its scenario, and footprints."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from bridge.body.kinematics import FloatingBase
 from bridge.messages.world_state import Terrain, WorldObject, WorldReply
 from bridge.recording.playback import recorded_config
-from bridge.rotations import R_yaw, rotation
+from bridge.rotations import R_yaw, heading, rotation
+from bridge.types import SIDES, Array, Side
 from emulator.scenarios import load_scenario
 from emulator.scenarios.model import Scenario
-from emulator.world.terrain import terrain_of
+from emulator.scenarios.terrain import terrain_of
+from nao_hil.analysis.diagnosis import Balance
+from walker.estimation.odometry import on_ground
+from walker.gaits.plan import Foothold
+
+Kind = Literal["planned", "made"]
+NEAR: Final = 0.004
+"""An outline this close to the last one of its kind is the same, m."""
+
+
+class Footprint(NamedTuple):
+    """One outline."""
+
+    kind: Kind
+    corners: Array
+    """World frame, shape (n, 2), m."""
+
+
+class Footprints:
+    """Follows the feet of a robot.
+
+    Args:
+        kinematics: Of its body.
+    """
+
+    def __init__(self, kinematics: FloatingBase) -> None:
+        self._kinematics = kinematics
+        self._down: dict[tuple[Kind, Side], bool] = {}
+        self._last: dict[Kind, Array] = {}
+
+    def update(self, balance: Balance) -> list[Footprint]:
+        """What the next moment adds."""
+        found: list[Footprint] = []
+        for side in SIDES:
+            foot = balance.best.robot.feet[side]
+            at = Foothold(float(foot[0, 3]), float(foot[1, 3]), heading(foot))
+            found += self._touch("made", side, balance.best.contacts.of(side), at)
+            if balance.plan is not None:
+                found += self._touch("planned", side, balance.plan.lift[side] < 1e-4, balance.plan.soles[side])
+        return found
+
+    def _touch(self, kind: Kind, side: Side, down: bool, at: Foothold) -> list[Footprint]:
+        before, self._down[kind, side] = self._down.get((kind, side), False), down
+        if not down or before:
+            return []
+        corners = (self._kinematics.soles[side] @ on_ground(at).T)[:, :2]
+        last = self._last.get(kind)
+        if last is not None and np.abs(last[0] - corners[0]).max() < NEAR:
+            return []
+        self._last[kind] = corners
+        return [Footprint(kind, corners)]
 
 
 def recorded_world(recording: Path) -> WorldReply | None:
@@ -63,6 +115,8 @@ def initial_world(scenario: Scenario, seed: int) -> WorldReply:
 
 
 _SQUARE: Final = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+
+
 _SIDES_AND_TOP: Final = np.array(
     [[4, 5, 6], [4, 6, 7]]
     + [[[a, b, b + 4], [a, b + 4, a + 4]][k] for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)) for k in (0, 1)]

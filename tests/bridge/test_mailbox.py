@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from bridge.link.mailbox import Mailbox
+from bridge.link.rate import RateLimit
 from tests.loops import TIMEOUT
 
 WAIT = 0.1
@@ -86,3 +87,17 @@ def test_a_signal_as_a_wait_runs_out_does_not_make_it_endless(alarms: None) -> N
     signal.setitimer(signal.ITIMER_REAL, 0.5 * WAIT)
     assert mailbox.take(WAIT) is None
     assert not rescued
+
+
+def test_a_burst_passes_and_a_flood_is_cut_to_the_rate() -> None:
+    limit = RateLimit(rate=100.0, burst=10)
+    assert [limit.admits(1.0) for _ in range(12)] == [True] * 10 + [False] * 2
+    # A flood of 10 kHz for a second: a hundred pass.
+    assert sum(limit.admits(1.0 + i * 1e-4) for i in range(1, 10_001)) == 100
+
+
+def test_after_a_pause_no_more_than_a_burst_has_gathered() -> None:
+    limit = RateLimit(rate=100.0, burst=10)
+    for _ in range(10):
+        limit.admits(0.0)
+    assert sum(limit.admits(3600.0) for _ in range(50)) == 10

@@ -16,7 +16,7 @@ from emulator.engine.catalogue import open_engine
 from emulator.engine.shapes import FOOT_LINKS, CapsuleShape, SphereShape, link_shapes
 from emulator.engine.values import PhysicsSettings
 from emulator.poses import ORIGIN, Pose, matrix
-from emulator.world.surfaces import WOOD
+from emulator.world.world import WOOD
 
 DROP = 0.6
 """m; the Torso frame's height: about 0.2 m of free fall, more for a curled robot."""

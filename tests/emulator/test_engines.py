@@ -12,7 +12,7 @@ from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.values import PhysicsSettings, PinholeCamera
 from emulator.poses import ORIGIN, Pose, quaternion
-from emulator.world.surfaces import WOOD
+from emulator.world.world import WOOD
 
 BODY = load_body("nao-v6")
 JOINTS = tuple(joint_tree(BODY))

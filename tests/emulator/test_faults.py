@@ -35,11 +35,11 @@ from bridge.messages.faults import (
     SensorOffset,
     SensorStuck,
 )
-from emulator.faults.commands import CommandChannel
+from emulator.faults.faults import CommandChannel
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent
 from emulator.scenarios.model import Scenario
-from emulator.sensors.touch import TOUCH
+from emulator.sensors.suite import TOUCH
 from tests.servos import torques
 
 BODY = load_body("nao-v3")

@@ -8,8 +8,8 @@ import pytest
 
 from bridge.body import BODIES, load_body
 from emulator.robot import EmulatedRobot
-from emulator.sensors.encoders import Encoders
-from emulator.sensors.fsr_cells import ForceCells
+from emulator.sensors.fsr import ForceCells
+from emulator.sensors.imu import TriaxialSensor, reported
 from emulator.sensors.parameters import (
     EncoderParameters,
     FsrParameters,
@@ -17,7 +17,7 @@ from emulator.sensors.parameters import (
     SonarParameters,
     TriaxialParameters,
 )
-from emulator.sensors.triaxial import TriaxialSensor, reported
+from emulator.sensors.suite import Encoders
 from emulator.wear import WearProfile, load_wear
 
 STEPS = 4096

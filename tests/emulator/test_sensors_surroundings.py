@@ -13,9 +13,8 @@ from bridge.errors import ConfigurationError
 from emulator.engine.pybullet.client import bullet
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
-from emulator.sensors.battery import Battery
 from emulator.sensors.parameters import BatteryParameters, SensorParameters, SonarParameters
-from emulator.sensors.touch import TOUCH, Touch
+from emulator.sensors.suite import TOUCH, Battery, Touch
 from emulator.wear import WearProfile, load_wear
 
 LOLA = (

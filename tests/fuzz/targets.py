@@ -19,10 +19,9 @@ from rosbags.typesys import Stores, get_typestore
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
+from bridge.adapters.lola.client import Setpoints
 from bridge.adapters.lola.codec import MapStream
-from bridge.adapters.lola.identity import identity_of
-from bridge.adapters.lola.packets import sensor_frame
-from bridge.adapters.lola.setpoints import Setpoints
+from bridge.adapters.lola.packets import identity_of, sensor_frame
 from bridge.adapters.naoqi import qi_values
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.services import Services

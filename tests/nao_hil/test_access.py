@@ -8,8 +8,7 @@ import pytest
 
 from bridge.errors import ConfigurationError
 from bridge.link.session import is_loopback
-from nao_hil.view.access import COOKIE, Access, Asked
-from nao_hil.view.door import open_door
+from nao_hil.view.access import COOKIE, Access, Asked, open_door
 
 LOCAL = Access()
 TOKEN = "k3y"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from nao_hil.cli.main import run
-from nao_hil.view.packing import PackedTable, pack
+from nao_hil.view.rows import PackedTable, pack
 
 
 def unpacked(packed: bytes) -> tuple[dict[str, object], dict[str, np.ndarray]]:

@@ -18,9 +18,9 @@ from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Contact, Notice, TruthFrame, WalkTelemetry
 from bridge.recording.recorder import Recorder
 from bridge.validation import unknown_name
-from nao_hil.analysis.plots import figures
-from nao_hil.analysis.plots.draw import draw, missing
-from nao_hil.analysis.plots.figures import FIGURES
+from nao_hil.analysis.plots.balance_figures import torso
+from nao_hil.analysis.plots.draw import FIGURES, draw, missing
+from nao_hil.analysis.plots.motion_figures import cycle
 from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables, load
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
@@ -122,7 +122,7 @@ def test_angles_forces_and_ages(tables: Tables) -> None:
     np.testing.assert_allclose(lines(tables, "fsr")["left foot"][:, 1], 24.0)
     np.testing.assert_allclose(lines(tables, "error")["measured less asked for"][:, 1], 0.0)
     figure = Figure()
-    figures.cycle(tables, figure)
+    cycle(tables, figure)
     np.testing.assert_allclose(figure.axes[0].lines[-1].get_ydata()[1:], 1.0)
 
 
@@ -197,7 +197,7 @@ def test_the_fall_does_not_set_the_range_of_an_axis_and_the_marks_are_explained(
                 )
             )
     tables, figure = load(file, BODY), Figure()
-    figures.torso(tables, figure)
+    torso(tables, figure)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
     low, high = figure.axes[0].get_ylim()

@@ -15,7 +15,6 @@ from nao_hil.analysis.report.page import Claim, Picture, ReportPage, ReportTable
 from nao_hil.analysis.report.render import Report, write_report
 from nao_hil.cli.main import run
 from nao_hil.experiments.catalogue import EXPERIMENTS
-from nao_hil.experiments.site import write_page
 from tests.loops import TIMEOUT, until
 
 PNG = base64.b64decode(
@@ -33,7 +32,7 @@ def test_one_file_holds_claims_figures_and_verdicts_and_loads_nothing(tmp_path: 
         setup=(("gait", "static"),),
         claims=(Claim("With it x < 5 & more", "4 of 5", True), Claim("Without it", "none", False)),
         pictures=(Picture(picture, "Figure 4.1", "A curve"),),
-        tables=(ReportTable("Arms", ("arm", "n"), (("with", "5"),)),),
+        tables=(ReportTable("Conditions", ("condition", "n"), (("with", "5"),)),),
         findings=("It leans.",),
     )
     report = Report("Title", [page], [("robot", "nao-v3")], 'torso = "robust"', [("slope", "interrupted")])
@@ -47,36 +46,6 @@ def test_one_file_holds_claims_figures_and_verdicts_and_loads_nothing(tmp_path: 
     links = re.findall(r'(?:src|href)="([^"]*)"', html)
     assert links and all(link.startswith(("data:", "#")) for link in links)
     assert "<script" not in html and "@import" not in html and "url(" not in html
-
-
-def test_the_page_of_the_documentation_has_every_claim_and_picture(tmp_path: Path) -> None:
-    image = tmp_path / "run" / "made-up" / "curve.png"
-    image.parent.mkdir(parents=True)
-    image.write_bytes(PNG)
-    page = ReportPage(
-        name="made-up",
-        title="Made up",
-        source="Thesis, figure 4.1",
-        setup=(("gait", "static"),),
-        claims=(Claim("With | it <b> x_1", "4 of 5", True), Claim("Without it", "none", False)),
-        pictures=(Picture(image, "Figure 4.1", "A curve"),),
-        tables=(ReportTable("Arms", ("arm", "n"), (("with", "5"),)),),
-        findings=("It leans.",),
-    )
-    write_report(
-        tmp_path / "run" / "report.html",
-        Report("Title", [page], [("robot", "nao-v3")], missing=[("slope", "cut")]),
-    )
-    docs = tmp_path / "docs"
-    text = write_page(tmp_path / "run", docs).read_text()
-    assert r"| With \| it \<b> x\_1 | 4 of 5 | ✓ holds |" in text
-    assert "| Without it | none | ✗ does not hold |" in text
-    assert (
-        "| slope |  | not done: cut |" in text and "| spring |  | not done: not part of this campaign |" in text
-    )
-    assert "- It leans." in text and "| with | 5 |" in text
-    (link,) = re.findall(r"!\[Figure 4\.1\]\((.*)\)", text)
-    assert (docs / link).read_bytes()[:4] == PNG[:4]
 
 
 def test_an_experiment_ends_with_its_json_and_leaves_a_report(

@@ -9,7 +9,9 @@ from collections.abc import Iterator
 import pytest
 
 from nao_hil.cli.signals import on_signals
+from nao_hil.runs.supervisor import free_endpoint
 from tests.loops import TIMEOUT
+from tests.ports import EPHEMERAL
 
 HELD_UP = 5.0
 """s for which a handler that holds up the thread it waits for is waited for."""
@@ -54,3 +56,9 @@ def test_a_signal_comes_through_while_the_main_thread_sleeps_on_a_lock(handlers:
     other.start()
     assert stopped.wait(HELD_UP)
     other.join()
+
+
+def test_no_outgoing_connection_of_this_machine_can_take_a_free_endpoint() -> None:
+    """The system gives these the ports from EPHEMERAL on, also between an endpoint's choice and its use."""
+    for _ in range(50):
+        assert int(free_endpoint().rpartition(":")[2]) < EPHEMERAL

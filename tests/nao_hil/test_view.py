@@ -34,10 +34,8 @@ from nao_hil.analysis.diagnosis import BalanceEstimator, Diagnosis, Moment, Mome
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.drive.driver import HOLD, SPEED_STEPS
 from nao_hil.view.access import Access
-from nao_hil.view.driving import Driving
 from nao_hil.view.follow import FAULTS, LiveRun
-from nao_hil.view.hand import SPEED, Hand
-from nao_hil.view.orders import RESTART, Orders, SlowMotion
+from nao_hil.view.orders import RESTART, SPEED, Driving, Hand, Orders, SlowMotion
 from nao_hil.view.page import page
 from nao_hil.view.recorded_run import first_run
 from nao_hil.view.rows import RunRows, events_json
@@ -371,7 +369,7 @@ def test_a_held_robots_joints_go_where_they_are_wanted_no_faster_than_said(
     words: list[str] = []
     hand = Hand(BODY, "nao", "tcp/127.0.0.1:1", words.append)
     robot = HeldRobot(100, lambda: hand.move({"LKneePitch": 0.5}))
-    monkeypatch.setattr("nao_hil.view.hand.connect", robot.connect)
+    monkeypatch.setattr("nao_hil.view.orders.connect", robot.connect)
     hand.take()
     until(lambda: "The robot went away." in words, "the page's word")
     asked = np.array(robot.asked)

@@ -12,11 +12,9 @@ import math
 import msgpack
 import pytest
 
-from bridge.adapters.lola.codec import MapStream
-from bridge.adapters.lola.identity import Identity
-from bridge.adapters.lola.packets import actuator_map, sensor_packet
-from bridge.adapters.lola.schema import ACTUATORS, CYCLE
-from bridge.adapters.lola.setpoints import Setpoints
+from bridge.adapters.lola.client import Setpoints
+from bridge.adapters.lola.codec import ACTUATORS, CYCLE, MapStream
+from bridge.adapters.lola.packets import Identity, actuator_map, sensor_packet
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES

@@ -18,7 +18,7 @@ import pytest
 
 from bridge.adapters.lola.address import listen, parse_address
 from bridge.adapters.lola.client import ClientGone, LolaClient
-from bridge.adapters.lola.identity import Identity
+from bridge.adapters.lola.packets import Identity
 from bridge.adapters.lola.server import LolaServer, Served
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame, Info

@@ -11,9 +11,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from bridge.adapters.lola.codec import Map, MapStream
+from bridge.adapters.lola.codec import SENSORS, Map, MapStream
 from bridge.adapters.lola.packets import actuator_map, sensor_frame
-from bridge.adapters.lola.schema import SENSORS
 from bridge.body import load_body
 from bridge.body.joints import JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame

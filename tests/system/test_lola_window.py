@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
+from bridge.adapters.lola.codec import SENSOR_BYTES
 from bridge.adapters.lola.packets import actuator_map
-from bridge.adapters.lola.schema import SENSOR_BYTES
 from bridge.body.postures import POSTURES
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from tests.loops import TIMEOUT, until

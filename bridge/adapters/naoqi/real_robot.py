@@ -29,7 +29,7 @@ from bridge.body import Body, load_body
 from bridge.body.joints import INDEX, JOINTS, N_JOINTS
 from bridge.body.quantities import absent_joints
 from bridge.dcm.actuators import driven_joints
-from bridge.dcm.clock import wrapped
+from bridge.dcm.requests import wrapped
 from bridge.errors import ConfigurationError, LinkError
 from bridge.host import RobotHost
 from bridge.messages import ActuatorFrame, SensorFrame

@@ -1,7 +1,9 @@
-"""MuJoCo behind the engine's interface."""
+"""MuJoCo behind the engine's interface, with its steps and rays in machine code."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -9,23 +11,155 @@ from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
-from emulator.drives import DRIVE
-from emulator.engine.base import Engine
-from emulator.engine.mujoco.contacts import MujocoContacts
-from emulator.engine.mujoco.model import describe_robot
-from emulator.engine.mujoco.native import LAYOUT
+from emulator.compiled import compilable, compiled
+from emulator.drives import DRIVE, run_drives, take_over
+from emulator.engine.base import Engine, Vector
+from emulator.engine.mujoco.contacts import MujocoContacts, add_contacts
+from emulator.engine.mujoco.native import LAYOUT, Layout, mj_ray, mj_step
 from emulator.engine.mujoco.picture import Painter
-from emulator.engine.mujoco.rays import hits
 from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.shapes import GROUND_GROUP, OBJECT_GROUP, ROBOT_GROUP
-from emulator.engine.mujoco.simulation import Simulation
-from emulator.engine.mujoco.steps import run_steps
-from emulator.engine.multibody import Vector
-from emulator.engine.stops import Stops
+from emulator.engine.mujoco.simulation import Simulation, describe_robot
+from emulator.engine.stops import Stops, brake_joints
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
+Places = NDArray[np.int64]
+_LAYERS: Final = 8
+"""Surfaces that a ray leaves from inside before it is given up."""
+_ON: Final = 1e-6
+"""How far behind a surface a ray goes on, as a fraction of its length."""
 _NO_DRIVES: Final = np.zeros(0, DRIVE)
+
+
+@partial(compiled, nogil=True)
+def run_steps(
+    steps: int,
+    change: int,
+    drives: NDArray[Any],
+    torque: Vector,
+    model: int,
+    data: int,
+    layout: Layout,
+    angles: Places,
+    dofs: Places,
+    qpos: Vector,
+    qvel: Vector,
+    force: Vector,
+    pushes: Vector,
+    stops: tuple[Vector, Vector, Vector, float],
+    contacts: tuple[NDArray[Any], ...],
+) -> tuple[Vector, Vector]:
+    """Run steps.
+
+    Args:
+        steps: How many.
+        change: Step, from 0, before which the drives take over their next request; -1: none.
+        drives: Of `emulator.drives.DRIVE`, (n,); none of them: the torques are given.
+        torque: Of the drives, (n,), N m; overwritten.
+        model: Address of MuJoCo's model.
+        data: Address of its state.
+        layout: `native.LAYOUT`.
+        angles: Places of the joints in `qpos`, (n,).
+        dofs: Places of the joints in `qvel` and `force`, (n,).
+        qpos: MuJoCo's positions.
+        qvel: MuJoCo's velocities.
+        force: MuJoCo's applied torques.
+        pushes: MuJoCo's applied forces of bodies, (bodies, 6); they act in the first step.
+        stops: `Stops.constants`.
+        contacts: `MujocoContacts.arrays`, to which those of the steps are added.
+
+    Returns:
+        Positions and velocities of the joints after them, (n,), rad and rad/s.
+    """
+    position, velocity = np.empty(len(angles)), np.empty(len(angles))
+    _read_joints(angles, dofs, qpos, qvel, position, velocity)
+    for step in range(steps):
+        if step == change:
+            take_over(drives)
+        if len(drives) > 0:
+            run_drives(drives, position, velocity, torque)
+        brake_joints(*stops, position, velocity, torque)
+        for i in range(len(angles)):
+            force[dofs[i]] = torque[i]
+        mj_step(model, data)
+        pushes.fill(0.0)
+        add_contacts(data, layout, *contacts)
+        _read_joints(angles, dofs, qpos, qvel, position, velocity)
+    return position, velocity
+
+
+@compilable
+def _read_joints(
+    angles: Places, dofs: Places, qpos: Vector, qvel: Vector, position: Vector, velocity: Vector
+) -> None:
+    for i in range(len(angles)):
+        position[i], velocity[i] = qpos[angles[i]], qvel[dofs[i]]
+
+
+def hits(simulation: Simulation, starts: Vector, ends: Vector, seen: Sequence[int]) -> list[RayHit]:
+    """The first surface of each ray that it meets from outside.
+
+    Args:
+        simulation: The world.
+        starts: World frame, (n, 3), m.
+        ends: One for each start, likewise.
+        seen: Groups of the geoms that stop a ray.
+    """
+    groups = np.zeros(6, dtype=np.uint8)
+    groups[list(seen)] = 1
+    geoms, found = np.full(len(starts), -1, dtype=np.int32), np.zeros((len(starts), 7))
+    model, data = simulation.model, simulation.now
+    _cast(model._address, data._address, groups, starts, ends, geoms, found)
+    result = []
+    robots = (model.geom_group[geoms] == ROBOT_GROUP).tolist()
+    for geom, robot, end, hit in zip(geoms.tolist(), robots, ends.tolist(), found.tolist(), strict=True):
+        fraction, x, y, z, nx, ny, nz = hit
+        if geom < 0:
+            result.append(RayHit("nothing", 1.0, (end[0], end[1], end[2]), (0.0, 0.0, 0.0)))
+        else:
+            result.append(RayHit("robot" if robot else "scene", fraction, (x, y, z), (nx, ny, nz)))
+    return result
+
+
+@partial(compiled, nogil=True)
+def _cast(
+    model: int,
+    data: int,
+    groups: NDArray[np.uint8],
+    starts: Vector,
+    ends: Vector,
+    geoms: NDArray[np.int32],
+    found: Vector,
+) -> None:
+    # `found`: fraction of the way, point, normal
+    geom, normal, way, begin = np.zeros(1, dtype=np.int32), np.zeros(3), np.zeros(3), np.zeros(3)
+    for i in range(len(starts)):
+        gone = 0.0
+        for axis in range(3):
+            way[axis] = ends[i, axis] - starts[i, axis]
+        for _ in range(_LAYERS):
+            for axis in range(3):
+                begin[axis] = starts[i, axis] + gone * way[axis]
+            places = (
+                begin.ctypes.data,
+                way.ctypes.data,
+                groups.ctypes.data,
+                geom.ctypes.data,
+                normal.ctypes.data,
+            )
+            far = mj_ray(model, data, places[0], places[1], places[2], 1, -1, places[3], places[4])
+            if far < 0.0 or gone + far > 1.0:
+                break
+            gone += far
+            if normal[0] * way[0] + normal[1] * way[1] + normal[2] * way[2] < 0.0:
+                geoms[i] = geom[0]
+                found[i, 0] = gone
+                for axis in range(3):
+                    found[i, 1 + axis] = starts[i, axis] + gone * way[axis]
+                    found[i, 4 + axis] = normal[axis]
+                break
+            gone += _ON  # it left a shape from inside
 
 
 class MujocoEngine(Engine):

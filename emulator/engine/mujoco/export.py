@@ -16,10 +16,9 @@ import numpy as np
 
 from bridge.body import TORSO, Body
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.model import HOOK, MujocoModel, describe_robot
 from emulator.engine.mujoco.scene import FLOOR, MujocoScene
-from emulator.engine.mujoco.simulation import Simulation
-from emulator.engine.mujoco.springs import spring
+from emulator.engine.mujoco.shapes import spring
+from emulator.engine.mujoco.simulation import HOOK, MujocoModel, Simulation, describe_robot
 from emulator.engine.shapes import FOOT_LINKS
 from emulator.engine.values import PhysicsSettings, Surface
 

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from bridge.body import TORSO
 from bridge.types import Quaternion, Vec3
 from emulator.compiled import compiled
+from emulator.engine.base import Multibody, Vector
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.model import HOOK, MujocoModel
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.shapes import wxyz, xyzw
-from emulator.engine.mujoco.simulation import Simulation
-from emulator.engine.multibody import Multibody, Vector
+from emulator.engine.mujoco.simulation import HOOK, MujocoModel, Simulation
 from emulator.engine.values import TorsoState
 from emulator.poses import Pose
 from emulator.vectors import Rotation, rotate

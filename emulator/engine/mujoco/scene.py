@@ -10,11 +10,18 @@ from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.types import Quaternion, Vec3
+from emulator.engine.base import Scene
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.shapes import GROUND_GROUP, HIDDEN_GROUP, OBJECT_GROUP, contact_options, wxyz, xyzw
+from emulator.engine.mujoco.shapes import (
+    GROUND_GROUP,
+    HIDDEN_GROUP,
+    OBJECT_GROUP,
+    contact_options,
+    soften_soles,
+    wxyz,
+    xyzw,
+)
 from emulator.engine.mujoco.simulation import Simulation
-from emulator.engine.mujoco.soles import soften_soles
-from emulator.engine.scene import Scene
 from emulator.engine.values import Surface
 from emulator.poses import ORIGIN, Pose, compose, matrix
 

@@ -1,18 +1,37 @@
-"""Shapes and contact parameters in MuJoCo.
+"""Shapes, soles and contact parameters in MuJoCo.
 
 A sole meets the floor's plane with points, because MuJoCo gives a mesh on a plane three contacts at most;
-everything else meets the sole's prism. Both are made springs by `emulator.engine.mujoco.soles`. The soft
+everything else meets the sole's prism. Both are made springs by `emulator.engine.mujoco.shapes`. The soft
 constraints between all others are set as stiff as the step allows.
+
+Springs of a given stiffness from MuJoCo's soft constraints.
+
+MuJoCo's force in a constraint is (-b v - k d r - a) / R: r the violation (negative), v its rate, a its
+acceleration in the step, d the impedance, and R = (1 - d) / d times the inverse inertia that the compiler
+found. A spring and damper by implicit Euler is -K (r + h v + h^2 a) - B (v + h a). Both are the same with
+1 / R = K h^2 + B h, the constraint's apparent mass, on a link of any mass.
+
+Soles in MuJoCo: a bed of springs at points of the outline and one in the middle.
+
+The shares of the points in the bed are chosen so that a flat sole sinks, and tilts about both axes, as an
+evenly pressed rectangle on its bed does; the point in the middle has the torque that is missing against a turn
+on the spot. Known weaknesses: a sole on its rim sinks by springs in a few points, not along a line; on boxes
+and heightfields the sole's prism has the bed at the points where MuJoCo finds contact, mostly corners, and
+tilts less there.
 """
 
 from __future__ import annotations
 
-from typing import Any, Final
+import math
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bridge.body import Body
+from bridge.body.sole import sole_hull
 from bridge.types import Quaternion, Side
 from emulator.engine.mujoco.client import mujoco
-from emulator.engine.mujoco.soles import fewer, point_name, sole_bed
 from emulator.engine.shapes import (
     FOOT_LINKS,
     GREY,
@@ -24,9 +43,16 @@ from emulator.engine.shapes import (
     SphereShape,
     collision_pairs,
     link_shapes,
+    sole_area,
     sole_points,
 )
+from emulator.engine.values import Surface
 
+Numbers = tuple[float, ...]
+SOLE_POINTS: Final = 8
+"""Points of the outline that meet the floor: the hull of these is within 1 mm of the whole outline's."""
+_PRISM_POINTS: Final = 4
+"""Contacts that MuJoCo finds between a prism and the flat side of a box."""
 TOP_POINTS: Final = 4
 """Points of the foot's upper side, for a foot that lies on the floor."""
 POINT_RADIUS: Final = 0.001
@@ -35,7 +61,6 @@ TIME_CONSTANT_STEPS: Final = 3.0
 """Time constant of the contacts and stops in physics steps; MuJoCo takes no less than two."""
 STIFF: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
 """Impedance of contacts, stops and the hips' gear: how little a constraint gives way to its load."""
-
 GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP, HIDDEN_GROUP = range(4)
 """Geom groups, for rays and pictures; what is hidden is neither hit nor seen."""
 _POINT, _SOLE, _LINK, _OBJECT = 1, 2, 4, 8
@@ -58,6 +83,102 @@ _PRIORITY: Final = {"object": 1, "shell": 0}
 and what it meets, equal in rank, the friction is the greater one, which is not the sole's, and the stiffness
 the sole's, because only its `solmix` is not 0."""
 _SOLES: Final = ("sole point", "sole")
+
+
+def spring(
+    stiffness: float, relaxation: float, step: float, inverse_inertia: float
+) -> tuple[tuple[float, float], Numbers]:
+    """`solref` and `solimp` of a spring with a damper.
+
+    Args:
+        stiffness: K, N/m or N m/rad.
+        relaxation: B / K, s.
+        step: Physics step h, s.
+        inverse_inertia: MuJoCo's `invweight0` of what is constrained, 1/kg or 1/(kg m^2).
+    """
+    per_rate = stiffness * (step + relaxation)
+    mass = per_rate * step
+    impedance = 1.0 / (1.0 + 1.0 / (mass * inverse_inertia))
+    # in MuJoCo's direct form both are divided by the impedance
+    reference = (-stiffness / mass * impedance, -per_rate / mass * impedance)
+    return reference, (impedance, impedance, 0.001, 0.5, 2.0)
+
+
+class Bed(NamedTuple):
+    """Points of one sole, the last one in its middle."""
+
+    points: NDArray[np.float64]
+    """AnkleRoll frame, (n, 3), m."""
+    shares: NDArray[np.float64]
+    """Of each point in the bed's stiffness, (n,), sum 1."""
+    twist: float
+    """Torque against a turn on the spot over the friction force, in the point in the middle, m."""
+
+
+def sole_bed(body: Body, side: Side) -> Bed:
+    """The bed of one sole: zeroth, first and second moments of a rectangle of its length and width."""
+    outline = sole_hull(body, side)
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    middle, (length, width) = 0.5 * (low + high), high - low
+    corners = fewer(sole_points(body, side), SOLE_POINTS)
+    points = np.vstack([corners, (*middle, corners[0, 2])])
+    x, y = ((points[:, :2] - middle) / (length, width)).T
+    moments = np.array([np.ones_like(x), x, y, x * x, y * y, x * y])
+    shares = np.linalg.lstsq(moments, np.array([1.0, 0.0, 0.0, 1.0 / 12.0, 1.0 / 12.0, 0.0]), rcond=None)[0]
+    lever = float(shares @ np.linalg.norm(points[:, :2] - middle, axis=1))
+    twist = (mean_distance(float(length), float(width)) - lever) / float(shares[-1])
+    return Bed(points, shares, twist)
+
+
+def mean_distance(length: float, width: float) -> float:
+    """Of the points of a rectangle from its middle, m: lever of the friction of an evenly pressed one."""
+    a, b, d = length, width, math.hypot(length, width)
+    along = d + a * a / (2.0 * b) * math.log((b + d) / a)
+    return (along + b * b / (2.0 * a) * math.log((a + d) / b)) / 6.0
+
+
+def fewer(outline: NDArray[np.float64], number: int) -> NDArray[np.float64]:
+    """The points of a convex outline whose hull loses least area, one after the other taken away.
+
+    Args:
+        outline: In order, (n, 3), m.
+        number: Of points that are left.
+    """
+    points = outline
+    while len(points) > number:
+        before, after = np.roll(points, 1, axis=0) - points, np.roll(points, -1, axis=0) - points
+        area = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
+        points = np.delete(points, int(area.argmin()), axis=0)
+    return points
+
+
+def point_name(link: str, number: int) -> str:
+    """Name of the geom at a point of a foot's bed."""
+    return f"{link} bed {number}"
+
+
+def soften_soles(model: Any, body: Body, surface: Surface) -> None:
+    """Give both soles the springs of a surface.
+
+    Args:
+        model: MuJoCo's, with a robot.
+        body: Data sheet of the robot.
+        surface: Under it.
+    """
+    whole = surface.stiffness_per_area * sole_area(body)
+    for side, link in FOOT_LINKS.items():
+        bed = sole_bed(body, side)
+        for number, share in enumerate(bed.shares.tolist()):
+            _set_spring(model, point_name(link, number), share * whole, surface.relaxation)
+        _set_spring(model, link, whole / _PRISM_POINTS, surface.relaxation)
+        model.geom(point_name(link, len(bed.shares) - 1)).friction[1] = surface.friction * bed.twist
+
+
+def _set_spring(model: Any, name: str, stiffness: float, relaxation: float) -> None:
+    """Make the contacts of a geom springs: stiffness in N/m, damping over stiffness in s."""
+    geom = model.geom(name)
+    inertia = model.body_invweight0[geom.bodyid[0], 0]
+    geom.solref, geom.solimp = spring(stiffness, relaxation, model.opt.timestep, inertia)
 
 
 def wxyz(turn: Quaternion) -> tuple[float, float, float, float]:

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
 from bridge.types import Vec3
-from emulator.engine.base import Engine
-from emulator.engine.multibody import Vector
+from emulator.engine.base import Engine, Vector
 from emulator.engine.pybullet.client import bullet, connect, disconnect
 from emulator.engine.pybullet.contacts import BulletContacts
 from emulator.engine.pybullet.model import build_model

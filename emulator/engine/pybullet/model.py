@@ -1,6 +1,11 @@
 """The robot as a PyBullet multibody, built from the data sheet when it starts.
 
 Link frames are the zero-pose aligned joint frames of the data sheet. The free base is the torso.
+
+Inertia tensors as PyBullet takes them: principal moments in a frame of their own.
+
+PyBullet stores three moments per link and an inertial frame. A full tensor is therefore handed over as its
+principal moments, and the inertial frame is turned into the principal axes: nothing of it is lost.
 """
 
 from __future__ import annotations
@@ -8,7 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +21,9 @@ from numpy.typing import NDArray
 from bridge.body import TORSO, Body, JointTree, joint_tree
 from bridge.body.model import Link
 from bridge.body.quantities import tensor_matrix
-from bridge.types import Side, Vec3
+from bridge.rotations import quaternion
+from bridge.types import Quaternion, Side, Vec3
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.pybullet.inertia import PrincipalInertia, principal, with_rotor
 from emulator.engine.shapes import (
     FOOT_LINKS,
     BoxShape,
@@ -33,6 +38,7 @@ from emulator.engine.shapes import (
 )
 from emulator.poses import Pose
 
+Matrix = NDArray[np.float64]
 BASE: Final = -1
 """PyBullet's link number of the torso."""
 GEAR_TORQUE: Final = 100.0
@@ -48,6 +54,41 @@ _PAD: Final = " pad"
 _NO_SHAPE: Final = -1
 _NO_MASS: Final = 1e-9
 """kg; PyBullet takes a link of mass 0 for a fixed one."""
+
+
+class PrincipalInertia(NamedTuple):
+    """A tensor as moments about its own axes."""
+
+    moments: Vec3
+    """kg m^2"""
+    orientation: Quaternion
+    """Of the principal axes in the link frame, (x, y, z, w)."""
+
+
+def with_rotor(tensor: Matrix, axis: Vec3, rotor: float) -> Matrix:
+    """The tensor with a reflected rotor inertia about the joint axis, kg m^2, (3, 3).
+
+    A rotor behind a gear of ratio n acts on its joint as J n^2. PyBullet has no armature, so the amount is
+    added to the link as a rank-one term. Known weakness: it also resists a rotation of the whole limb about
+    that axis, which a real rotor does only by 1 / n.
+
+    Args:
+        tensor: Of the link, (3, 3), kg m^2.
+        axis: Of the joint, unit vector.
+        rotor: Reflected inertia, kg m^2.
+    """
+    a = np.array(axis)
+    return tensor + rotor * np.outer(a, a)
+
+
+def principal(tensor: Matrix) -> PrincipalInertia:
+    """Principal moments and axes of a symmetric positive definite tensor, kg m^2."""
+    moments, axes = np.linalg.eigh(tensor)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] = -axes[:, 0]
+    return PrincipalInertia((float(moments[0]), float(moments[1]), float(moments[2])), quaternion(axes))
+
+
 _NO_INERTIA: Final = PrincipalInertia((1e-12, 1e-12, 1e-12), _UPRIGHT)
 
 

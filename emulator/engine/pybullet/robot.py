@@ -8,7 +8,7 @@ import numpy as np
 
 from bridge.body import TORSO
 from bridge.types import Vec3
-from emulator.engine.multibody import Multibody, Vector
+from emulator.engine.base import Multibody, Vector
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BASE, BulletModel
 from emulator.engine.pybullet.scene import BulletScene

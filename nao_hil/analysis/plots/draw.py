@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,12 +11,41 @@ from matplotlib.figure import Figure
 
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from nao_hil.analysis.plots.figures import FIGURES
+from nao_hil.analysis.plots.balance_figures import com, margin, path, plane, torso, zmp
+from nao_hil.analysis.plots.motion_figures import (
+    admittance,
+    cells,
+    control,
+    current,
+    cycle,
+    error,
+    fsr,
+    imu,
+    joints,
+)
 from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 from nao_hil.files import atomic_path
 
+FIGURES: Final[dict[str, tuple[Callable[[Tables, Figure], None], tuple[float, float], tuple[str, ...]]]] = {
+    "torso": (torso, (10.0, 6.0), ("sensors",)),
+    "zmp": (zmp, (10.0, 6.0), ("telemetry",)),
+    "plane": (plane, (10.0, 5.0), ("telemetry",)),
+    "margin": (margin, (10.0, 4.0), ("telemetry",)),
+    "com": (com, (10.0, 6.0), ("telemetry",)),
+    "fsr": (fsr, (10.0, 5.0), ("sensors",)),
+    "cells": (cells, (10.0, 6.0), ("sensors",)),
+    "admittance": (admittance, (10.0, 7.0), ("telemetry",)),
+    "control": (control, (10.0, 6.0), ("telemetry",)),
+    "joints": (joints, (11.0, 9.0), ("sensors",)),
+    "error": (error, (11.0, 9.0), ("sensors", "actuators")),
+    "current": (current, (10.0, 6.0), ("sensors",)),
+    "imu": (imu, (10.0, 6.0), ("sensors",)),
+    "path": (path, (10.0, 4.0), ()),
+    "cycle": (cycle, (10.0, 5.0), ("sensors",)),
+}
+"""Name -> how it is drawn, its size in inches, and the messages without which there is nothing to draw."""
 DASHED: Final = {"dashed: ": "--", "dotted: ": ":", "dash-dotted: ": "-."}
 """Line styles of the second and later runs."""
 MARK: Final = 2

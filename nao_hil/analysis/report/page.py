@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import msgspec
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,11 @@ class ReportTable:
     title: str
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+
+
+def yes_no(value: bool) -> str:
+    """A truth value in a table."""
+    return "yes" if value else "no"
 
 
 @dataclass(frozen=True)
@@ -67,8 +71,13 @@ class ReportPage:
 
 @dataclass(frozen=True)
 class Outcome:
-    """An experiment that was done."""
+    """An experiment that is done."""
 
-    result: msgspec.Struct
-    """With `name` and `passed`: its JSON."""
     page: ReportPage
+    figures: dict[str, Any]
+    """Measured quantities by their key in the JSON."""
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """The JSON: name, verdict, figures."""
+        return {"name": self.page.name, "passed": self.page.passed} | self.figures

@@ -49,21 +49,6 @@ class Stored(msgspec.Struct, frozen=True, kw_only=True):
     versions: dict[str, str]
 
 
-def read_report(path: Path) -> Stored:
-    """A report's JSON.
-
-    Raises:
-        ConfigurationError: not there, or not a report.
-    """
-    try:
-        stored: Stored = msgspec.json.decode(
-            path.read_bytes(), type=Stored, dec_hook=lambda _, text: Path(text)
-        )
-    except (OSError, msgspec.DecodeError) as error:
-        raise ConfigurationError(f"{path}: is not the JSON of a report ({error}).") from None
-    return stored
-
-
 def write_report(path: Path, report: Report) -> None:
     """Write the report, and its JSON under the same name.
 

@@ -22,7 +22,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     configuration_hash: str
     """Of the configuration, the same for all seeds."""
     name: str
-    """For people: experiment and arm that walked it first."""
+    """For people: experiment and condition that walked it first."""
     robot: str
     wear: str
     gait: str

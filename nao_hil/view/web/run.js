@@ -1,4 +1,4 @@
-// One robot's run: a header, and rows of numbers that may grow. Packed by nao_hil/view/packing.py.
+// One robot's run: a header, and rows of numbers that may grow. Packed by nao_hil/view/rows.py.
 "use strict";
 
 const NOTHING = -(2 ** 31);

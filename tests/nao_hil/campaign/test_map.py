@@ -13,8 +13,7 @@ from scipy.stats import binom
 
 from bridge.errors import ConfigurationError
 from nao_hil.analysis.statistics import Sprt, score_bounds, wilson
-from nao_hil.campaigns.map import parse_axis
-from nao_hil.campaigns.refinement import Cell, Survey
+from nao_hil.campaigns.map import Cell, Survey, parse_axis
 from nao_hil.cli.main import run
 
 SIZE = 20

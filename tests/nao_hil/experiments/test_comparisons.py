@@ -1,4 +1,4 @@
-"""Verdicts of the comparing experiments: from made-up arms, and one small campaign."""
+"""Verdicts of the comparing experiments: from made-up conditions, and one small campaign."""
 
 import json
 import math
@@ -17,11 +17,11 @@ from bridge.body import load_body
 from bridge.body.sole import foot_centre, sole_hull
 from nao_hil.analysis.statistics import wilson
 from nao_hil.campaigns.results import ask
-from nao_hil.experiments import ablation_arms, dynamic_torso, huang_margin, landing_force, obstacle, torso_drift
-from nao_hil.experiments.arms import Arm, arm, direction, falls_finding, pairs
+from nao_hil.experiments import ablation, huang_margin, obstacle, torso_control
 from nao_hil.experiments.catalogue import EXPERIMENTS
+from nao_hil.experiments.conditions import Condition, condition, direction, falls_finding, pairs
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.plates import covering_plate, drawn_plate
+from nao_hil.experiments.obstacle import covering_plate, drawn_plate
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
@@ -48,8 +48,8 @@ def ended(
     return WalkOutcome(task, end, Track(np.zeros((0, WIDTH), dtype=np.float32)))
 
 
-def arm_of(n: int, survived: int, speed: float = 0.2, tilt: float = 3.0) -> Arm:
-    return Arm(
+def condition_of(n: int, survived: int, speed: float = 0.2, tilt: float = 3.0) -> Condition:
+    return Condition(
         n=n,
         survived=survived,
         interval=wilson(survived, n),
@@ -59,9 +59,9 @@ def arm_of(n: int, survived: int, speed: float = 0.2, tilt: float = 3.0) -> Arm:
     )
 
 
-def test_an_arm_counts_who_stands_at_a_time() -> None:
+def test_an_condition_counts_who_stands_at_a_time() -> None:
     results = [ended(0, 60.0, fell=False), ended(1, 20.0, fell=True, tilt=0.8), ended(2, 10.0, fell=True)]
-    whole, by_15 = arm(results), arm(results, by=15.0)
+    whole, by_15 = condition(results), condition(results, by=15.0)
     assert (whole.n, whole.survived, by_15.survived) == (3, 1, 2)
     assert whole.interval == wilson(1, 3)
     assert whole.fall_times == (10.0, 20.0)
@@ -69,7 +69,7 @@ def test_an_arm_counts_who_stands_at_a_time() -> None:
     assert whole.speed == pytest.approx(0.2)
 
 
-def test_arms_are_paired_by_seed_whatever_their_order() -> None:
+def test_conditions_are_paired_by_seed_whatever_their_order() -> None:
     with_ = [ended(seed, 60.0, fell=False) for seed in (0, 1, 2)]
     without = [ended(seed, 5.0, fell=seed != 1) for seed in (2, 1)]
     found = pairs(with_, without)
@@ -87,29 +87,29 @@ def test_falls_are_told_by_their_way() -> None:
 @pytest.mark.parametrize(("survived", "holds"), [(18, True), (17, False)])
 def test_the_bound_of_the_interval_decides(survived: int, holds: bool) -> None:
     """Wilson's lower bound of 18 of 20 is 0.699, of 17 of 20 0.640; two thirds are asked."""
-    setup = dynamic_torso.DynamicTorsoSetup()
-    claims = dynamic_torso.torso_claims(setup, arm_of(20, survived), arm_of(20, 20 - survived))
+    setup = torso_control.DynamicTorsoSetup()
+    claims = torso_control.torso_claims(setup, condition_of(20, survived), condition_of(20, 20 - survived))
     assert [claim.holds for claim in claims] == [holds, holds, True]
 
 
 def test_dynamic_torso_asks_for_speed() -> None:
-    slow = arm_of(20, 20, speed=0.149)
-    claims = dynamic_torso.torso_claims(dynamic_torso.DynamicTorsoSetup(), slow, arm_of(20, 0))
+    slow = condition_of(20, 20, speed=0.149)
+    claims = torso_control.torso_claims(torso_control.DynamicTorsoSetup(), slow, condition_of(20, 0))
     assert [claim.holds for claim in claims] == [True, True, False]
 
 
 def test_torso_drift_asks_for_growth_falls_and_survival() -> None:
-    setup = torso_drift.TorsoDriftSetup()
-    good = torso_drift.drift_claims(setup, (arm_of(20, 20), arm_of(20, 0)), (0.01, 0.8))
+    setup = torso_control.TorsoDriftSetup()
+    good = torso_control.drift_claims(setup, (condition_of(20, 20), condition_of(20, 0)), (0.01, 0.8))
     assert all(claim.holds for claim in good)
-    bad = torso_drift.drift_claims(setup, (arm_of(20, 17), arm_of(20, 3)), (0.5, 0.1))
+    bad = torso_control.drift_claims(setup, (condition_of(20, 17), condition_of(20, 3)), (0.5, 0.1))
     assert not any(claim.holds for claim in bad)
 
 
 def test_obstacle_asks_for_falls_survival_and_force() -> None:
-    setup, force = landing_force.ObstacleSetup(), landing_force.Force(median=5.0, largest=6.0)
-    good = obstacle._claims(setup, "plate", (arm_of(20, 20), arm_of(20, 0)))
-    bad = obstacle._claims(setup, "plate", (arm_of(20, 17), arm_of(20, 3)))
+    setup, force = obstacle.ObstacleSetup(), obstacle.Force(median=5.0, largest=6.0)
+    good = obstacle._claims("plate", (condition_of(20, 20), condition_of(20, 0)))
+    bad = obstacle._claims("plate", (condition_of(20, 17), condition_of(20, 3)))
     assert all(claim.holds for claim in good) and not any(claim.holds for claim in bad)
     assert obstacle._force_claim(setup, (force, force), 0.5).holds
     assert not obstacle._force_claim(setup, (force, force), 0.51).holds
@@ -131,14 +131,14 @@ def test_the_landing_force_is_that_of_the_swing_foot_in_the_ssl_of_the_plate() -
     rows[200, force + 4] = 30.0  # loading in double support
     rows[310, force + 4] = 50.0  # the next single support
     result = ended(0, 45.0, fell=False)
-    assert landing_force.landing_force(
-        WalkOutcome(result.walk, result.end, Track(rows)), 17.0
-    ) == pytest.approx(12.0)
-    assert landing_force.landing_force(result, 17.0) is None
+    assert obstacle.landing_force(WalkOutcome(result.walk, result.end, Track(rows)), 17.0) == pytest.approx(
+        12.0
+    )
+    assert obstacle.landing_force(result, 17.0) is None
 
 
 def test_a_small_campaign_gives_the_fixed_keys_and_the_figures(tmp_path: Path) -> None:
-    setup = landing_force.ObstacleSetup(duration=3.6, plate_time=3.0)
+    setup = obstacle.ObstacleSetup(duration=3.6, plate_time=3.0)
     changes = RunConfig(engine="mujoco", wear="nominal", controller={"switches": {"torso": "none"}})
     with Campaign(cluster="inline") as campaign:
         outcome = obstacle.experiment(Context(campaign, tmp_path, (0,), changes), setup)
@@ -158,37 +158,34 @@ def test_the_walks_of_huangs_experiment_are_kept(tmp_path: Path) -> None:
         outcome = huang_margin.experiment(
             Context(campaign, tmp_path, (0,), RunConfig(engine="mujoco", wear="nominal")), setup
         )
-    assert outcome.result.margin > outcome.result.margin_bad
+    assert outcome.figures["margin"] > outcome.figures["margin_bad"]
     assert ask("SELECT name, count(*) FROM walks GROUP BY name ORDER BY name", tmp_path).rows == [
         (f"huang, {name}", 1) for name in ("badly chosen", "searched", "step, planned", "step, unknown")
     ]
 
 
-def test_a_stop_before_each_arm_has_a_run_leaves_nothing_to_judge(tmp_path: Path) -> None:
+def test_a_stop_before_each_condition_has_a_run_leaves_nothing_to_judge(tmp_path: Path) -> None:
     stop = threading.Event()
     stop.set()
     with Campaign(cluster="inline", stop=stop) as campaign, pytest.raises(Interrupted):
         obstacle.experiment(Context(campaign, tmp_path, (0,), NOMINAL))
 
 
-def switches_of(arms: dict[str, dict[str, Any]], gait: str) -> list[Switches]:
-    return [controller_parameters(gait, {"switches": changes}).switches for changes in arms.values()]
+def switches_of(conditions: dict[str, dict[str, Any]], gait: str) -> list[Switches]:
+    return [controller_parameters(gait, {"switches": changes}).switches for changes in conditions.values()]
 
 
-def test_compared_arms_of_every_experiment_differ_in_one_switch() -> None:
-    chains = {"obstacle": "static", "torso_drift": "static", "dynamic_torso": "dynamic"}
-    found_in = {
-        entry.module
-        for entry in EXPERIMENTS.values()
-        if hasattr(import_module(f"nao_hil.experiments.{entry.module}"), "SWITCHES")
-    }
-    assert found_in == set(chains)
-    for name, gait in chains.items():
-        arms = import_module(f"nao_hil.experiments.{name}").SWITCHES
-        for one, other in pairwise(switches_of(arms, gait)):
-            assert len(differing(one, other)) == 1, name
-    for task in ablation_arms.TASKS:
-        found = ablation_arms.arms(task, controller_parameters(task.gait).switches)
+def test_compared_conditions_of_every_experiment_differ_in_one_switch() -> None:
+    chains = {obstacle: ("static",), torso_control: ("static", "dynamic")}
+    modules = {entry.module.partition(":")[0] for entry in EXPERIMENTS.values()}
+    found_in = [import_module(f"nao_hil.experiments.{name}") for name in modules]
+    assert {module for module in found_in if hasattr(module, "SWITCHES")} == set(chains)
+    for module, gaits in chains.items():
+        for gait in gaits:
+            for one, other in pairwise(switches_of(module.SWITCHES, gait)):
+                assert len(differing(one, other)) == 1, (module, gait)
+    for task in ablation.TASKS:
+        found = ablation.conditions(task, controller_parameters(task.gait).switches)
         by_name = {each.name: each.switches for each in found}
         assert len(by_name) == len(found)
         for each in found:
@@ -197,7 +194,7 @@ def test_compared_arms_of_every_experiment_differ_in_one_switch() -> None:
         assert {task.switch, *task.suspects} <= set(Switches.__struct_fields__)
 
 
-def test_arms_that_differ_in_two_switches_are_refused(tmp_path: Path) -> None:
+def test_conditions_that_differ_in_two_switches_are_refused(tmp_path: Path) -> None:
     context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
     off = {"torso": "none", "ground_tilt": False}
     with pytest.raises(ValueError, match="differ in 2 switches: torso, ground_tilt"):
@@ -245,14 +242,14 @@ class Stopped:
         ]
 
 
-def test_a_stop_leaves_about_as_many_runs_of_each_arm(tmp_path: Path) -> None:
+def test_a_stop_leaves_about_as_many_runs_of_each_condition(tmp_path: Path) -> None:
     context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
     one, two = context.run(*(context.walks(name, "static", 60.0) for name in ("one", "two")))
     assert ([result.seed for result in one], [result.seed for result in two]) == ([5, 6], [5])
 
 
 class Made:
-    """A campaign in which walks of the arm `falls` fall from the eighth seed on."""
+    """A campaign in which walks of the condition `falls` fall from the eighth seed on."""
 
     def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
         return [
@@ -265,11 +262,11 @@ class Made:
         ]
 
 
-def test_an_arm_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
+def test_a_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
     """Lower bound of 19 of 20: 0.764, of 20: 0.839 (Wilson 1927). One fall decides against 0.8."""
     context = Context(cast(Campaign, Made()), tmp_path, tuple(range(20)), NOMINAL)
-    arms = [context.walks(name, "static", 60.0) for name in ("stands", "falls")]
-    stands, falls = context.run_until_certain(0.8, *arms)
+    conditions = [context.walks(name, "static", 60.0) for name in ("stands", "falls")]
+    stands, falls = context.run_until_certain(0.8, *conditions)
     assert [result.seed for result in stands] == list(range(20))
     assert [result.seed for result in falls] == list(range(10))  # two blocks of five
 
@@ -281,7 +278,7 @@ def test_seeds_too_few_for_any_verdict_are_all_walked(tmp_path: Path) -> None:
     assert [result.seed for result in stands] == [0, 1]
 
 
-def test_arms_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
+def test_conditions_differ_in_their_switches_and_changes_hold_for_their_own_gait(tmp_path: Path) -> None:
     changes = RunConfig(
         gait="dynamic", controller={"switches": {"torso": "thesis"}, "leg": {"D": 99.0}}, parameters={"z": 0.24}
     )

@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 from scipy.stats import binom, ttest_rel
 
+from nao_hil.analysis.statistics import mean_of, median_of
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.engines import EnginesSetup, compared_walks, experiment
-from nao_hil.experiments.engines_rows import (
+from nao_hil.experiments.engines import (
+    EnginesSetup,
     Row,
+    compared_walks,
     count_row,
-    mean_of,
-    median_of,
+    experiment,
     paired_row,
     row_claims,
     rows_table,
 )
-from nao_hil.experiments.get_up_run import Course, Drop
-from nao_hil.experiments.plant_fit import THESIS
-from nao_hil.experiments.servo_measure import ServoRow
-from nao_hil.experiments.torso_responses import Responses
+from nao_hil.experiments.get_up import Course, Drop
+from nao_hil.experiments.servo_bench import ServoRow
+from nao_hil.experiments.torso_responses import THESIS, Responses
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import WIDTH, Track
@@ -162,7 +162,7 @@ def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> N
     assert len(table.rows) == len(rows) and all(len(row) == len(table.head) for row in table.rows)
 
 
-def test_both_engines_walk_the_arms_of_the_experiments() -> None:
+def test_both_engines_walk_the_conditions_of_the_experiments() -> None:
     """R1 on two kinds of plates, R2 and R5, each with its own switches."""
     walks = compared_walks(EnginesSetup(walks=(("static", 1.0),), drift=2.0, dynamic=3.0))
     assert [walk.name.split(",")[0] for walk in walks] == ["static gait"] + 4 * ["R1"] + 2 * ["R2"] + 2 * ["R5"]

@@ -1,4 +1,4 @@
-"""Arms of the experiment `feedback`."""
+"""Conditions of the experiment `feedback`."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class _Stopped:
         return []
 
 
-def test_each_arm_differs_from_the_shipped_one_in_one_switch_and_in_nothing_else(tmp_path: Path) -> None:
+def test_each_condition_differs_from_the_shipped_one_in_one_switch_and_in_nothing_else(tmp_path: Path) -> None:
     campaign, changes = _Stopped(), RunConfig(robot="nao-v6", engine="mujoco")
     context = Context(campaign=cast(Campaign, campaign), out=tmp_path, seeds=(7,), changes=changes)
     with pytest.raises(Interrupted):
         feedback.experiment(context)
     by_task: dict[str, dict[str, Walk]] = {}
     for walk in campaign.walks:
-        _, task, arm = walk.name.split(", ")
-        by_task.setdefault(task, {})[arm] = walk
+        _, task, condition = walk.name.split(", ")
+        by_task.setdefault(task, {})[condition] = walk
     assert set(by_task) == {"push", "push in a stand", "plates", "slope", "worn", "straight"}
-    for arms in by_task.values():
-        shipped = arms.pop(feedback.SHIPPED)
-        for name, walk in arms.items():
+    for conditions in by_task.values():
+        shipped = conditions.pop(feedback.SHIPPED)
+        for name, walk in conditions.items():
             pair = (controller_parameters("omni", each.config.controller).switches for each in (shipped, walk))
             assert [f"without {switch}" for switch in differing(*pair)] == [name]
             config = msgspec.structs.replace(walk.config, controller=shipped.config.controller)

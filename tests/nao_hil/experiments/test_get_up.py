@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from emulator.start import random_drop
-from nao_hil.experiments.get_up import WARM
-from nao_hil.experiments.get_up_run import DROP, dropped, get_up
+from nao_hil.experiments.get_up import DROP, WARM, dropped, get_up
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 

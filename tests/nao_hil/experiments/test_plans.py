@@ -7,10 +7,8 @@ import pytest
 
 from bridge.body import load_body
 from nao_hil.experiments import torso_design
-from nao_hil.experiments.dynamic_walk import DT, EXPECTED, read_plan
-from nao_hil.experiments.spring import SpringSetup as SpringSetup
-from nao_hil.experiments.spring import deflection
-from nao_hil.experiments.static_walk import design_values, plan
+from nao_hil.experiments.planned_walks import DT, EXPECTED, design_values, plan, read_plan
+from nao_hil.experiments.spring import SpringSetup, deflection
 from walker.gaits import gait_parameters, make_gait
 from walker.mechanisms.admittance import LegParameters
 

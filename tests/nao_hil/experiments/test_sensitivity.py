@@ -53,12 +53,12 @@ def test_the_strongest_unknowns_are_found_with_their_shares_of_the_variance(
     monkeypatch.setattr(sensitivity, "_figures", figures)
     with Campaign(cluster="inline", stop=threading.Event()) as campaign:
         outcome = experiment(Context(campaign, tmp_path, tuple(range(8)), RunConfig()))
-    result: Any = outcome.result
-    effects, indices = result.effects["damping"], result.indices["damping"]
+    result = outcome.figures
+    effects, indices = result["effects"]["damping"], result["indices"]["damping"]
     assert effects["loop"].mean == pytest.approx(3.0) and effects["delay"].mean == pytest.approx(4.0)
     assert effects["loop"].spread == pytest.approx(0.0, abs=1e-9)
     assert all(effects[name].mean < 1e-9 for name in NAMES if name not in ("loop", "delay"))
-    assert result.decide["damping"] == ("delay", "loop")
+    assert result["decide"]["damping"] == ["delay", "loop"]
     assert indices["loop"].first == pytest.approx(9.0 / 25.0, abs=0.1)
     assert indices["delay"].total == pytest.approx(16.0 / 25.0, abs=0.1)
     assert len(outcome.page.tables[0].rows) == len(NAMES)

@@ -8,7 +8,7 @@ import pytest
 
 from nao_hil.experiments import slope
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.slope_search import SlopeSetup, search, trial
+from nao_hil.experiments.slope import SlopeSetup, search, trial
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from nao_hil.experiments.torso_drift import SWITCHES, drift_per_step
+from nao_hil.experiments.torso_control import SWITCHES, drift_per_step
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, walk
 

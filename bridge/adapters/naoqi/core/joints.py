@@ -19,8 +19,7 @@ from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import HANDS, absent_joints, joint_no_load_speed, joint_nominal_torque, limits
 from bridge.dcm import Dcm
-from bridge.dcm.buffer import TimedCommand, Update
-from bridge.dcm.requests import SetRequest, alias_request, set_alias_request, set_request
+from bridge.dcm.requests import SetRequest, TimedCommand, Update, alias_request, set_alias_request, set_request
 from bridge.errors import NaoqiRefused
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.validation import unknown_name

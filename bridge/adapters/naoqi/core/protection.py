@@ -24,7 +24,7 @@ from bridge.adapters.naoqi.declared import (
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.guard.config import FallSettings
-from bridge.guard.fall import FallMonitor
+from bridge.guard.status import FallMonitor
 from bridge.messages import SensorFrame
 from bridge.stance import STANCE
 from bridge.types import Array

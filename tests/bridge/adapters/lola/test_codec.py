@@ -1,6 +1,9 @@
+"""None"""
+
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from pathlib import Path
 from typing import Any
@@ -10,7 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.adapters.lola import schema
+from bridge.adapters.lola import codec
+from bridge.adapters.lola.client import Setpoints
 from bridge.adapters.lola.codec import MAX_MESSAGE, MapStream
 
 ACTUATORS = (Path(__file__).parent / "data" / "actuators.msgpack").read_bytes()
@@ -30,7 +34,7 @@ def is_mark(value: dict[str, Any]) -> bool:
 @given(st.lists(st.integers(0, 3 * len(ACTUATORS)), max_size=40))
 @settings(max_examples=60)
 def test_maps_come_out_however_the_stream_is_cut(cuts: list[int]) -> None:
-    stream, data, found = MapStream(schema.ACTUATORS), ACTUATORS * 3, []
+    stream, data, found = MapStream(codec.ACTUATORS), ACTUATORS * 3, []
     edges = [0, *sorted(cuts), len(data)]
     for begin, end in itertools.pairwise(edges):
         found += stream.feed(data[begin:end])
@@ -39,7 +43,7 @@ def test_maps_come_out_however_the_stream_is_cut(cuts: list[int]) -> None:
 
 
 def test_byte_by_byte_a_map_is_there_with_its_last_byte() -> None:
-    stream = MapStream(schema.ACTUATORS)
+    stream = MapStream(codec.ACTUATORS)
     assert [len(stream.feed(bytes([byte]))) for byte in MARK] == [0] * (len(MARK) - 1) + [1]
 
 
@@ -54,12 +58,12 @@ def test_byte_by_byte_a_map_is_there_with_its_last_byte() -> None:
     ],
 )
 def test_any_keys_and_numbers_in_any_order(values: dict[str, Any]) -> None:
-    assert MapStream(schema.ACTUATORS).feed(packed(**values)) == [values]
+    assert MapStream(codec.ACTUATORS).feed(packed(**values)) == [values]
 
 
 def test_double_precision_is_understood() -> None:
     data = msgpack.packb({"Stiffness": [0.1] * 25}, use_bin_type=False)
-    assert MapStream(schema.ACTUATORS).feed(data) == [{"Stiffness": [0.1] * 25}]
+    assert MapStream(codec.ACTUATORS).feed(data) == [{"Stiffness": [0.1] * 25}]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +85,7 @@ def test_double_precision_is_understood() -> None:
     ],
 )
 def test_the_map_behind_garbage_is_found(garbage: bytes) -> None:
-    stream = MapStream(schema.ACTUATORS)
+    stream = MapStream(codec.ACTUATORS)
     stream.feed(garbage)
     found = stream.feed(MARK)
     assert found[-1:] and is_mark(found[-1])
@@ -90,7 +94,7 @@ def test_the_map_behind_garbage_is_found(garbage: bytes) -> None:
 
 
 def test_a_map_without_end_is_given_up() -> None:
-    stream = MapStream(schema.ACTUATORS)
+    stream = MapStream(codec.ACTUATORS)
     for _ in range(MAX_MESSAGE // 8):
         stream.feed(b"\xa3abc\xa3xyz")
     stream.feed(b"\x8f" + b"\xa3abc\x9f" + b"\xa1x" * 10)
@@ -120,7 +124,7 @@ def _damaged(message: bytes, random_: random.Random) -> bytes:
 def test_100_000_damaged_replies_never_desynchronise_the_stream() -> None:
     """After any damage the second whole message is understood at once, nearly always the first."""
     random_ = random.Random(20260101)
-    stream, late = MapStream(schema.ACTUATORS), 0
+    stream, late = MapStream(codec.ACTUATORS), 0
     small = packed(Sonar=[True, True], Chest=[0.0] * 3, Extra=5)
     kinds = [small, small, small, packed(Position=[1.0] * 25), ACTUATORS]
     for _ in range(100_000):
@@ -131,3 +135,13 @@ def test_100_000_damaged_replies_never_desynchronise_the_stream() -> None:
             found = stream.feed(MARK)
             assert found and is_mark(found[-1])
     assert late < 1000  # the rest of such a damaged message looks like a part of the next
+
+
+@pytest.mark.parametrize("wrong", [True, False, "0.1", None, math.nan, [0.1]])
+def test_an_element_that_is_no_number_leaves_its_joint_as_it_was(wrong: object) -> None:
+    """LoLA's arrays are float 32; msgpack's booleans are another type."""
+    setpoints = Setpoints([0.5] * 25, [0.0] * 25)
+    errors = setpoints.update({"Position": [wrong, *[0.1] * 24]})
+    assert setpoints.position == (0.5, *[0.1] * 24)
+    assert [error.kind for error in errors] == ["Position, number"]
+    assert "HeadYaw" in errors[0].text

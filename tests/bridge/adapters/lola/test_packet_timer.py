@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from bridge.adapters.lola.packet_timer import GRACE, PERIOD, SLACK, PacketTimer
+from bridge.adapters.lola.server import GRACE, PERIOD, SLACK, PacketTimer
 from tests.loops import repeat_while
 
 MS = 1_000_000

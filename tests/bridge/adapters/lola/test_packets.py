@@ -8,11 +8,21 @@ from typing import Any
 import msgpack
 import pytest
 
-from bridge.adapters.lola import schema
+from bridge.adapters.lola import codec
 from bridge.adapters.lola.codec import MapStream, pack_map
-from bridge.adapters.lola.identity import Identity, identity_of
-from bridge.adapters.lola.packets import HeatStatus, actuator_map, lola_values, sensor_frame, sensor_packet
-from bridge.adapters.lola.quantization import ACCELEROMETER_STEP, GYROSCOPE_STEP, RESIDUE_SIGNS, quantized
+from bridge.adapters.lola.packets import (
+    ACCELEROMETER_STEP,
+    GYROSCOPE_STEP,
+    RESIDUE_SIGNS,
+    HeatStatus,
+    Identity,
+    actuator_map,
+    identity_of,
+    lola_values,
+    quantized,
+    sensor_frame,
+    sensor_packet,
+)
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import SensorFrame
 
@@ -47,23 +57,23 @@ def frame(**fields: Any) -> SensorFrame:
 
 
 def test_the_captured_packet_comes_out_byte_for_byte() -> None:
-    (values,) = MapStream(schema.SENSORS).feed(SENSORS)
+    (values,) = MapStream(codec.SENSORS).feed(SENSORS)
     assert pack_map(values) == SENSORS  # type: ignore[arg-type]
-    assert len(SENSORS) == schema.SENSOR_BYTES
-    assert list(values) == list(schema.SENSORS)
+    assert len(SENSORS) == codec.SENSOR_BYTES
+    assert list(values) == list(codec.SENSORS)
 
 
 def test_the_captured_packet_survives_the_contract_byte_for_byte() -> None:
     """Only what the contract does not carry is put back: `RobotConfig` and `Status`."""
-    (values,) = MapStream(schema.SENSORS).feed(SENSORS)
+    (values,) = MapStream(codec.SENSORS).feed(SENSORS)
     carried = lola_values(sensor_frame(values, seq=0))
     back = {"RobotConfig": astuple(identity_of(values)), **{k: list(v) for k, v in carried.items()}}
     assert pack_map(back | {"Status": [0] * 25}) == SENSORS
 
 
 def test_a_full_actuator_map_comes_out_byte_for_byte() -> None:
-    (values,) = MapStream(schema.ACTUATORS).feed(ACTUATORS)
-    assert {key: len(array) for key, array in values.items()} == schema.ACTUATORS  # type: ignore[arg-type]
+    (values,) = MapStream(codec.ACTUATORS).feed(ACTUATORS)
+    assert {key: len(array) for key, array in values.items()} == codec.ACTUATORS  # type: ignore[arg-type]
     assert pack_map(values) == ACTUATORS  # type: ignore[arg-type]
     assert len(ACTUATORS) == 786
 
@@ -84,7 +94,7 @@ def test_keys_stay_where_they_are_whatever_the_values() -> None:
         frame(current=(1e300,) * 25, touch=(1.0,) * 14),  # more than a float 32 holds
     ]
     packets = [sensor_packet(f, Identity()) for f in extremes] + [SENSORS]
-    places = [[p.index(bytes([0xA0 | len(key)]) + key.encode()) for key in schema.SENSORS] for p in packets]
+    places = [[p.index(bytes([0xA0 | len(key)]) + key.encode()) for key in codec.SENSORS] for p in packets]
     assert all(len(p) == 896 for p in packets)
     assert all(place == places[-1] for place in places)
     assert places[0] == sorted(places[0])
@@ -110,7 +120,7 @@ def test_signs_units_and_orders_of_a_robot_that_leans() -> None:
 
 def test_the_captured_robot_s_accelerometer_agrees_with_its_angles_in_the_contract() -> None:
     """At rest, specific force of a torso that is pitched by p and rolled by r about it: (-sin p, ...) g."""
-    (values,) = MapStream(schema.SENSORS).feed(SENSORS)
+    (values,) = MapStream(codec.SENSORS).feed(SENSORS)
     got = sensor_frame(values, seq=7)
     roll, pitch = got.angle
     expected = (-math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll))

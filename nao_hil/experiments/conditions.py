@@ -1,0 +1,236 @@
+"""Conditions of an experiment summed up: survival, times and directions of falls, joints that lag."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import Body
+from nao_hil.analysis.report.page import Claim, ReportTable
+from nao_hil.analysis.statistics import Paired, paired, percent, wilson
+from nao_hil.experiments.geometry import zmp_margin
+from nao_hil.runs.track import LEG_NAMES, PHASES, Array, Track
+from nao_hil.runs.walk import WalkEnd, WalkOutcome
+
+MAJORITY: Final = 2.0 / 3.0
+"""Lower bound of the share that falls, and of the share that walks on: 18 of 20 reach it, 17 do not."""
+BEFORE_FALL: Final = 1.0
+"""s before a fall in which the joint that lags most is looked for."""
+
+
+class Condition(msgspec.Struct, frozen=True, kw_only=True):
+    """Runs of one condition."""
+
+    n: int
+    survived: int
+    interval: tuple[float, float]
+    """Wilson's, 95 %, of the share that survived."""
+    fall_times: tuple[float, ...]
+    """s of the walk, ascending."""
+    tilt_max_deg: tuple[float, float]
+    """Median and largest over the runs of the largest torso tilt before any fall."""
+    speed: float
+    """Median over the runs, m/s over ground."""
+
+    @property
+    def survival_ratio(self) -> float:
+        """Survivors over runs."""
+        return self.survived / self.n
+
+    def words(self) -> str:
+        """For claims that they walk on."""
+        return f"{self.survived} of {self.n} walk on ({percent(self.interval)})"
+
+    def fall_words(self) -> str:
+        """For claims that they fall; Wilson's interval of the complement is the interval's."""
+        low, high = self.interval
+        return f"{self.n - self.survived} of {self.n} fall ({percent((1.0 - high, 1.0 - low))})"
+
+
+def condition(results: Sequence[WalkOutcome], by: float = math.inf) -> Condition:
+    """Sum up a condition.
+
+    Args:
+        results: Of one condition.
+        by: Time until which a run must stand to count as survived, s of the walk.
+    """
+    alive = [result.end.survived or result.end.time > by for result in results]
+    tilts = np.degrees([result.end.tilt_max for result in results])
+    return Condition(
+        n=len(results),
+        survived=sum(alive),
+        interval=wilson(sum(alive), len(results)),
+        fall_times=tuple(sorted(result.end.time for result in results if not result.end.survived)),
+        tilt_max_deg=(float(np.median(tilts)), float(tilts.max())),
+        speed=float(np.median([result.end.speed for result in results])),
+    )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Walks of several conditions with the same seeds."""
+
+    walks: dict[str, list[WalkOutcome]]
+    """By the condition's name."""
+
+    @cached_property
+    def conditions(self) -> dict[str, Condition]:
+        """Each condition summed up."""
+        return {name: condition(results) for name, results in self.walks.items()}
+
+    @property
+    def pair(self) -> Paired:
+        """The first two conditions, seed by seed."""
+        first, second, *_ = self.walks.values()
+        return pairs(first, second)
+
+    def findings(self, body: Body | None) -> list[str]:
+        """Falls of each condition, after the pairs of the first two."""
+        texts = [pair_words(self.pair)] if len(self.walks) > 1 else []
+        return texts + [falls_finding(name, results, body) for name, results in self.walks.items()]
+
+
+def falls_claim(text: str, of: Condition, least: float) -> Claim:
+    """A claim that a ratio of robots or more falls: the lower bound of the interval decides.
+
+    Args:
+        text: The claim.
+        of: The condition.
+        least: Ratio, 0..1. All of 16 or more seeds must fall for 0.8.
+    """
+    return Claim(text, of.fall_words(), 1.0 - of.interval[1] >= least)
+
+
+def survives_claim(text: str, of: Condition, least: float) -> Claim:
+    """A claim that a ratio of robots or more walks on; arguments and verdict as in `falls_claim`."""
+    return Claim(text, of.words(), of.interval[0] >= least)
+
+
+def pairs(with_: Sequence[WalkOutcome], without: Sequence[WalkOutcome]) -> Paired:
+    """The seeds that ran in both conditions, compared."""
+    first = {result.seed: result.end.survived for result in with_}
+    second = {result.seed: result.end.survived for result in without}
+    seeds = [seed for seed in first if seed in second]
+    return paired([first[seed] for seed in seeds], [second[seed] for seed in seeds])
+
+
+def pair_words(pair: Paired) -> str:
+    """As text for the report."""
+    return (
+        f"Same seeds: {pair.both} walk on in both conditions, {pair.only_with} only with, {pair.only_without} "
+        f"only without, {pair.neither} in neither; exact McNemar p = {pair.p_value:.2g}."
+    )
+
+
+def conditions_table(conditions: Mapping[str, Condition]) -> ReportTable:
+    """Conditions side by side."""
+    rows = tuple(
+        (
+            name,
+            f"{each.survived} of {each.n}",
+            percent(each.interval),
+            _times(each.fall_times),
+            f"{each.tilt_max_deg[0]:.1f} / {each.tilt_max_deg[1]:.1f}",
+            f"{each.speed:.3f}",
+        )
+        for name, each in conditions.items()
+    )
+    head = (
+        *("condition", "survived", "95 % interval", "falls at, s: first / median / last"),
+        *("torso tilt, deg: median / worst", "m/s over ground"),
+    )
+    return ReportTable("Conditions", head, rows)
+
+
+def before_fall(result: WalkOutcome) -> Track:
+    """The walk up to a second before any fall."""
+    return result.track.until(result.end.time - (0.0 if result.end.survived else BEFORE_FALL))
+
+
+def _times(times: Sequence[float]) -> str:
+    if not times:
+        return "none"
+    return f"{times[0]:.1f} / {float(np.median(times)):.1f} / {times[-1]:.1f}"
+
+
+def falls_finding(name: str, results: Sequence[WalkOutcome], body: Body | None) -> str:
+    """Times, directions, phases and joints of the falls of a condition; empty without falls.
+
+    Args:
+        name: Of the condition.
+        results: Its walks.
+        body: For the margin of the ZMP; None: without it.
+    """
+    fallen = [result for result in results if not result.end.survived]
+    if not fallen:
+        return ""
+    directions = Counter(direction(result.end) for result in fallen)
+    to = ", ".join(f"{count} {where}" for where, count in directions.most_common())
+    text = (
+        f"{name}: {len(fallen)} of {len(results)} fall, at {_times(sorted(r.end.time for r in fallen))} s "
+        f"(first / median / last), {to}."
+    )
+    phases = Counter(_phase_of_fall(result) for result in fallen if len(result.track))
+    if phases:
+        text += f" The lean begins in {', '.join(f'{p} ({count})' for p, count in phases.most_common())}."
+    lags = [lag for result in fallen if (lag := largest_lag(result)) is not None]
+    if lags:
+        joint, count = Counter(joint for joint, _ in lags).most_common(1)[0]
+        size = float(np.median([math.degrees(angle) for name_, angle in lags if name_ == joint]))
+        text += f" In the second before, {joint} is farthest off its request in {count} ({size:.1f} deg)."
+    margins = [m for result in results if body is not None and (m := least_margin(result, body)) is not None]
+    if margins:
+        text += (
+            f" Least margin of the ZMP to the edge of the planned stance sole, up to a second before any fall: "
+            f"{1e3 * float(np.median(margins)):.0f} mm (median), {1e3 * min(margins):.0f} mm (worst)."
+        )
+    return text
+
+
+def direction(end: WalkEnd) -> str:
+    """Which way a robot fell, in a word."""
+    if abs(end.roll) > abs(end.pitch):
+        return "to the right" if end.roll > 0.0 else "to the left"
+    return "forward" if end.pitch > 0.0 else "backward"
+
+
+def _phase_of_fall(result: WalkOutcome) -> str:
+    """Phase in which the torso last passed 10 degrees on its way down."""
+    track = result.track.until(result.end.time)
+    upright = np.flatnonzero(track.tilt < math.radians(10.0))
+    row = int(upright[-1]) if upright.size else 0
+    return PHASES[int(track["phase"][row])]
+
+
+def largest_lag(result: WalkOutcome) -> tuple[str, float] | None:
+    """Leg joint that is farthest off its request in the second before a fall, and by how much, rad."""
+    track = result.track.until(result.end.time)
+    if not len(track):
+        return None
+    rows = track["time"] > result.end.time - BEFORE_FALL
+    lag = np.abs(track["request"] - track["joints"])[rows].max(axis=0)
+    worst = int(lag.argmax())
+    return LEG_NAMES[worst], float(lag[worst])
+
+
+def least_margin(result: WalkOutcome, body: Body) -> float | None:
+    """Least distance of the true ZMP from the stance sole's edge in single support before any fall, m."""
+    margins = zmp_margin(before_fall(result), body)
+    return float(np.nanmin(margins)) if np.isfinite(margins).any() else None
+
+
+def growth_per_step(track: Track, values: Array) -> float | None:
+    """Slope of a quantity's mean over each step against the number of the step; None before three steps."""
+    steps = track["step"]
+    numbers = np.unique(steps)
+    if len(numbers) < 3:
+        return None
+    means = [values[steps == number].mean() for number in numbers]
+    return float(np.polyfit(numbers, means, 1)[0])

@@ -1,0 +1,347 @@
+"""R7: both gaits of the thesis, planned and walked (3.3, figures 3.4, 3.6, 3.7).
+
+The static gait walks without controllers: differences from its plan are the robot's. Values that the thesis'
+parameters of the dynamic gait mean are recomputed from its equations; they are read here from the planned
+trajectory itself, by finite differences, not from the closed forms that made it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import Body, load_body
+from bridge.types import SIDES, Side
+from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.experiments import axes
+from nao_hil.experiments.conditions import condition, conditions_table, falls_finding
+from nao_hil.experiments.context import Context
+from nao_hil.experiments.geometry import ankle_in_hip, soles_in_world
+from nao_hil.runs.track import Array, Track
+from nao_hil.runs.walk import WalkOutcome
+from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
+from walker.switches import NAMED
+
+TOLERANCE: Final = 0.01
+"""Share by which a design value may differ from the thesis'."""
+DT: Final = 2e-4
+"""s; sampling of the plan from which the values are read."""
+EXPECTED: Final = {
+    "t_a": 0.22173,
+    "V_ya": 0.26254,
+    "V_h": 0.29178,
+    "V_11": 0.12997,
+    "T_DSP": 0.03885,
+    "S_b": 0.01134,
+    "S_d": 0.04,
+    "step_length": 0.09134,
+    "step_time": 0.48231,
+    "speed": 0.189,
+}
+"""Consequences of e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 and d_0 = 0.05 m, SI units."""
+
+
+@dataclass(frozen=True)
+class StaticWalkSetup:
+    """The experiment's numbers."""
+
+    duration: float = 21.0
+    """s: three double steps."""
+    runs: int = 5
+    """Most seeds that are used: the plan is the same for all."""
+    T_DSP: float = 2.0
+    T_SSP: float = 1.5
+    l_lift: float = 0.035
+    l_GH: float = 0.170
+
+
+def plan(gait: Gait[Any], seconds: float, dt: float = 0.01) -> list[Plan]:
+    """Plans of a walk without a robot.
+
+    Args:
+        gait: to walk by.
+        seconds: of the walk.
+        dt: time between two plans, s.
+    """
+    walk = itertools.islice(dry_walk(gait, dt), round(seconds / dt))
+    return [plan for plan, _ in walk]
+
+
+def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> dict[str, float]:
+    """T_DSP, T_SSP (s), l_lift and l_GH (m) as a reader of figure 3.4 finds them."""
+    phases = [r.phase for r in references]
+    lengths: dict[str, list[int]] = {"DSP": [], "SSP": []}
+    begin = 0
+    for k in range(1, len(phases)):
+        if phases[k] != phases[k - 1]:
+            lengths["DSP" if phases[begin] in ("DSL", "DSR") else "SSP"].append(k - begin)
+            begin = k
+    # the first phase begins within its first cycle
+    return {
+        "T_DSP": dt * float(np.median(lengths["DSP"][1:])),
+        "T_SSP": dt * float(np.median(lengths["SSP"])),
+        "l_lift": max(r.right.z for r in references),
+        "l_GH": references[0].hip_height - body.lengths.FootHeight,
+    }
+
+
+def static_walk(context: Context, setup: StaticWalkSetup | None = None) -> Outcome:
+    """Figure 3.4 planned and measured, and the design values."""
+    setup = setup or StaticWalkSetup()
+    context = context.first(setup.runs)
+    body = load_body(context.robot)
+    bare = msgspec.to_builtins(NAMED["none"])
+    (results,) = context.run(context.walks("static-walk", "static", setup.duration, bare))
+    changes = context.config("static", 0, bare)
+    gait = make_gait("static", gait_parameters("static", changes.parameters), body)
+    values = design_values(plan(gait, setup.duration), body)
+    errors = [_foot_error(result.track, body) for result in results]
+    lifts = [lift for result in results for lift in _lifts(result.track, body)]
+    feet_rms = float(np.sqrt(np.mean(np.square(errors))))
+    lift = float(np.median(lifts)) if lifts else math.nan
+    walked = condition(results)
+    return context.outcome(
+        "static-walk",
+        "R7: the statically stable gait",
+        "Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
+        setup=[("gait", "static, no controllers"), ("length", f"{setup.duration:g} s")],
+        claims=[
+            *(
+                Claim(
+                    f"{name} = {asked:g} {'s' if name.startswith('T') else 'm'} (within 1 %)",
+                    f"{value:.4g}",
+                    _near(value, asked),
+                )
+                for name, value in values.items()
+                for asked in (getattr(setup, name),)
+            ),
+            Claim("The robot walks it on flat ground", walked.words(), walked.survived == walked.n),
+        ],
+        pictures=[
+            Picture(
+                _plot_feet(context.out / "static-walk-3.4.png", results[0], body, values["l_GH"]),
+                "Figure 3.4: trajectories of the feet, planned and walked",
+                f"Seed {results[0].seed}; ankles in the frames of their hips, left solid, right dash-dotted; "
+                "phases: 0 DSL, 30 SSL, 60 DSR, 90 SSR.",
+            )
+        ],
+        tables=[conditions_table({"no controllers": walked})],
+        findings=[
+            f"Ankles are {1e3 * feet_rms:.1f} mm (rms) from where they are planned against their hips; a swing "
+            f"lifts the sole by {1e3 * lift:.0f} mm over where it stood (median).",
+            falls_finding("The walk", results, body),
+        ],
+        figures={
+            **values,  # s and m, read from the planned trajectories
+            "walked": walked,
+            "feet_rms": feet_rms,  # of the ankles from where they are requested, in their hips' frames, m
+            "lift_measured": lift,  # median of the largest of each swing, m
+        },
+    )
+
+
+def _foot_error(track: Track, body: Body) -> float:
+    """Root mean square distance of measured from requested ankles, both feet, m."""
+    off = [
+        ankle_in_hip(body, side, track["joints"]) - ankle_in_hip(body, side, track["request"]) for side in SIDES
+    ]
+    return float(np.sqrt(np.mean([np.sum(d * d, axis=1) for d in off]))) if len(track) else math.nan
+
+
+def _lifts(track: Track, body: Body) -> list[float]:
+    """Largest rise of the true swing sole over where it stood, in each single support, m."""
+    lifts = []
+    edges = np.flatnonzero(np.diff(track["phase"])) + 1
+    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        part = Track(track.rows[begin:end])
+        for side, phase in zip(SIDES, ("SSR", "SSL"), strict=True):
+            if part.during(phase)[0]:
+                height = soles_in_world(body, side, part)[:, 2, 3]
+                lifts.append(float(height.max() - height[0]))
+    return lifts
+
+
+def _plot_feet(path: Path, result: WalkOutcome, body: Body, height: float) -> Path:
+    figure = axes.new_figure(9.0, 7.0)
+    track = result.track
+    planned = [_planned(track, body, side, height) for side in SIDES]
+    walked = [ankle_in_hip(body, side, track["joints"]) for side in SIDES]
+    panels = figure.subplots(2, 1, sharex=True)
+    for panel, (left, right), title in zip(panels, (planned, walked), ("planned", "walked"), strict=True):
+        axes.feet(panel, track["time"], left, right)
+        axes.phase_line(panel, track, 30.0)
+        axes.finish(panel, "t / s", "p_i,0^i,8 / mm", title)
+    return axes.save(figure, path)
+
+
+def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
+    """Ankle in its hip's frame as the thesis plans it, the centre of mass fixed in an upright torso, m.
+
+    Args:
+        track: Of the walk.
+        body: Data sheet.
+        side: Foot.
+        height: l_GH, m.
+    """
+    foot, com = track["plan_left" if side == "L" else "plan_right"], track["plan_com"]
+    hip = body.lengths.HipOffsetY if side == "L" else -body.lengths.HipOffsetY
+    ahead = foot[:, 0] - com[:, 0]
+    return np.column_stack([ahead - ahead[0], foot[:, 1] - com[:, 1] - hip, foot[:, 2] - height])
+
+
+@dataclass(frozen=True)
+class DynamicWalkSetup:
+    """The experiment's numbers."""
+
+    duration: float = 12.0
+    """s"""
+    runs: int = 5
+    """Most seeds that are used: the plan is the same for all."""
+
+
+def read_plan(references: Sequence[Plan], dt: float) -> dict[str, float]:
+    """The values of `EXPECTED` from a steady part of a plan.
+
+    Args:
+        references: The plan, sampled every `dt` s, walking for three steps or more.
+        dt: s
+    """
+    phase = np.array([r.phase for r in references])
+    com = np.array([r.com for r in references])
+    velocity = np.gradient(com, dt, axis=0)
+    double = np.isin(phase, ("DSL", "DSR"))
+    begins = np.flatnonzero(double[1:] & ~double[:-1]) + 1
+    ends = np.flatnonzero(~double[1:] & double[:-1]) + 1
+    # from the third touch-down to the fourth: one whole step, well behind the start
+    first, second = int(begins[2]), int(begins[3])
+    lift = int(ends[ends > first][0])
+    single = slice(lift, second)
+    turn = lift + int(np.argmin(velocity[single, 0]))
+    inside = slice(first + 2, lift - 2)
+    duration = (second - first) * dt
+    length = float(com[second, 0] - com[first, 0])
+    return {
+        "t_a": (second - turn) * dt,
+        "V_ya": float(np.abs(velocity[inside, 1]).mean()),
+        "V_h": float(velocity[inside, 0].mean()),
+        "V_11": float(velocity[turn, 0]),
+        "T_DSP": (lift - first) * dt,
+        "S_b": float(velocity[inside, 0].mean()) * (lift - first) * dt,
+        "S_d": float(com[turn, 0] - com[lift, 0]),
+        "step_length": length,
+        "step_time": duration,
+        "speed": length / duration,
+    }
+
+
+def dynamic_walk(context: Context, setup: DynamicWalkSetup | None = None) -> Outcome:
+    """Figures 3.6 and 3.7 planned and walked, and the design values."""
+    setup = setup or DynamicWalkSetup()
+    context = context.first(setup.runs)
+    body = load_body(context.robot)
+    (results,) = context.run(context.walks("dynamic-walk", "dynamic", setup.duration))
+    parameters = gait_parameters("dynamic", context.config("dynamic", 0, {}).parameters)
+    references = plan(make_gait("dynamic", parameters, body), 5.0, DT)
+    values = read_plan(references, DT)
+    speed = references[round(4.0 / DT)].com[0] / 4.0
+    sways = [_sway(result.track, body) for result in results]
+    sway, drift = float(np.sqrt(np.mean([rms**2 for rms, _ in sways]))), float(np.median([d for _, d in sways]))
+    walked = condition(results)
+    note = f"Seed {results[0].seed}; planned blue, walked red."
+    return context.outcome(
+        "dynamic-walk",
+        "R7: the dynamically stable gait",
+        "Thesis 3.3.2, figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 m; a mean speed "
+        "of 0.15 m/s, start-up included.",
+        setup=[("gait", "dynamic, with its own controllers"), ("length", f"{setup.duration:g} s")],
+        claims=[
+            *(
+                Claim(
+                    f"{name} = {expected:g} (within 1 %)",
+                    f"{values[name]:.5f}",
+                    _near(values[name], expected),
+                )
+                for name, expected in EXPECTED.items()
+            ),
+            Claim("The robot walks it, with its controllers", walked.words(), walked.survived == walked.n),
+        ],
+        pictures=[
+            Picture(
+                _plot_time(context.out / "dynamic-walk-3.6.png", results[0], body),
+                "Figure 3.6: centre of mass over time, planned and walked",
+                note,
+            ),
+            Picture(
+                _plot_path(context.out / "dynamic-walk-3.7.png", results[0], body),
+                "Figure 3.7: path of the centre of mass, planned and walked",
+                note,
+            ),
+        ],
+        tables=[conditions_table({"with its controllers": walked})],
+        findings=[
+            f"The plan makes {speed:.3f} m/s over its first 4 s, the start included (the thesis reads 0.15), "
+            f"and {values['speed']:.3f} m/s then; the robot walks {walked.speed:.3f} m/s (median).",
+            f"To the side the true centre of mass is {1e3 * sway:.0f} mm (rms) from the plan once the drift of "
+            f"the heading is taken out, which is {100.0 * drift:+.0f} % of the way (median).",
+            falls_finding("The walk", results, body),
+        ],
+        figures={
+            "planned": values,
+            "mean_speed": speed,  # of the plan over the time that figure 3.6 shows, m/s
+            "walked": walked,
+            "sway_rms": sway,  # of the true from the planned centre of mass along y without drift, m
+            "drift": drift,  # to the side over the way ahead
+        },
+    )
+
+
+def _near(value: float, expected: float) -> bool:
+    return abs(value / expected - 1.0) <= TOLERANCE
+
+
+def _com_walked(track: Track, body: Body) -> Array:
+    """True centre of mass in the walk frame, whose origin is midway between the ankles at the start, m."""
+    first = Track(track.rows[:1])
+    soles = [soles_in_world(body, side, first)[0, :2, 3] for side in SIDES]
+    (xl, yl), (xr, yr) = soles
+    yaw = math.atan2(-(xl - xr), yl - yr)
+    off = track["com"][:, :2] - np.mean(soles, axis=0)
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.column_stack([c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]])
+
+
+def _sway(track: Track, body: Body) -> tuple[float, float]:
+    """Rms difference along y from the plan without its linear trend, m, and that trend over the way ahead."""
+    off = _com_walked(track, body)[:, 1] - track["plan_com"][:, 1]
+    rate, start = np.polyfit(track["time"], off, 1)
+    ahead = np.polyfit(track["time"], track["plan_com"][:, 0], 1)[0]
+    return float(np.std(off - rate * track["time"] - start)), float(rate / ahead)
+
+
+def _plot_time(path: Path, result: WalkOutcome, body: Body) -> Path:
+    figure = axes.new_figure(9.0, 6.5)
+    track = result.track
+    walked = _com_walked(track, body)
+    for i, (panel, name) in enumerate(zip(figure.subplots(2, 1, sharex=True), "xy", strict=True)):
+        panel.plot(track["time"], track["plan_com"][:, i], axes.BLUE, label="planned")
+        panel.plot(track["time"], walked[:, i], axes.RED, linewidth=0.9, label="walked")
+        axes.finish(panel, "t / s", f"{name}_W^CoG / m")
+    return axes.save(figure, path)
+
+
+def _plot_path(path: Path, result: WalkOutcome, body: Body) -> Path:
+    figure = axes.new_figure(9.0, 4.0)
+    panel = figure.subplots()
+    track = result.track
+    walked = _com_walked(track, body)
+    panel.plot(track["plan_com"][:, 0], track["plan_com"][:, 1], axes.BLUE, label="planned")
+    panel.plot(walked[:, 0], walked[:, 1], axes.RED, linewidth=0.9, label="walked")
+    axes.finish(panel, "x_W^CoG / m", "y_W^CoG / m")
+    return axes.save(figure, path)

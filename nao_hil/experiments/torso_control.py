@@ -1,0 +1,182 @@
+"""R2 and R5: both gaits under the thesis' own controllers, with and without torso control (4.2; 4.9, 4.16)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from bridge.body import load_body
+from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.experiments import axes
+from nao_hil.experiments.conditions import (
+    MAJORITY,
+    Comparison,
+    Condition,
+    before_fall,
+    conditions_table,
+    direction,
+    falls_claim,
+    growth_per_step,
+    survives_claim,
+)
+from nao_hil.experiments.context import Context
+from nao_hil.runs.walk import WalkOutcome
+from walker.switches import NAMED
+
+_THESIS: Final[dict[str, Any]] = msgspec.to_builtins(NAMED["thesis"])
+SWITCHES: Final[dict[str, dict[str, Any]]] = {"with": _THESIS, "without": _THESIS | {"torso": "none"}}
+"""By condition: the thesis' admittances and its torso control, and the same without torso control."""
+TITLES: Final = ("With torso control", "Without")
+PHASES: Final = "phases black: 0 DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR."
+
+
+@dataclass(frozen=True)
+class TorsoDriftSetup:
+    """Numbers of R2."""
+
+    duration: float = 60.0
+    """s"""
+    growth_deg: float = 0.05
+    """Least growth of the pitch without torso control, degrees per step."""
+
+
+@dataclass(frozen=True)
+class DynamicTorsoSetup:
+    """Numbers of R5."""
+
+    duration: float = 60.0
+    """s"""
+    speed: float = 0.15
+    """Least speed over ground, m/s; the thesis' mean, start-up included."""
+    figure: float = 12.0
+    """Part of the walk that the figure shows, s."""
+
+
+def torso_drift(context: Context, setup: TorsoDriftSetup | None = None) -> Outcome:
+    """R2: growth of the pitch, and falls; figure 4.9."""
+    setup = setup or TorsoDriftSetup()
+    with_, without = context.run_switches("torso-drift", "static", setup.duration, SWITCHES)
+    growth = _growth(with_), _growth(without)
+    compared = Comparison(dict(zip(TITLES, (with_, without), strict=True)))
+    conditions = tuple(compared.conditions.values())
+    picture = axes.pitch_and_roll(
+        context.out / "torso-drift-4.9.png", with_[0].track, without[0].track, phases=True
+    )
+    return context.outcome(
+        "torso-drift",
+        "R2: the static gait under the thesis' own controllers, torso control on and off",
+        "Thesis 4.2, figure 4.9: in the static gait with admittance the pitch error grows with every step "
+        "until the robot falls after about 20 s; with torso control the torso is righted in every single "
+        "support.",
+        setup=_setup("static", setup.duration),
+        claims=drift_claims(setup, conditions, growth),
+        pictures=[
+            Picture(
+                picture,
+                "Figure 4.9: pitch of the torso, and its roll",
+                f"Seed {with_[0].seed}; blue without, red with torso control, cyan what it adds to the "
+                f"AnklePitch of the leg that stands; {PHASES}",
+            )
+        ],
+        tables=[conditions_table(compared.conditions)],
+        findings=compared.findings(load_body(context.robot)),
+        figures={
+            "with": conditions[0],
+            "without": conditions[1],
+            "paired": compared.pair,
+            "growth_with_deg": growth[0],  # median of `drift_per_step` over the runs
+            "growth_without_deg": growth[1],
+        },
+    )
+
+
+def dynamic_torso(context: Context, setup: DynamicTorsoSetup | None = None) -> Outcome:
+    """R5: falls and speed; figure 4.16."""
+    setup = setup or DynamicTorsoSetup()
+    with_, without = context.run_switches("dynamic-torso", "dynamic", setup.duration, SWITCHES)
+    compared = Comparison(dict(zip(TITLES, (with_, without), strict=True)))
+    conditions = tuple(compared.conditions.values())
+    shown = [walk[0].track.until(setup.figure) for walk in (with_, without)]
+    picture = axes.pitch_and_roll(context.out / "dynamic-torso-4.16.png", shown[0], shown[1], phases=True)
+    return context.outcome(
+        "dynamic-torso",
+        "R5: the dynamic gait under the thesis' own controllers, torso control on and off",
+        "Thesis 4.2.3, figure 4.16: the dynamic gait falls after about 4 s without torso control and goes on "
+        "stably with it.",
+        setup=_setup("dynamic", setup.duration),
+        claims=torso_claims(setup, *conditions),
+        pictures=[
+            Picture(
+                picture,
+                "Figure 4.16: pitch of the torso, and its roll",
+                f"Seed {with_[0].seed}; blue without, red with torso control; {PHASES}",
+            )
+        ],
+        tables=[conditions_table(compared.conditions)],
+        findings=compared.findings(load_body(context.robot)),
+        figures={
+            "with": conditions[0],
+            "without": conditions[1],
+            "thesis": conditions[0],
+            "paired": compared.pair,
+            "falls_in_pitch": sum(
+                not r.end.survived and direction(r.end) in ("forward", "backward") for r in without
+            ),
+        },
+    )
+
+
+def _setup(gait: str, duration: float) -> list[tuple[str, str]]:
+    return [
+        ("gait", f"{gait}; leg and ankle admittance, torso control of the thesis or none"),
+        ("length", f"{duration:g} s"),
+    ]
+
+
+def drift_claims(
+    setup: TorsoDriftSetup, conditions: Sequence[Condition], growth: tuple[float, float]
+) -> tuple[Claim, ...]:
+    """The verdicts of R2 on both conditions, with torso control first."""
+    with_, without = conditions
+    return (
+        Claim(
+            "Without torso control the pitch grows from step to step",
+            f"{growth[1]:+.2f} deg per step without, {growth[0]:+.2f} with (medians)",
+            abs(growth[1]) > max(abs(growth[0]), setup.growth_deg),
+        ),
+        falls_claim(f"Without it most fall within {setup.duration:g} s", without, MAJORITY),
+        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MAJORITY),
+    )
+
+
+def torso_claims(setup: DynamicTorsoSetup, with_: Condition, without: Condition) -> tuple[Claim, ...]:
+    """The verdicts of R5 on both conditions."""
+    return (
+        falls_claim(f"Without torso control most fall within {setup.duration:g} s", without, MAJORITY),
+        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MAJORITY),
+        Claim(
+            f"With it at {setup.speed:g} m/s or more over ground",
+            f"{with_.speed:.3f} m/s (median)",
+            with_.speed >= setup.speed,
+        ),
+    )
+
+
+def _growth(results: Sequence[WalkOutcome]) -> float:
+    """Median slope of the mean pitch per step, deg; NaN when no run has three steps."""
+    slopes = [slope for result in results if (slope := drift_per_step(result)) is not None]
+    return float(np.median(slopes)) if slopes else math.nan
+
+
+def drift_per_step(result: WalkOutcome) -> float | None:
+    """Slope of the mean true pitch of a step against its number, up to a second before a fall, deg per step.
+
+    None: fewer than three steps.
+    """
+    track = before_fall(result)
+    return growth_per_step(track, np.degrees(track.pitch)) if len(track) else None
