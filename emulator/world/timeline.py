@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendulum, TiltFloor
 from bridge.messages.world_state import Terrain
 from emulator.engine.base import Engine

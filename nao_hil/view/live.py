@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, Final, Protocol, TypeVar
 
@@ -32,8 +33,11 @@ KINDS: Final[dict[str, Any]] = {
     keys.TELEMETRY: WalkTelemetry,
     keys.NOTICES: Notice,
 }
-MAX_MESSAGES: Final = 4000
+FRAMES: Final = (keys.SENSORS, keys.ACTUATORS, keys.TRUTH, keys.TELEMETRY)
+MAX_MESSAGES: Final = 2000
 """Messages that wait for the page; older ones are lost to it."""
+MAX_FRAMES: Final = 400
+"""Messages, of a second, that a page works through; one that is further behind skips the frames before."""
 TIMEOUT: Final = 2.0
 """s to wait for a robot to say something to."""
 
@@ -52,8 +56,8 @@ class Subscriber:
         self._subscribers: list[Any] = []
         self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(MAX_MESSAGES)
 
-    def take(self) -> list[Published]:
-        """What came since the last call; tries to connect until that is done.
+    def take(self) -> Iterator[Published]:
+        """Messages since the last call; tries to connect until that is done.
 
         Raises:
             ConfigurationError: not an endpoint.
@@ -61,18 +65,17 @@ class Subscriber:
         if self._session is None:
             self._session = try_client(self._endpoint)
             if self._session is None:
-                return []
+                return
             self._subscribers = [
                 subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
                 for suffix in KINDS
             ]
-        messages: list[Published] = []
-        for suffix, payload in self._mailbox.drain():
-            try:
-                messages.append(decode(payload, KINDS[suffix]))
-            except FrameError:  # a stranger on the key
-                continue
-        return messages
+        waiting = self._mailbox.drain()
+        for i, (suffix, payload) in enumerate(waiting):
+            # Not decoded all at once: a frame takes several times the memory of its message.
+            if suffix not in FRAMES or len(waiting) - i <= MAX_FRAMES:
+                with contextlib.suppress(FrameError):  # a stranger on the key
+                    yield decode(payload, KINDS[suffix])
 
     def _keep(self, suffix: str, payload: bytes) -> None:
         self._mailbox.put((suffix, payload))
