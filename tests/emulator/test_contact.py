@@ -18,8 +18,7 @@ from emulator.engine.mujoco.engine import MujocoEngine
 from emulator.engine.shapes import FOOT_LINKS
 from emulator.engine.values import PhysicsSettings
 from emulator.poses import Pose, compose, matrix, quaternion
-from emulator.world import World
-from emulator.world.world import SURFACES
+from emulator.world.world import SURFACES, World
 
 LOAD = 47.0
 """N, about the weight of a NAO."""

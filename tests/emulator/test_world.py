@@ -28,10 +28,10 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
 from emulator.scenarios.model import Scenario
 from emulator.scenarios.terrain import terrain_of
-from emulator.world import World
 from emulator.world.actions import PendulumStrike
 from emulator.world.queries import carry_out
 from emulator.world.timeline import lay_terrain
+from emulator.world.world import World
 
 BODY = load_body("nao-v3")
 MASS = sum(link.mass for link in BODY.links.values())
