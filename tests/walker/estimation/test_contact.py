@@ -14,6 +14,7 @@ from bridge.body.kinematics import homogeneous
 from bridge.errors import ConfigurationError
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import rotation
+from tests.plans import supported_plan
 from walker.estimation.contact import (
     ContactEstimator,
     ContactParameters,
@@ -23,8 +24,6 @@ from walker.estimation.contact import (
     SupportStateMachine,
     TouchDownParameters,
 )
-from walker.gaits import Plan, SolePose
-from walker.gaits.plan import Support
 from walker.parameters import controller_parameters
 
 DT = 0.01
@@ -33,33 +32,19 @@ DT = 0.01
 BOTH, LEFT, NEITHER = Contacts(True, True), Contacts(True, False), Contacts(False, False)
 
 
-def plan(support: Support, progress: float = 0.5) -> Plan:
-    return Plan(
-        phase="SSL" if support == "L" else "DSL",
-        support=support,
-        progress=progress,
-        step=0,
-        left=SolePose(0.0, 0.05),
-        right=SolePose(0.06, -0.05),
-        com=(0.0, 0.0),
-        zmp=(0.0, 0.0),
-        hip_height=0.215,
-    )
-
-
 def test_a_foot_that_has_landed_is_a_stance_foot_when_its_phase_ends() -> None:
     machine = SupportStateMachine(TouchDownParameters(max_wait=0.5))
-    assert machine.update(plan("L"), LEFT, DT).role("R") == "swing"
-    assert machine.update(plan("L", 0.95), BOTH, DT).role("R") == "swing"  # early: the phase goes on
-    assert machine.update(plan("both"), BOTH, DT) == SupportState("both")
+    assert machine.update(supported_plan("L"), LEFT, DT).role("R") == "swing"
+    assert machine.update(supported_plan("L", 0.95), BOTH, DT).role("R") == "swing"  # early: the phase goes on
+    assert machine.update(supported_plan("both"), BOTH, DT) == SupportState("both")
 
 
 def test_a_late_foot_is_lowered_and_waited_for_within_bounds() -> None:
     machine = SupportStateMachine(TouchDownParameters(max_wait=0.2, search_depth=0.01, search_rate=0.04))
-    machine.update(plan("L"), LEFT, DT)
+    machine.update(supported_plan("L"), LEFT, DT)
     searches, waits = [], []
     for _ in range(60):
-        support_state = machine.update(plan("both"), LEFT, DT)
+        support_state = machine.update(supported_plan("both"), LEFT, DT)
         searches.append(support_state.search_depth)
         waits.append(support_state.wait)
     assert searches[:3] == pytest.approx([0.0004, 0.0008, 0.0012])  # rate x time
@@ -72,16 +57,16 @@ def test_a_late_foot_is_lowered_and_waited_for_within_bounds() -> None:
 
 def test_a_late_foot_that_finds_ground_ends_the_wait() -> None:
     machine = SupportStateMachine(TouchDownParameters(max_wait=0.5))
-    machine.update(plan("L"), LEFT, DT)
-    assert machine.update(plan("both"), LEFT, DT).wait
-    assert machine.update(plan("both"), BOTH, DT) == SupportState("both")
-    assert machine.update(plan("both"), LEFT, DT) == SupportState("both")  # one landing per swing
+    machine.update(supported_plan("L"), LEFT, DT)
+    assert machine.update(supported_plan("both"), LEFT, DT).wait
+    assert machine.update(supported_plan("both"), BOTH, DT) == SupportState("both")
+    assert machine.update(supported_plan("both"), LEFT, DT) == SupportState("both")  # one landing per swing
 
 
 def test_without_touch_down_parameters_the_plan_is_believed() -> None:
     machine = SupportStateMachine(None)
-    machine.update(plan("L"), LEFT, DT)
-    assert machine.update(plan("both"), NEITHER, DT) == SupportState("both", 0.5)
+    machine.update(supported_plan("L"), LEFT, DT)
+    assert machine.update(supported_plan("both"), NEITHER, DT) == SupportState("both", 0.5)
 
 
 def test_contact_has_hysteresis() -> None:

@@ -16,9 +16,10 @@ from bridge.body.joints import INDEX
 from bridge.body.kinematics import CentreOfMass, FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
+from tests.plans import supported_plan
 from walker.estimation.contact import Contacts, SupportState
-from walker.gaits import GaitCommand, Plan, gait_parameters, make_gait, standing_plan
-from walker.gaits.plan import CaptureStep, Feedback, Foothold, LandedFoot, SolePose, Support
+from walker.gaits import GaitCommand, gait_parameters, make_gait, standing_plan
+from walker.gaits.plan import CaptureStep, Feedback, Foothold, LandedFoot, SolePose
 from walker.gaits.pose import PoseMaker
 from walker.mechanisms.capture_step import (
     CaptureEstimator,
@@ -328,25 +329,11 @@ def test_a_robot_that_made_no_capture_step_has_no_landed_foot():
     assert estimator.update(angles, (0.0, 0.0), STILL, STAND, DT) is None
 
 
-def plan(support: Support, progress: float = 0.5) -> Plan:
-    return Plan(
-        phase="SSL" if support == "L" else "DSL",
-        support=support,
-        progress=progress,
-        step=0,
-        left=SolePose(0.0, 0.05),
-        right=SolePose(0.06, -0.05),
-        com=(0.0, 0.0),
-        zmp=(0.0, 0.0),
-        hip_height=0.215,
-    )
-
-
 def test_after_a_capture_step_back_both_soles_lie_in_one_plane_until_the_torso_is_upright() -> None:
     """With the torso leaning back by 20 degrees both soles are turned by it about one axis, and end level."""
     p = SwingFootOrientationParameters(return_rate=2.0, max_rate=4.0)
     control, lean = SwingFootOrientation(p, LandedFootParameters()), math.radians(-20.0)
-    swing = replace(plan("L"), capture="R", right=SolePose(-0.1, -0.1))
+    swing = replace(supported_plan("L"), capture="R", right=SolePose(-0.1, -0.1))
     for k in range(40):
         found = control.update((0.0, lean), swing, SupportState("L", progress=k / 40), LEFT, DT)
     assert found["R"].pitch == pytest.approx(-lean)
