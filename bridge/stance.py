@@ -15,6 +15,8 @@ from bridge.messages import SensorFrame
 from bridge.rotations import rotation
 from bridge.types import SIDES, Positive
 
+FALLEN_TILT: Final = math.radians(45.0)
+"""Tilt of the torso from which a robot counts as fallen, rad."""
 _STIFF: Final = 0.2
 """A robot stands by a leg only if each of its joints has at least this stiffness."""
 

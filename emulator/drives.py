@@ -11,9 +11,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.types import Array
 from emulator.compiled import compilable, compiled
 
-Vector = NDArray[np.float64]
 BRUSH_REACH: Final = 0.001
 """How far the brush of the dry friction bends, rad: less than one count of the encoder (assumed)."""
 
@@ -68,7 +68,7 @@ DRIVE: Final = np.dtype(
 
 
 @compiled
-def run_drives(drives: NDArray[Any], position: Vector, velocity: Vector, torque: Vector) -> None:
+def run_drives(drives: NDArray[Any], position: Array, velocity: Array, torque: Array) -> None:
     """Run the drives for one physics step.
 
     Args:

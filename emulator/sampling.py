@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.messages import SensorFrame
+from bridge.types import Array
 from emulator.compiled import compiled
 from emulator.engine.values import GroundContacts
 from emulator.hands import Hands
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
 
-Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 
@@ -41,7 +41,7 @@ class FrameSampler:
         self.absent = tuple(name for i, name in enumerate(JOINTS) if i not in present)
         """Joints of the frame that this body does not have."""
 
-    def angles(self, position: Vector) -> tuple[float, ...]:
+    def angles(self, position: Array) -> tuple[float, ...]:
         """Angles of the mechanical joints (n,), rad, and the hands' openings, in frame order."""
         slots = np.zeros(N_JOINTS)
         slots[self._slots] = position[self._joints]
@@ -49,7 +49,7 @@ class FrameSampler:
 
     def sample(
         self,
-        position: Vector,
+        position: Array,
         contacts: GroundContacts,
         *,
         seq: int,
@@ -100,8 +100,8 @@ class FrameSampler:
 
 @compiled
 def _by_slot(
-    slots: Places, joints: Places, angle: Vector, stiffness: Vector, current: Vector, temperature: Vector
-) -> Vector:
+    slots: Places, joints: Places, angle: Array, stiffness: Array, current: Array, temperature: Array
+) -> Array:
     """Values of the mechanical joints, each (n,), in frame order, (4, 25), 0 for all others."""
     found = np.zeros((4, N_JOINTS))
     for i in range(len(slots)):

@@ -16,9 +16,8 @@ from scipy.interpolate import PchipInterpolator
 
 from bridge.body import TORSO, Body
 from bridge.body.sole import sole_hull
-from bridge.types import SIDES, Side
+from bridge.types import SIDES, Array, Side
 
-Floats = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 WHITE: Final[Colour] = (238, 240, 243)
@@ -35,7 +34,7 @@ _FINE, _MEDIUM, _COARSE = (26, 16), (18, 10), (12, 7)
 class ColouredMesh(NamedTuple):
     """One coloured piece of a link, in the link's frame."""
 
-    vertices: Floats
+    vertices: Array
     """(n, 3), m."""
     faces: NDArray[np.int64]
     """(m, 3), outward."""
@@ -94,7 +93,7 @@ def loft(
     return _closed(grid, ends, colour, flipped=axis == 1)
 
 
-def _closed(grid: Floats, ends: Floats, colour: Colour, *, flipped: bool = False) -> ColouredMesh:
+def _closed(grid: Array, ends: Array, colour: Colour, *, flipped: bool = False) -> ColouredMesh:
     """The surface over rings of points (rings, around, 3), closed by a point at each end (2, 3)."""
     rings, around, _ = grid.shape
     i = np.arange(around)
@@ -313,7 +312,7 @@ def _foot(body: Body, side: Side) -> list[ColouredMesh]:
     ]
 
 
-def _front(outline: Floats, y: float) -> float:
+def _front(outline: Array, y: float) -> float:
     """The largest x of a convex outline (n, 2) at some y, m."""
     a, b = outline, np.roll(outline, -1, axis=0)
     crosses = (a[:, 1] - y) * (b[:, 1] - y) <= 0.0
@@ -322,7 +321,7 @@ def _front(outline: Floats, y: float) -> float:
     return float((p[:, 0] + (y - p[:, 1]) / rise * (q[:, 0] - p[:, 0])).max())
 
 
-def _ray_lengths(outline: Floats, angle: Floats) -> Floats:
+def _ray_lengths(outline: Array, angle: Array) -> Array:
     """Distance from the origin to a convex outline (n, 2) in some directions, rad."""
     own = np.arctan2(outline[:, 1], outline[:, 0])
     order = np.argsort(own)
@@ -331,7 +330,7 @@ def _ray_lengths(outline: Floats, angle: Floats) -> Floats:
     p, q = a[sector], b[sector]
     way = np.column_stack([np.cos(angle), np.sin(angle)])
     edge = q - p
-    found: Floats = (p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]) / (
+    found: Array = (p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]) / (
         way[:, 0] * edge[:, 1] - way[:, 1] * edge[:, 0]
     )
     return found

@@ -6,10 +6,10 @@ import math
 from typing import Final
 
 from bridge.messages import Contact, TruthFrame
+from bridge.stance import FALLEN_TILT
 from bridge.types import Vec3
 from emulator.engine.values import FootLoad, GroundContacts, TorsoState
 
-FALLEN_TILT: Final = math.cos(math.radians(45.0))
 FALLEN_HEIGHT: Final = 0.5
 
 
@@ -51,7 +51,7 @@ def truth_frame(
 
 def upright(torso: TorsoState) -> bool:
     """Whether the torso leans by less than the tilt of a fallen robot."""
-    return bool(torso.rotation[8] >= FALLEN_TILT)
+    return bool(torso.rotation[8] >= math.cos(FALLEN_TILT))
 
 
 def _contact(load: FootLoad) -> Contact:

@@ -7,10 +7,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bridge.types import Vec3
+from bridge.types import Array, Vec3
 from emulator.compiled import compilable
 
 Rotation = tuple[float, float, float, float, float, float, float, float, float]
@@ -30,7 +27,7 @@ def scaled(a: Vec3, factor: float) -> Vec3:
 
 
 @compilable
-def put(row: NDArray[np.float64], a: Vec3) -> None:
+def put(row: Array, a: Vec3) -> None:
     """Write a vector into the first three numbers of a row."""
     row[0], row[1], row[2] = a
 

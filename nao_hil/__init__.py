@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from bridge.body.joints import JOINTS
     from bridge.errors import NaoHilError
-    from bridge.link.walk_client import WalkClient
-    from bridge.link.world_client import WorldClient
+    from bridge.link.client import WalkClient, WorldClient
     from nao_hil.batch import Batch
     from nao_hil.connection import connect
     from nao_hil.recording import load
@@ -31,8 +30,8 @@ _HOME: Final = {
     "Batch": "nao_hil.batch",
     "NaoHilError": "bridge.errors",
     "Robot": "nao_hil.robot",
-    "WalkClient": "bridge.link.walk_client",
-    "WorldClient": "bridge.link.world_client",
+    "WalkClient": "bridge.link.client",
+    "WorldClient": "bridge.link.client",
     "connect": "nao_hil.connection",
     "load": "nao_hil.recording",
     "walk": "nao_hil.simulation",

@@ -10,17 +10,16 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError, FrameError
 from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
+from bridge.types import Array
 from nao_hil.arguments import whole_seed
 from nao_hil.commands import UnreachableAngles
 from nao_hil.robot import Robot
-
-Array = NDArray[np.float64]
 
 
 class Frames(msgspec.Struct, frozen=True, kw_only=True):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.types import Array
 from emulator.drives import run_drives, take_over
 from emulator.servo.servo import Servo
 
-Vector = NDArray[np.float64]
 
-
-def torques(servo: Servo, position: Vector, velocity: Vector) -> Vector:
+def torques(servo: Servo, position: Array, velocity: Array) -> Array:
     """Torques (n,), N m, of one step for joint angles (n,), rad, and velocities (n,), rad/s."""
     if servo.advance(1) == 0:
         take_over(servo.drives)

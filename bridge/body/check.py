@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
+from bridge.body.joints import TORSO, joint_tree
 from bridge.body.model import Body, CouplingRow, Link
-from bridge.body.topology import TORSO, joint_tree
 from bridge.errors import ConfigurationError
 from bridge.polygon import turn
 

@@ -15,11 +15,10 @@ from typing import Final
 
 import numpy as np
 
-from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.joints import INDEX_WITH_MIRROR, TORSO, joint_tree
 from bridge.body.model import Body
 from bridge.body.quantities import total_mass
 from bridge.body.sole import foot_centre, sole_hull
-from bridge.body.topology import TORSO, joint_tree
 from bridge.types import SIDES, Array, Matrix3, Side, Vec3
 
 Transform = Array

@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bridge.body.joints import INDEX_WITH_MIRROR, LEG_SLOTS
+from bridge.body.joints import INDEX_WITH_MIRROR, LEG_SLOTS, TORSO, joint_tree
 from bridge.body.kinematics import sole_in_torso
 from bridge.body.model import Body
-from bridge.body.topology import TORSO, joint_tree
 from bridge.rotations import quaternion, rotation
 from bridge.types import SIDES, Array, Quaternion, Side, Vec2, Vec3
 

@@ -8,7 +8,6 @@ from typing import Final
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, JOINTS, N_JOINTS
@@ -117,7 +116,7 @@ class SpeedLimiter:
     def __init__(self, body: Body, ratio: float = 1.0) -> None:
         self._body = body
         self._couplings = [(j, INDEX[j], INDEX[o]) for j, o in COUPLED_TO.items() if j in body.joints]
-        self.steps: NDArray[np.float64] = np.full(N_JOINTS, np.inf)
+        self.steps: Array = np.full(N_JOINTS, np.inf)
         """Longest way of each joint in one cycle, rad."""
         for joint in body.joints:
             if joint in INDEX:

@@ -1,14 +1,22 @@
-"""The common part of all clients of a robot's queries."""
+"""Clients of a robot's queries: the guard, the walker, and the emulated world. None needs the lease."""
 
 from __future__ import annotations
 
+import time
 from types import TracebackType
-from typing import Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
-from bridge.errors import NaoHilError
+from bridge.errors import FrameError, LinkError, NaoHilError, RobotSilent, WalkRefused
 from bridge.link import keys
 from bridge.link.query import ask
 from bridge.link.session import open_client, other_robots, require_seconds
+from bridge.messages import Info, LeaseReply, LeaseRequest, decode, encode
+from bridge.messages.codec import M
+from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
+from bridge.messages.walk import WALK_COMMAND, TorsoName, WalkCommand, WalkStatus
+from bridge.messages.world import WORLD_COMMAND, WorldCommand
+from bridge.messages.world_state import WorldReply
+from bridge.types import Vec3
 
 C = TypeVar("C", bound="Client")
 
@@ -53,3 +61,215 @@ class Client:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+_TIMEOUT: Final = 2.0
+"""s until nobody answers."""
+_RETRY: Final = 0.05
+"""s between two attempts."""
+
+
+class GuardClient(Client):
+    """Asks the guard of one robot; close it, or use it as a context manager.
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+        connect_timeout: s to wait for somebody to listen there.
+
+    Raises:
+        ConfigurationError: bad id or endpoint.
+        RobotSilent: nobody listens there.
+    """
+
+    def __init__(
+        self,
+        robot: str = keys.DEFAULT_ROBOT,
+        connect: str = keys.DEFAULT_ENDPOINT,
+        connect_timeout: float = 3.0,
+    ) -> None:
+        super().__init__(robot, connect, connect_timeout, "controller")
+
+    def status(self) -> GuardStatus:
+        """State of the guard.
+
+        Raises:
+            LinkError: nobody answered, or the robot could not; its own sentence.
+        """
+        return self._query(keys.GUARD, b"", GuardStatus)
+
+    def stop(self, how: Literal["crouch", "limp"] = "crouch", who: str = "") -> GuardStatus:
+        """Emergency stop; from then on no command is taken until `arm`. Raises as `status`."""
+        return self._query(keys.STOP, encode(StopRequest(how=how, who=who)), GuardStatus)
+
+    def arm(self, who: str = "") -> GuardStatus:
+        """Let commands be taken. Raises as `status`."""
+        return self._query(keys.ARM, encode(ArmRequest(who=who)), GuardStatus)
+
+    def info(self) -> Info:
+        """Description of the robot. Raises as `status`."""
+        return self._query(keys.INFO, b"", Info)
+
+    def holder(self) -> str:
+        """Name of the controller that holds the robot; empty: nobody does. Raises as `status`."""
+        request = LeaseRequest(op="status", controller="guard-client")
+        return self._query(keys.LEASE, encode(request), LeaseReply).holder
+
+    def _query(self, suffix: str, payload: bytes, kind: type[M]) -> M:
+        """Ask until somebody answers: a robot that has just begun serves its keys one after the other."""
+        deadline = time.monotonic() + _TIMEOUT
+        while time.monotonic() < deadline:
+            reply = self._ask(suffix, payload, _TIMEOUT, LinkError)
+            if reply is not None:
+                return decode(reply, kind)
+            if others := self._other_robots():
+                raise RobotSilent(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
+            time.sleep(_RETRY)
+        raise RobotSilent(f"No robot `{self._robot}` at {self._endpoint} answered `{suffix}`.")
+
+
+class WalkClient(Client):
+    """Commands the walker of one robot; close it, or use it as a context manager.
+
+    Example:
+        with nao_hil.WalkClient() as walker:
+            print(walker.walk((0.015, 0.0, 0.0), distance=0.1).text)
+
+    Args:
+        robot: id of the robot.
+        connect: Zenoh endpoint of the robot.
+        connect_timeout: s to wait for somebody to listen there.
+
+    Raises:
+        ConfigurationError: bad id or endpoint.
+        RobotSilent: nobody listens there.
+    """
+
+    def __init__(
+        self,
+        robot: str = keys.DEFAULT_ROBOT,
+        connect: str = keys.DEFAULT_ENDPOINT,
+        connect_timeout: float = 10.0,
+    ) -> None:
+        super().__init__(robot, connect, connect_timeout, "controller")
+
+    def walk(
+        self,
+        velocity: Vec3 | None = None,
+        *,
+        steps: int | None = None,
+        distance: float | None = None,
+        target: Vec3 | None = None,
+        gait: str | None = None,
+        torso: TorsoName | None = None,
+        admittance: bool | None = None,
+        hold: float | None = None,
+        at: int | None = None,
+    ) -> WalkStatus:
+        """Walk; the fields of `bridge.messages.walk.WalkCommand`.
+
+        Raises:
+            WalkRefused: the walker cannot; its own sentence, which names the bound.
+            LinkError: no walker there serves.
+        """
+        return self.send(
+            WalkCommand(
+                op="walk",
+                velocity=velocity,
+                steps=steps,
+                distance=distance,
+                target=target,
+                gait=gait,
+                torso=torso,
+                admittance=admittance,
+                hold=hold,
+                at=at,
+            )
+        )
+
+    def stop(self) -> WalkStatus:
+        """Close the feet and stand; answered at once. Raises as `walk`."""
+        return self.send(WalkCommand(op="stop"))
+
+    def motion(self, name: str) -> WalkStatus:
+        """Close the feet, then play a motion; answered at once.
+
+        Args:
+            name: `get-up`, or of a motion that comes with the package, as `sit-down`.
+
+        Raises:
+            WalkRefused: no such motion, or none for this body or for how it lies.
+            LinkError: no walker there serves.
+        """
+        return self.send(WalkCommand(op="motion", motion=name))
+
+    def set(self, **changes: Any) -> WalkStatus:
+        """Change `velocity`, `gait`, `torso` or `admittance` without beginning a walk. Raises as `walk`."""
+        return self.send(WalkCommand(op="set", **changes))
+
+    def take(self) -> WalkStatus:
+        """Have a walker that stands by take the robot; answered with its first cycle. Raises as `walk`."""
+        return self.send(WalkCommand(op="take"))
+
+    def release(self) -> WalkStatus:
+        """Have a walker that stands give the robot back and stand by; answered then. Raises as `walk`."""
+        return self.send(WalkCommand(op="release"))
+
+    def status(self) -> WalkStatus:
+        """State of the walker. Raises as `walk`."""
+        return self.send(WalkCommand(op="status"))
+
+    def send(self, command: WalkCommand, timeout: float = 10.0) -> WalkStatus:
+        """Send any command; a new design of the torso controller takes a second or two.
+
+        Raises:
+            WalkRefused: the walker refused; its own sentence.
+            LinkError: nobody answered.
+        """
+        reply = self._ask(WALK_COMMAND, encode(command), timeout, WalkRefused)
+        if reply is not None:
+            return decode(reply, WalkStatus)
+        if others := self._other_robots():
+            raise LinkError(f"There is no robot `{self._robot}` at {self._endpoint}{others}.")
+        raise LinkError(
+            f"No walker of robot `{self._robot}` at {self._endpoint} takes commands; start one with "
+            "`nao-hil walk --serve`."
+        )
+
+
+_CONNECT_TIMEOUT: Final = 10.0
+"""s to wait for somebody to listen there."""
+
+
+class WorldClient(Client):
+    """Commands the world of one emulated robot; close it, or use it as a context manager.
+
+    Example:
+        from bridge.messages.world import Push
+        with nao_hil.WorldClient() as world:
+            print(world.send(Push(impulse=(0.0, 1.5, 0.0), duration=0.1)).text)
+
+    Args:
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+    """
+
+    def __init__(self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT) -> None:
+        super().__init__(robot, connect, _CONNECT_TIMEOUT, "world")
+
+    def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
+        """Carry out a command, and say how the world is then.
+
+        Args:
+            command: To carry out.
+            timeout: s to wait; a `Step` is answered when its cycles have run.
+
+        Raises:
+            FrameError: the robot refused the command; its own sentence.
+            LinkError: nobody answered: no robot there, or one that has no world.
+        """
+        reply = self._ask(WORLD_COMMAND, encode(command), timeout, FrameError)
+        if reply is not None:
+            return decode(reply, WorldReply)
+        others = self._other_robots()
+        raise LinkError(f"No emulated robot `{self._robot}` at {self._endpoint} answered{others}.")

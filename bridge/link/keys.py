@@ -6,7 +6,7 @@ import re
 from typing import Final
 
 from bridge.errors import ConfigurationError
-from bridge.messages.schema import NAME
+from bridge.messages.frames import NAME
 
 DEFAULT_ROBOT: Final = "nao"
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"

@@ -5,13 +5,11 @@ for other languages.
 """
 
 from bridge.messages.codec import decode, decode_command, encode
-from bridge.messages.frames import ActuatorFrame, SensorFrame
-from bridge.messages.info import Info
-from bridge.messages.lease import LeaseReply, LeaseRequest
-from bridge.messages.notice import Notice
-from bridge.messages.schema import MAX_PAYLOAD, SCHEMA_VERSION
-from bridge.messages.truth import Contact, TruthFrame
+from bridge.messages.frames import MAX_PAYLOAD, SCHEMA_VERSION, ActuatorFrame, SensorFrame
+from bridge.messages.guard import LeaseReply, LeaseRequest
+from bridge.messages.info import Info, Notice
 from bridge.messages.walk import WalkTelemetry
+from bridge.messages.world_state import Contact, TruthFrame
 
 __all__ = [
     "MAX_PAYLOAD",

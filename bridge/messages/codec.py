@@ -10,7 +10,7 @@ import msgspec
 
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import FrameError
-from bridge.messages.schema import MAX_PAYLOAD, SCHEMA_VERSION, Versioned
+from bridge.messages.frames import MAX_PAYLOAD, SCHEMA_VERSION, Versioned
 from bridge.validation import READING_TYPES, Invalid, convert
 
 M = TypeVar("M", bound=Versioned)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 
 import msgspec
 
-from bridge.messages.schema import SCHEMA_VERSION
+from bridge.messages.frames import SCHEMA_VERSION
 from bridge.types import Count
 
 CREATE_ALIAS: Final = "dcm/createAlias"

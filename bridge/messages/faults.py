@@ -10,7 +10,7 @@ from typing import Annotated
 import msgspec
 
 from bridge.body.joints import JOINTS
-from bridge.messages.elements import sensor_slots
+from bridge.messages.frames import sensor_slots
 from bridge.types import Bounded, Fraction
 from bridge.validation import unknown_name
 

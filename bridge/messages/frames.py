@@ -1,14 +1,73 @@
-"""The two frames of a cycle: sensor values up, joint angles and stiffnesses down."""
+"""The two frames of a cycle, sensor values up and joint targets down, and the names of their elements."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final, Protocol
 
 import msgspec
 
-from bridge.body.joints import N_JOINTS
-from bridge.messages.schema import SCHEMA_VERSION
+from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.types import MAX_INT, Count, Finite, Vec2, Vec3
+from bridge.validation import unknown_name
+
+SCHEMA_VERSION: Final = 2
+"""Version of every message; a receiver refuses a version it does not know."""
+
+MAX_PAYLOAD: Final = 65536
+"""bytes; a receiver does not look into anything longer."""
+
+NAME: Final = r"^[A-Za-z0-9_-]{1,64}(?!\n)$"
+"""Ids of robots, names of controllers and of boxes."""
+
+Name = Annotated[str, msgspec.Meta(pattern=NAME)]
+
+
+class Versioned(Protocol):
+    """Any message."""
+
+    @property
+    def version(self) -> int:
+        """Schema version it was written in."""
+
+
+_CELLS: Final = ("LFL", "LFR", "LRL", "LRR", "RFL", "RFR", "RRL", "RRR")
+_BUTTONS: Final = (
+    *("chest", "head_front", "head_middle", "head_rear", "left_bumper_left", "left_bumper_right"),
+    *("left_hand_back", "left_hand_left", "left_hand_right", "right_bumper_left", "right_bumper_right"),
+    *("right_hand_back", "right_hand_left", "right_hand_right"),
+)
+ELEMENTS: Final[dict[str, tuple[str, ...]]] = {
+    "position": JOINTS,
+    "stiffness": JOINTS,
+    "current": JOINTS,
+    "temperature": JOINTS,
+    "fsr": _CELLS,
+    "accelerometer": ("x", "y", "z"),
+    "gyroscope": ("x", "y", "z"),
+    "angle": ("x", "y"),
+    "touch": _BUTTONS,
+    "battery": ("charge", "current", "status", "temperature"),
+    "sonar": ("left", "right"),
+}
+"""Fields of `SensorFrame` that can fail, and the names of their elements in order."""
+
+
+def sensor_slots(sensor: str) -> tuple[str, tuple[int, ...]]:
+    """Field of the sensor frame and the indices in it that a selector means.
+
+    Raises:
+        ValueError: no such field or element; names the nearest one there is.
+    """
+    field, _, element = sensor.partition(".")
+    if field not in ELEMENTS:
+        raise ValueError(unknown_name("sensor", field, ELEMENTS))
+    names = ELEMENTS[field]
+    if not element:
+        return field, tuple(range(len(names)))
+    if element not in names:
+        raise ValueError(unknown_name(f"element of `{field}`", element, names))
+    return field, (names.index(element),)
+
 
 Joints = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=N_JOINTS, max_length=N_JOINTS)]
 """25 floats in `bridge.body.joints.JOINTS` order."""

@@ -1,10 +1,10 @@
-"""Description of a robot (query `info`)."""
+"""Description of a robot (query `info`), and its notices (key `notices`)."""
 
 from __future__ import annotations
 
 import msgspec
 
-from bridge.messages.schema import SCHEMA_VERSION, Name
+from bridge.messages.frames import SCHEMA_VERSION, Name
 from bridge.types import Count, Finite
 
 
@@ -35,3 +35,20 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     """The published posture StandInit inside these ranges, 25 positions, rad."""
     crouch: tuple[Finite, ...] = ()
     """The published posture Crouch inside these ranges, 25 positions, rad."""
+
+
+class Notice(msgspec.Struct, frozen=True, kw_only=True):
+    """One sentence from the robot side about something it refused, changed or saw (key `notices`)."""
+
+    version: int = SCHEMA_VERSION
+    seq: Count
+    level: str
+    """`info`, `warning` or `error`."""
+    code: str
+    """Short stable name, for example `frame-refused`."""
+    text: str
+
+    @property
+    def routine(self) -> bool:
+        """The guard follows a controller that took the robot, or holds for one that gave it back."""
+        return self.code == "guard-active" or (self.code == "guard-hold" and self.level == "info")

@@ -12,10 +12,10 @@ from typing import Annotated, Literal
 import msgspec
 
 from bridge.body.joints import UPPER_JOINTS
-from bridge.messages.schema import SCHEMA_VERSION
+from bridge.messages.frames import SCHEMA_VERSION
 from bridge.types import Count, Finite, Pose, Vec2, Vec3
 
-COMMAND = "walk/command"
+WALK_COMMAND = "walk/command"
 """Key suffix of the query."""
 
 TorsoName = Literal["none", "thesis", "robust"]

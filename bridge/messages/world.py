@@ -13,10 +13,10 @@ from typing import Annotated, Final, Literal
 import msgspec
 
 from bridge.messages.faults import Fault
-from bridge.messages.schema import SCHEMA_VERSION, Name
+from bridge.messages.frames import SCHEMA_VERSION, Name
 from bridge.types import Bounded
 
-COMMAND = "world/command"
+WORLD_COMMAND = "world/command"
 """Key suffix of the query."""
 MAX_TILT = 0.6
 """Steepest floor, rad."""
@@ -209,7 +209,7 @@ class Press(_Command, frozen=True, kw_only=True, tag="press"):
     """Press or release a button, bumper or touch surface."""
 
     button: str
-    """As in `bridge.messages.elements.ELEMENTS["touch"]`, for example `chest`."""
+    """As in `bridge.messages.frames.ELEMENTS["touch"]`, for example `chest`."""
     pressed: bool = True
 
 

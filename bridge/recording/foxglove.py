@@ -15,10 +15,9 @@ import msgspec
 import numpy as np
 
 from bridge.body import Body
-from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.joints import INDEX_WITH_MIRROR, TORSO
 from bridge.body.link_transforms import LinkTransforms, Transform
 from bridge.body.sole import sole_outline
-from bridge.body.topology import TORSO
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.rotations import R_yaw, heading, matrix, quaternion
 from bridge.types import SIDES, Side, Vec3

@@ -22,15 +22,22 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import keys
+from bridge.link.client import WorldClient
 from bridge.link.session import open_client, subscribe
-from bridge.link.world_client import WorldClient
 from bridge.messages import TruthFrame, decode
 from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
 from bridge.types import Array
-from emulator.camera.colours import encode_picture, picture_file
 from emulator.camera.picture import draw, hidden
-from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
+from emulator.camera.scene import (
+    CameraScene,
+    boxes_of,
+    encode_picture,
+    facing_away,
+    floor_of,
+    picture_file,
+    thing_of,
+)
 from emulator.camera.shapes import NEAR
 
 WORLD_RATE: Final = 5.0

@@ -21,12 +21,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
-from bridge.types import Vec3
+from bridge.types import Array, Vec3
 from emulator.drives import run_drives, take_over
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit, Surface, TorsoState
 from emulator.poses import Pose
-
-Vector = NDArray[np.float64]
 
 
 class Scene(ABC):
@@ -72,7 +70,7 @@ class Scene(ABC):
         """
 
     @abstractmethod
-    def add_heightfield(self, name: str, heights: NDArray[np.float64], spacing: float, at: Vec3) -> None:
+    def add_heightfield(self, name: str, heights: Array, spacing: float, at: Vec3) -> None:
         """Fix a grid of heights on the floor, linear between its points.
 
         Args:
@@ -133,9 +131,9 @@ class Multibody(ABC):
 
     joints: tuple[str, ...]
     """Names of the n mechanical joints, in the order of every vector here."""
-    position: Vector
+    position: Array
     """Joint angles after the last step, (n,), rad; read only."""
-    velocity: Vector
+    velocity: Array
     """Joint velocities after the last step, (n,), rad/s; read only."""
 
     @abstractmethod
@@ -189,7 +187,7 @@ class Multibody(ABC):
         """
 
     @abstractmethod
-    def lock_torque(self) -> Vector:
+    def lock_torque(self) -> Array:
         """Torque with which each blocked joint was held in the last step, (n,), N m; 0 for the others."""
 
     @abstractmethod
@@ -215,7 +213,7 @@ class Engine(ABC):
     """Set by `add_robot`."""
 
     @abstractmethod
-    def add_robot(self, body: Body, rotor_inertia: Vector, *, held: bool = False) -> None:
+    def add_robot(self, body: Body, rotor_inertia: Array, *, held: bool = False) -> None:
         """Put the robot into the world: zero pose, torso upright at the world's origin, no torque on any joint.
 
         Args:
@@ -245,7 +243,7 @@ class Engine(ABC):
             self.step(torque)
 
     @abstractmethod
-    def step(self, torque: Vector) -> None:
+    def step(self, torque: Array) -> None:
         """Run one physics step of `settings.step` with the pushes given since the last one.
 
         Args:

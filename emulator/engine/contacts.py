@@ -11,23 +11,20 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.types import SIDES, Side, Vec3
+from bridge.types import SIDES, Array, Side, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.engine.values import FootLoad, GroundContacts
 from emulator.vectors import add, rotate_back, scaled
 
-Vector = NDArray[np.float64]
-"""Order of the feet in arrays."""
 STEEP: Final = 0.5
 """Cosine to the sole's normal below which a contact pushes on the rim of the foot, not on the sole."""
 
 
 def ground_contacts(
-    sums: Vector,
+    sums: Array,
     rim: Sequence[tuple[int, Vec3]],
-    frames: Vector,
+    frames: Array,
     steps: int,
     normal: Vec3,
     touching: frozenset[str],
@@ -53,7 +50,7 @@ def ground_contacts(
 
 
 @compiled
-def _means(sums: Vector, frames: Vector, steps: int, normal: Vec3, means: Vector) -> Vec3:
+def _means(sums: Array, frames: Array, steps: int, normal: Vec3, means: Array) -> Vec3:
     """Mean force, normal force and centre of pressure in the sole frame of each foot, (2, 6), written.
 
     Returns:
@@ -74,7 +71,7 @@ def _means(sums: Vector, frames: Vector, steps: int, normal: Vec3, means: Vector
 
 
 @compilable
-def _local(place: Vec3, f: Vector) -> Vec3:
+def _local(place: Vec3, f: Array) -> Vec3:
     """A place of the world in a frame (12,)."""
     way = add(place, scaled((f[0], f[1], f[2]), -1.0))
     return rotate_back((f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11]), way)

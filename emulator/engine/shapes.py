@@ -12,12 +12,11 @@ import itertools
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import TORSO, Body
 from bridge.body.model import Shapes
 from bridge.body.sole import sole_hull
-from bridge.types import Quaternion, Side, Vec3
+from bridge.types import Array, Quaternion, Side, Vec3
 from emulator.poses import Pose, matrix
 
 Colour = tuple[float, float, float, float]
@@ -63,7 +62,7 @@ class SphereShape(NamedTuple):
 class PrismShape(NamedTuple):
     """An upright prism over a convex outline, m: first the vertices at the bottom, then those at the top."""
 
-    vertices: NDArray[np.float64]
+    vertices: Array
     colour: Colour
 
     def triangles(self) -> list[int]:
@@ -97,7 +96,7 @@ def lowest_point(shape: Shape, pose: Pose) -> float:
     return middle - 0.5 * shape.length * abs(float(down @ axis)) - shape.radius
 
 
-def sole_points(body: Body, side: Side) -> NDArray[np.float64]:
+def sole_points(body: Body, side: Side) -> Array:
     """Corners of the sole's bottom, (n, 3), AnkleRoll frame, m."""
     outline = sole_hull(body, side)
     return np.column_stack([outline, np.full(len(outline), -body.lengths.FootHeight)])

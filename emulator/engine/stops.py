@@ -11,13 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body, joint_tree
 from bridge.body.quantities import tensor_matrix
+from bridge.types import Array
 from emulator.compiled import compiled
-
-Vector = NDArray[np.float64]
 
 
 def own_inertia(body: Body, joint: str) -> float:
@@ -42,18 +40,18 @@ class Stops:
         step: Physics step, s.
     """
 
-    def __init__(self, body: Body, joints: Sequence[str], rotor_inertia: Vector, step: float) -> None:
+    def __init__(self, body: Body, joints: Sequence[str], rotor_inertia: Array, step: float) -> None:
         self._lower = np.array([body.joints[name].lower for name in joints])
         self._upper = np.array([body.joints[name].upper for name in joints])
         inertia = rotor_inertia + [own_inertia(body, name) for name in joints]
         self._step, self._torque_per_way = step, inertia / step**2
 
     @property
-    def constants(self) -> tuple[Vector, Vector, Vector, float]:
+    def constants(self) -> tuple[Array, Array, Array, float]:
         """The first arguments of `brake_joints`."""
         return self._lower, self._upper, self._torque_per_way, self._step
 
-    def brake(self, position: Vector, velocity: Vector, torque: Vector) -> None:
+    def brake(self, position: Array, velocity: Array, torque: Array) -> None:
         """Add the braking of a step to the torques, in place.
 
         Args:
@@ -66,13 +64,13 @@ class Stops:
 
 @compiled
 def brake_joints(
-    lower: Vector,
-    upper: Vector,
-    torque_per_way: Vector,
+    lower: Array,
+    upper: Array,
+    torque_per_way: Array,
     step: float,
-    position: Vector,
-    velocity: Vector,
-    torque: Vector,
+    position: Array,
+    velocity: Array,
+    torque: Array,
 ) -> None:
     """`Stops.brake` as machine code.
 

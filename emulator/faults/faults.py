@@ -13,7 +13,6 @@ import numpy as np
 from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, JOINTS, N_JOINTS
 from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame, SensorFrame
-from bridge.messages.elements import sensor_slots
 from bridge.messages.faults import (
     CommandDuplicated,
     CommandFault,
@@ -38,6 +37,7 @@ from bridge.messages.faults import (
     SensorOffset,
     SensorStuck,
 )
+from bridge.messages.frames import sensor_slots
 from emulator.engine.base import Multibody
 from emulator.scenarios.events import FaultEvent
 from emulator.servo.servo import Servo

@@ -11,15 +11,12 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.types import Vec2, Vec3
+from bridge.types import Array, Vec2, Vec3
 from emulator.compiled import compiled
 from emulator.sensors.parameters import FsrParameters, NormalRows
 
-Vector = NDArray[np.float64]
 CELLS: Final = 8
-Array = NDArray[np.float64]
 Cells = tuple[float, float, float, float]
 NO_LOAD: Cells = (0.0, 0.0, 0.0, 0.0)
 
@@ -41,21 +38,21 @@ class ForceCells:
     ) -> None:
         constants, drift, noise, common = random.spawn(4)
         p = parameters
-        self.gain: Vector = (1.0 + p.common_gain * common.standard_normal()) * (
+        self.gain: Array = (1.0 + p.common_gain * common.standard_normal()) * (
             1.0 + p.gain * constants.standard_normal(CELLS)
         )
         """Reading per force, cell by cell."""
-        self.offset: Vector = p.offset * constants.standard_normal(CELLS)
+        self.offset: Array = p.offset * constants.standard_normal(CELLS)
         """N"""
         self._max_force = max_force if p.saturation else math.inf
         self._step, self._dead_band, self._noise = p.step, p.dead_band, p.noise
         self._drifts, self._noises = NormalRows(drift, CELLS), NormalRows(noise, CELLS)
         self._drift_decay = math.exp(-cycle / p.drift_time)
         self._drift_step = p.drift * math.sqrt(1.0 - self._drift_decay**2)
-        self.drift: Vector = p.drift * self._drifts.next()
+        self.drift: Array = p.drift * self._drifts.next()
         """What the offsets have wandered to, N."""
 
-    def read(self, forces: Vector) -> tuple[float, ...]:
+    def read(self, forces: Array) -> tuple[float, ...]:
         """Readings of all cells for the forces on them, (8,), N; once per cycle."""
         self.drift, readings = _read(
             forces,
@@ -76,19 +73,19 @@ class ForceCells:
 
 @compiled
 def _read(
-    forces: Vector,
+    forces: Array,
     dead_band: float,
-    gain: Vector,
-    offset: Vector,
-    before: Vector,
+    gain: Array,
+    offset: Array,
+    before: Array,
     drift_decay: float,
     drift_step: float,
-    wander: Vector,
+    wander: Array,
     deviation: float,
-    noise: Vector,
+    noise: Array,
     step: float,
     max_force: float,
-) -> tuple[Vector, Vector]:
+) -> tuple[Array, Array]:
     """The drift after a cycle, and the readings with it."""
     drift, readings = np.empty(CELLS), np.empty(CELLS)
     for i in range(CELLS):

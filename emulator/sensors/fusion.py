@@ -12,12 +12,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.types import Vec2, Vec3
+from bridge.types import Array, Vec2, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.sensors.parameters import FusedAngleParameters
 from emulator.vectors import add, cross, length, put, scaled
 
-Vector = NDArray[np.float64]
 WINDOW: Final = 0.09
 """Time over which the rate must be steady, s."""
 MAX_SAMPLES: Final = 32
@@ -83,7 +82,7 @@ def _unit(vector: Vec3) -> Vec3:
 
 
 @compilable
-def _vector(a: Vector) -> Vec3:
+def _vector(a: Array) -> Vec3:
     return a[0], a[1], a[2]
 
 

@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body.model import InertialUnit
-from bridge.types import Vec2, Vec3
+from bridge.types import Array, Vec2, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.engine.values import TorsoState
 from emulator.sensors.fusion import FusedAngle, fuse
 from emulator.sensors.parameters import NormalRows, SensorParameters, TriaxialParameters
 from emulator.vectors import Rotation, add, cross, rotate, rotate_back, scaled
 
-Vector = NDArray[np.float64]
-Constants = tuple[Vector, float, float]
+Constants = tuple[Array, float, float]
 ALL_AXES: Final = 3
 _QUIET: Final = np.zeros(0)
 REST_BEFORE_START: Final = 1.0
@@ -49,9 +48,9 @@ class TriaxialSensor:
         constants, noise = random.spawn(2)
         p = parameters
         present = np.array([1.0, 1.0, 1.0 if axes == ALL_AXES else 0.0])
-        self.gain: Vector = (1.0 + p.gain * constants.standard_normal(3)) * present
+        self.gain: Array = (1.0 + p.gain * constants.standard_normal(3)) * present
         """Reading per true value; 0 for an axis that is not there."""
-        self.bias: Vector = p.bias * constants.standard_normal(3) * present
+        self.bias: Array = p.bias * constants.standard_normal(3) * present
         """In the sensor's unit."""
         self._rows = NormalRows(noise, 3) if p.noise > 0.0 else None
         top = max_value if p.saturation else math.inf
@@ -59,7 +58,7 @@ class TriaxialSensor:
         self.constants: Constants = (np.array([self.gain, self.bias, p.noise * present]), top, step)
         """For `measured`; the step, the last, for `reported`."""
 
-    def noise(self) -> Vector:
+    def noise(self) -> Array:
         """Of the next sample, for `measured`."""
         return _QUIET if self._rows is None else self._rows.next()
 
@@ -69,7 +68,7 @@ class TriaxialSensor:
 
 
 @compilable
-def measured(true: Vec3, constants: Constants, noise: Vector) -> Vec3:
+def measured(true: Vec3, constants: Constants, noise: Array) -> Vec3:
     """One sample of a true vector, not yet rounded.
 
     Args:
@@ -156,7 +155,7 @@ def _take(
     rate: Vec3,
     accelerometer: Constants,
     gyroscope: Constants,
-    noises: tuple[Vector, Vector],
+    noises: tuple[Array, Array],
     state: NDArray[Any],
     cycle: float,
     fusion: tuple[float, float, float, float],

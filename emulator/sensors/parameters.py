@@ -10,9 +10,9 @@ from typing import Annotated, Final
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from bridge.types import Array
+
 BLOCK: Final = 256
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
@@ -30,12 +30,12 @@ class NormalRows:
         self._random, self._width = random, width
         self._left = 0
 
-    def next(self) -> Vector:
+    def next(self) -> Array:
         """The next row, (width,)."""
         if self._left == 0:
             self._rows, self._left = self._random.standard_normal((BLOCK, self._width)), BLOCK
         self._left -= 1
-        row: Vector = self._rows[self._left]
+        row: Array = self._rows[self._left]
         return row
 
 

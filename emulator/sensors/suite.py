@@ -7,11 +7,10 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.errors import ConfigurationError
-from bridge.types import Side, Vec2, Vec3
+from bridge.types import Array, Side, Vec2, Vec3
 from emulator.compiled import compiled
 from emulator.engine.base import Engine
 from emulator.engine.values import FootLoad, GroundContacts, TorsoState
@@ -30,7 +29,6 @@ FULL: Final = 0x0040
 FULL_FROM: Final = 0.985
 """Charge from which that bit is set (assumed; the captured packet has it at 0.99)."""
 SECONDS_PER_HOUR: Final = 3600.0
-Vector = NDArray[np.float64]
 TOUCH: Final = (
     "chest",
     "head_front",
@@ -124,22 +122,20 @@ class Encoders:
     ) -> None:
         constants, noise = random.spawn(2)
         self._step = 2.0 * math.pi / steps if parameters.grid else 0.0
-        self.shift: Vector = np.where(constants.random(count) < 0.5, -1.0, 1.0) * parameters.residue
+        self.shift: Array = np.where(constants.random(count) < 0.5, -1.0, 1.0) * parameters.residue
         """Place of each joint's grid, rad."""
-        self.zero_error: Vector = constants.standard_normal(count) * parameters.zero_error
+        self.zero_error: Array = constants.standard_normal(count) * parameters.zero_error
         """What each joint reads too much, rad."""
         self._noise = parameters.noise
         self._rows = NormalRows(noise, count)
 
-    def read(self, angles: Vector) -> Vector:
+    def read(self, angles: Array) -> Array:
         """Measured angles of true ones, rad."""
         return _read(angles, self.zero_error, self._noise, self._rows.next(), self.shift, self._step)
 
 
 @compiled
-def _read(
-    angles: Vector, zero_error: Vector, deviation: float, noise: Vector, shift: Vector, step: float
-) -> Vector:
+def _read(angles: Array, zero_error: Array, deviation: float, noise: Array, shift: Array, step: float) -> Array:
     read = np.empty_like(angles)
     for i in range(len(angles)):
         read[i] = angles[i] + zero_error[i] + noise[i] * deviation

@@ -12,13 +12,11 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.types import Vec3
+from bridge.types import Array, Vec3
 from emulator.compiled import compiled
 from emulator.servo.parameters import Heating
 
-Vector = NDArray[np.float64]
 HOT_FACTOR: Final = 0.7
 """Factor of the stiffness at status 2 (vendor: lowered by more than 30 %)."""
 
@@ -31,7 +29,7 @@ class MotorHeat:
         nominal: Torque at each joint that the motor bears for ever, N m.
     """
 
-    def __init__(self, heating: Heating, nominal: Vector) -> None:
+    def __init__(self, heating: Heating, nominal: Array) -> None:
         self.active = heating.rise > 0.0
         """Temperatures change at all."""
         self.temperature = np.full(len(nominal), heating.room)
@@ -41,7 +39,7 @@ class MotorHeat:
         self.levels = (heating.warm, heating.hot, heating.critical)
         """At which the status changes, degrees Celsius."""
 
-    def update(self, mean_square_torque: Vector, dt: float) -> None:
+    def update(self, mean_square_torque: Array, dt: float) -> None:
         """Heat and cool for a while.
 
         Args:
@@ -58,7 +56,7 @@ class MotorHeat:
 
 
 @compiled
-def _approach(temperature: Vector, square: Vector, rise: Vector, room: float, gain: float) -> None:
+def _approach(temperature: Array, square: Array, rise: Array, room: float, gain: float) -> None:
     for i in range(len(temperature)):
         temperature[i] += (room + rise[i] * square[i] - temperature[i]) * gain
 

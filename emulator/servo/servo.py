@@ -1,4 +1,4 @@
-"""The joints' drives at torque level: position loop, DC motor, gear with backlash, stiffness as current limit.
+"""The joints' drives at torque level: limits of requests, position loop, motor, gear with backlash.
 
 Each motor board closes a position loop on the motor's voltage (fraction u of the full one) around the motor's
 own angle theta, counted at the joint. Behind the gear the motor has the torque-speed line of a DC motor; gear
@@ -38,19 +38,83 @@ from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
-from bridge.body.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
-from bridge.types import Vec3
-from emulator.compiled import compiled
+from bridge.body.model import CouplingRow
+from bridge.body.quantities import COUPLED_TO, joint_no_load_speed, joint_nominal_torque, joint_stall_torque
+from bridge.types import Array, Vec3
+from emulator.compiled import compilable, compiled
 from emulator.drives import BRUSH_REACH, DRIVE, put_in_force
 from emulator.servo.heat import MotorHeat, stiffness_factor
-from emulator.servo.limits import RequestLimits
 from emulator.servo.parameters import ServoParameters
 
-Vector = NDArray[np.float64]
+
+def _coupling(body: Body, joint: str) -> Array:
+    """Range of one joint over the request of another, rows of place, lower and upper, (3, rows), rad."""
+    rows: dict[float, CouplingRow] = {row.at: row for row in getattr(body.coupling, joint)}
+    if joint == "HeadPitch":  # published for one side of a symmetric head
+        rows |= {-at: row for at, row in rows.items()}
+    return np.array([[at, rows[at].lower, rows[at].upper] for at in sorted(rows)]).T.copy()
+
+
+class RequestLimits:
+    """Clips requests as the robot's boards do.
+
+    A coupled joint's range follows the *request* of the joint it is coupled to (assumed: the tables' page
+    does not say whether request or measurement counts).
+
+    Args:
+        body: Data sheet.
+        joints: Mechanical joints in the order of the requests.
+    """
+
+    def __init__(self, body: Body, joints: Sequence[str]) -> None:
+        self._lower = np.array([body.joints[name].lower for name in joints])
+        self._upper = np.array([body.joints[name].upper for name in joints])
+        coupled = [(a, b) for a, b in COUPLED_TO.items() if a in joints and b in joints]
+        places = [(joints.index(a), joints.index(b)) for a, b in coupled]
+        self._places = np.array(places, dtype=np.int64).reshape(-1, 2)
+        tables = [_coupling(body, joint) for joint, _ in coupled]
+        self._tables = np.concatenate([np.zeros((3, 0)), *tables], axis=1)
+        """One after the other."""
+        self._ends = np.cumsum([0, *(table.shape[1] for table in tables)])
+
+    def clip(self, request: Array) -> Array:
+        """The nearest allowed request, rad."""
+        return _clip(request, self._lower, self._upper, self._places, self._tables, self._ends)
 
 
 @compiled
-def set_power(drives: NDArray[Any], temperature: Vector, levels: Vec3) -> None:
+def _clip(
+    request: Array,
+    lower: Array,
+    upper: Array,
+    places: NDArray[np.int64],
+    tables: Array,
+    ends: NDArray[np.int64],
+) -> Array:
+    allowed: Array = np.minimum(np.maximum(request, lower), upper)
+    for i in range(len(places)):
+        # clip the request of a joint by that of the other, linear between the table's rows (assumed)
+        joint, other, table = places[i, 0], places[i, 1], tables[:, ends[i] : ends[i + 1]]
+        at = allowed[other]
+        low, high = _between(at, table[0], table[1]), _between(at, table[0], table[2])
+        allowed[joint] = min(max(allowed[joint], low), high)
+    return allowed
+
+
+@compilable
+def _between(at: float, places: Array, values: Array) -> float:
+    """Linear between the rows of a table, its end values outside."""
+    if at <= places[0]:
+        return float(values[0])
+    for i in range(1, len(places)):
+        if at < places[i]:
+            slope = (values[i] - values[i - 1]) / (places[i] - places[i - 1])
+            return float(slope * (at - places[i - 1]) + values[i - 1])
+    return float(values[-1])
+
+
+@compiled
+def set_power(drives: NDArray[Any], temperature: Array, levels: Vec3) -> None:
     """Put the stiffness asked for, heat protection, `strength` and `backlash` in force.
 
     Args:
@@ -93,7 +157,7 @@ class Servo:
     """
 
     def __init__(
-        self, body: Body, joints: Sequence[str], parameters: ServoParameters, position: Vector, step: float
+        self, body: Body, joints: Sequence[str], parameters: ServoParameters, position: Array, step: float
     ) -> None:
         fraction = np.array([0.5 if name.endswith("HipYawPitch") else 1.0 for name in joints])
         self.stall = np.array([joint_stall_torque(body, name) for name in joints]) * fraction
@@ -112,24 +176,24 @@ class Servo:
         # One motor drives both hips: its whole current flows for the two halves of its torque.
         self._ampere = self.no_load_speed / (parameters.supply_voltage * fraction)
         self._voltage = parameters.supply_voltage
-        self._queue: deque[tuple[int, Vector, Vector]] = deque()
+        self._queue: deque[tuple[int, Array, Array]] = deque()
         self.delay_steps = round(parameters.delay / step)
         """Physics steps from `latch` to the motor boards."""
         self._clock = 0
         self.drives = self._records(parameters)
         """Constants and state of all drives, `emulator.drives.DRIVE`."""
-        self.motor_angle: Vector = self.drives["motor_angle"]
+        self.motor_angle: Array = self.drives["motor_angle"]
         """Angle of each motor behind its gear, rad: the joint angle follows it with backlash and twist."""
-        self.stiffness: Vector = self.drives["stiffness"]
+        self.stiffness: Array = self.drives["stiffness"]
         """Stiffness in force: the request's, lowered by the heat protection."""
-        self.backlash: Vector = self.drives["backlash"]
+        self.backlash: Array = self.drives["backlash"]
         """Width of each dead zone, rad; may be set from outside (a fault)."""
         self.backlash[:] = [parameters.backlash.of(name) for name in joints]
-        self.strength: Vector = self.drives["strength"]
+        self.strength: Array = self.drives["strength"]
         """Fraction of its torque that each motor has; may be set from outside (a fault)."""
         self.strength[:] = 1.0
-        self._mean_square: Vector = self.drives["mean_square"]
-        self._power: Vector = self.drives["power"]
+        self._mean_square: Array = self.drives["mean_square"]
+        self._power: Array = self.drives["power"]
         self.drives["brush"] = position
         self._samples = 0
         self.start(position)
@@ -168,7 +232,7 @@ class Servo:
             self._queue.pop()
         self._queue.append((due, request, wanted))
 
-    def start(self, position: Vector) -> None:
+    def start(self, position: Array) -> None:
         """Hold these angles (rad) from now on with full stiffness, at rest; waiting commands are dropped."""
         self._queue.clear()
         self.drives["request"] = self.drives["motor_angle"] = position
@@ -205,12 +269,12 @@ class Servo:
             self.apply_power()
         self._samples = 0
 
-    def current(self) -> Vector:
+    def current(self) -> Array:
         """Effective motor currents of the last cycle, A: torque over torque constant, at the motor shaft."""
         return np.sqrt(self._mean_square) * self._ampere
 
     @property
-    def stall_current(self) -> Vector:
+    def stall_current(self) -> Array:
         """Stall current of each motor, A."""
         return np.asarray(self.stall * self._ampere, dtype=np.float64)
 

@@ -14,8 +14,8 @@ from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, Walk
 from bridge.recording.canonical import TOPICS, FrameHash
 from bridge.recording.playback import read_recording, recorded_config, recording_end
 from bridge.rotations import tilt
+from bridge.stance import FALLEN_TILT
 from nao_hil.analysis.diagnosis import diagnose
-from nao_hil.analysis.diagnosis.symptom import FALLEN
 from nao_hil.runs.fall_watch import FallWatch
 
 
@@ -122,7 +122,7 @@ def inspect(path: Path) -> Contents:
         distance=_way(found.truth) if found.truth else None,
         torso_max=found.tilt if found.truth else found.fused,
         frames_sha256=found.hash.hexdigest(),
-        diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN) else None,
+        diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN_TILT) else None,
     )
 
 

@@ -54,6 +54,28 @@ def score_bounds(total: float, n: int, confidence: float = 0.95) -> tuple[float,
     return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
 
 
+class Share(msgspec.Struct, frozen=True, kw_only=True):
+    """Runs that survived, out of some, with Wilson's 95 % interval of the share."""
+
+    n: int
+    survived: int
+    interval: tuple[float, float] = (0.0, 1.0)
+    """Computed from the two numbers."""
+
+    def __post_init__(self) -> None:
+        """Compute the interval."""
+        msgspec.structs.force_setattr(self, "interval", wilson(self.survived, self.n))
+
+    @property
+    def survival_ratio(self) -> float:
+        """Survivors over runs."""
+        return self.survived / self.n
+
+    def words(self) -> str:
+        """As text for the report: `18 of 20 (70 to 97 %)`."""
+        return f"{self.survived} of {self.n} ({percent(self.interval)})"
+
+
 class Sprt(msgspec.Struct, frozen=True, kw_only=True):
     """Wald's sequential test of a proportion: stop as soon as one of two shares is sure enough.
 

@@ -11,8 +11,6 @@ from bridge.errors import NaoHilError
 from nao_hil.bench import (
     batch,
     campaign,
-    campaign_faults,
-    campaign_speed_up,
     cycles,
     huang_search,
     identification,
@@ -39,8 +37,8 @@ BENCHES: dict[str, Callable[[], dict[str, Any]]] = {
     "lola": lola.measure,
     "naoqi": naoqi.measure,
     "campaign": campaign.measure,
-    "campaign-faults": campaign_faults.measure,
-    "campaign-speed-up": campaign_speed_up.measure,
+    "campaign-faults": campaign.measure_faults,
+    "campaign-speed-up": campaign.measure_speed_up,
 }
 LONG: dict[str, Callable[[], dict[str, Any]]] = {
     "identification": identification.measure,

@@ -17,7 +17,7 @@ from typing import Any
 
 from emulator.robot import EmulatedRobot
 from nao_hil.batch import Batch
-from nao_hil.bench.floor import bare_cycle
+from nao_hil.bench.cycles import bare_cycle
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 

@@ -17,7 +17,18 @@ from bridge.body import load_body
 from emulator.engine.catalogue import ENGINES
 from emulator.robot import EmulatedRobot
 from emulator.wear import WEAR, load_wear
-from nao_hil.bench.floor import bare_cycle
+
+
+def bare_cycle(robot: EmulatedRobot) -> None:
+    """The engine's own time steps of one cycle, nothing applied and nothing read.
+
+    Args:
+        robot: one whose engine is stepped; the robot itself does not notice.
+    """
+    engine = robot.engine
+    for _ in range(round(robot.body.cycle / engine.settings.step)):
+        engine.bare_step()
+
 
 BODY: Final = "nao-v6"
 

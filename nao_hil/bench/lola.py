@@ -31,7 +31,7 @@ from bridge.adapters.lola.packets import Identity, actuator_map, sensor_packet
 from bridge.body.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.link import ControllerLink, RobotLink
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, Info
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY, quiet_process
 from emulator.engine.catalogue import ENGINES

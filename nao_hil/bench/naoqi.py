@@ -25,7 +25,7 @@ import msgspec
 from bridge.body.joints import INDEX
 from bridge.errors import LinkError
 from bridge.link import ControllerLink, RobotLink
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, Info, SensorFrame
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
 from nao_hil.bench.round_trip import standing_frame

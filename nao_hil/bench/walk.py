@@ -17,7 +17,7 @@ from bridge.body import Body
 from bridge.body.inverse_kinematics import FootPose, solve_legs
 from bridge.body.kinematics import foot_in_torso
 from emulator.engine.catalogue import ENGINES
-from nao_hil.bench.floor import bare_cycle
+from nao_hil.bench.cycles import bare_cycle
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
 

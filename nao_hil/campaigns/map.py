@@ -10,9 +10,9 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from nao_hil.analysis.statistics import Sprt, wilson
 from nao_hil.campaigns.file import with_seed
 from nao_hil.campaigns.quantities import UNITS, changed
@@ -56,7 +56,7 @@ class Survey:
         found = {cell: self.test.verdict(self.survived[cell], self.tried[cell]) for cell in self.tried}
         return {cell: verdict for cell, verdict in found.items() if verdict is not None}
 
-    def shares(self) -> NDArray[np.float64]:
+    def shares(self) -> Array:
         """Share that walks on; a cell without walks has that of the nearest with some. Shape of the grid."""
         cells = np.array(list(self.tried))
         known = np.array([self.survived[cell] / self.tried[cell] for cell in self.tried])

@@ -1,7 +1,8 @@
-"""Results of a study: the parameters as TOML, their importance, and before and after on unseen seeds."""
+"""Parameters of a study with their ranges, and its results: values as TOML, importance, before and after."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -10,11 +11,64 @@ import msgspec
 import numpy as np
 import optuna
 
+from bridge.config import read_toml
+from bridge.errors import ConfigurationError
 from nao_hil.analysis.statistics import few_words, paired, score_bounds, wilson
 from nao_hil.campaigns.objective import Ensemble, score
-from nao_hil.campaigns.study import table
+from nao_hil.campaigns.study import Range, table
 from nao_hil.files import atomic_path, write_bytes
 from nao_hil.runs.walk import Walk, WalkEnd
+
+
+def read_space(texts: Sequence[str], file: Path | None) -> dict[str, Range]:
+    """Ranges by name.
+
+    Args:
+        texts: `NAME=LOW:HIGH`, or `NAME=LOW:HIGH:log` for a logarithmic one.
+        file: TOML: `NAME = [LOW, HIGH]` or `[LOW, HIGH, "log"]`, in tables or with quoted dotted names.
+
+    Raises:
+        ConfigurationError: not of these forms, or no parameter at all.
+    """
+    found = dict(_flat(read_toml(file), str(file))) if file else {}
+    for text in texts:
+        name, equals, values = text.partition("=")
+        if not equals or not name:
+            raise _wrong(text)
+        found[name] = _range(text, values.split(":"))
+    if not found:
+        raise ConfigurationError("tune: name at least one parameter, such as controller.damping.roll=0:0.15.")
+    return found
+
+
+def _flat(table: dict[str, Any], where: str, prefix: str = "") -> list[tuple[str, Range]]:
+    found = []
+    for key, value in table.items():
+        if isinstance(value, dict):
+            found += _flat(value, where, f"{prefix}{key}.")
+        elif isinstance(value, list):
+            found.append((prefix + key, _range(f"{where}: {prefix}{key}", value)))
+        else:
+            raise _wrong(f"{where}: {prefix}{key}")
+    return found
+
+
+def _range(where: str, values: Sequence[Any]) -> Range:
+    log = len(values) == 3 and values[2] == "log"
+    try:
+        low, high = map(float, values[:2] if log else values)
+    except (TypeError, ValueError):
+        raise _wrong(where) from None
+    if not (math.isfinite(low) and math.isfinite(high) and low < high) or (log and low <= 0.0):
+        raise _wrong(where)
+    return Range(low, high, log)
+
+
+def _wrong(where: str) -> ConfigurationError:
+    return ConfigurationError(
+        f"{where}: must be NAME=LOW:HIGH with LOW < HIGH, or NAME=LOW:HIGH:log with 0 < LOW < HIGH."
+    )
+
 
 UNSEEN: Final = 1_000_000
 """Added to the first seed for the comparison: no study sees those seeds."""
@@ -49,14 +103,14 @@ def compare(
     pair = paired([end.survived for end in after], [end.survived for end in before])
     return {
         "seeds": f"{first} to {first + ensemble.seeds - 1}{few_words(ensemble.seeds)}",
-        "shipped": _arm(shipped, ensemble.duration),
-        "before": _arm(before, ensemble.duration),
-        "after": _arm(after, ensemble.duration),
+        "shipped": _condition(shipped, ensemble.duration),
+        "before": _condition(before, ensemble.duration),
+        "after": _condition(after, ensemble.duration),
         "p_value": pair.p_value,
     }
 
 
-def _arm(ends: Sequence[WalkEnd], duration: float) -> dict[str, Any]:
+def _condition(ends: Sequence[WalkEnd], duration: float) -> dict[str, Any]:
     survived, scores = sum(end.survived for end in ends), [score(end, duration) for end in ends]
     return {
         "n": len(ends),

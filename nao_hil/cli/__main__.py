@@ -2,7 +2,7 @@
 
 import os
 
-from nao_hil.cli.loading import loading
+from nao_hil.cli.signals import loading
 
 
 def main() -> None:

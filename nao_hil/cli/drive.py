@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from bridge.types import Vec3
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console, print_json

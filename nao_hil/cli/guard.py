@@ -9,7 +9,7 @@ import typer
 
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from bridge.messages.guard import GuardStatus
 from nao_hil.cli import options
 from nao_hil.cli.console import print_json

@@ -23,7 +23,7 @@ from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli.added_options import with_keys_option
 from nao_hil.cli.console import end_log
-from nao_hil.cli.loading import loading
+from nao_hil.cli.signals import loading
 from nao_hil.files import FULL
 
 _ClickException: Any = typer.BadParameter.__mro__[2]

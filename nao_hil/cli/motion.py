@@ -10,7 +10,7 @@ import typer
 
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ROBOT
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from nao_hil.cli import options
 from nao_hil.cli.console import chosen_engine, open_console, print_json
 from nao_hil.runs.config import run_config

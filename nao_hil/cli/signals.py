@@ -6,7 +6,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from nao_hil.runs.supervisor import SUPERVISED
 
@@ -50,3 +51,17 @@ def stop_event() -> threading.Event:
 def _interrupt_at_end_of_stdin() -> None:
     sys.stdin.buffer.read()
     os.kill(os.getpid(), signal.SIGINT)
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """While this lasts, a Ctrl-C ends the process at once, with the exit code of an interruption.
+
+    A `KeyboardInterrupt` can get lost in an import: Python ignores it in a destructor or in a weak reference's
+    callback, and the process goes on.
+    """
+    before = signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

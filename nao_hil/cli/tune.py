@@ -67,7 +67,7 @@ def tune(
         raise ConfigurationError(f"`tune` needs {error.name}; install nao-hil[campaign].") from None
     from nao_hil.campaigns import tuned
     from nao_hil.campaigns.objective import Ensemble
-    from nao_hil.campaigns.space import read_space
+    from nao_hil.campaigns.tuned import read_space
     from nao_hil.runs.campaign import Campaign
 
     dimensions: dict[str, Range] = read_space(ranges or [], space)

@@ -14,12 +14,11 @@ import typer
 
 from bridge.errors import LinkError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
-from bridge.messages.walk import COMMAND
+from bridge.messages.walk import WALK_COMMAND
 from bridge.realtime import CONTROLLER_PRIORITY
 from nao_hil.cli import options
 from nao_hil.cli.console import log_to_stderr, print_json
-from nao_hil.cli.loading import loading
-from nao_hil.cli.signals import on_signals
+from nao_hil.cli.signals import loading, on_signals
 from nao_hil.runs.config import run_config
 
 if TYPE_CHECKING:
@@ -93,7 +92,7 @@ def walk(
     make = service.make if service is not None else controller_maker(settings)
     with ControllerLink(name, connect, controller) as link:
         if service is not None:
-            link.serve(COMMAND, service.answer)
+            link.serve(WALK_COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
         result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
     if as_json:

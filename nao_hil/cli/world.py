@@ -10,8 +10,8 @@ import typer
 
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
-from bridge.link.world_client import WorldClient
-from bridge.messages.elements import ELEMENTS
+from bridge.link.client import WorldClient
+from bridge.messages.frames import ELEMENTS
 from bridge.messages.world import PlaceThing, Press, Remove, Status, ThingKind, WorldCommand
 from bridge.validation import unknown_name
 from nao_hil.cli import options

@@ -16,7 +16,7 @@ SIGN: Final = 1.0
 
 
 class Walker(Protocol):
-    """A client that takes commands: `bridge.link.walk_client.WalkClient`."""
+    """A client that takes commands: `bridge.link.client.WalkClient`."""
 
     def send(self, command: WalkCommand) -> WalkStatus:
         """Carry out a command."""

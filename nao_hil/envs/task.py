@@ -14,8 +14,8 @@ from bridge.body import Body, load_body
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
+from bridge.types import Array
 
-Array = NDArray[np.float64]
 _TRUTH: Final = (
     "time",
     "torso_position",

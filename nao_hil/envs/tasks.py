@@ -16,8 +16,8 @@ from bridge.body.quantities import standing_height
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 from bridge.rotations import planar_point, yaw
-from bridge.types import Vec3
-from nao_hil.envs.task import Array, Judgement, Task
+from bridge.types import Array, Vec3
+from nao_hil.envs.task import Judgement, Task
 
 LEGS: Final = tuple(i for name, i in INDEX.items() if name[1:].startswith(("Hip", "Knee", "Ankle")))
 """Slots of the leg joints in the frame."""

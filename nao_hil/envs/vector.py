@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame
+from bridge.types import Array
 from nao_hil.batch import Batch
 from nao_hil.envs.single import robot_seed
 from nao_hil.envs.task import Task, make_task
@@ -19,7 +20,7 @@ from nao_hil.envs.task import Task, make_task
 Observation = NDArray[np.float32]
 
 
-class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
+class RobotVectorEnv(VectorEnv[Observation, Observation, Array]):
     """`RobotEnv` of N robots; with equal seeds the numbers are those of N single environments, bit for bit.
 
     A robot whose episode has ended restarts in the next step, which ignores its action.
@@ -107,7 +108,7 @@ class RobotVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
 
     def step(
         self, actions: Observation
-    ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[Observation, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Run one cycle of all robots; those whose episode has ended restart."""
         n, batch = self.num_envs, self.batch
         wide = self.tasks[0].checked(actions, n)

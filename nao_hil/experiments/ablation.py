@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from nao_hil.analysis.report.page import Outcome, ReportTable
+from nao_hil.analysis.report.render import Outcome, ReportTable
 from nao_hil.analysis.statistics import percent
 from nao_hil.experiments.conditions import Condition, condition
 from nao_hil.experiments.context import Context, Plates

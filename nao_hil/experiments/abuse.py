@@ -19,7 +19,7 @@ from bridge.messages.world import EndFault, Push, StandUp, StartFault
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
 from emulator.world.queries import carry_out
-from nao_hil.analysis.report.page import Claim, Outcome, yes_no
+from nao_hil.analysis.report.render import Claim, Outcome, yes_no
 from nao_hil.experiments.context import Context
 
 ROUND: Final = 8.0

@@ -18,10 +18,10 @@ from typing import Final
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from bridge.body import load_body
+from bridge.types import Array
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
 from emulator.wear import WearProfile
@@ -30,7 +30,6 @@ from nao_hil.experiments.robot_figures import FIGURES, knee_hold, tracking
 from nao_hil.experiments.torso_step import BOUNDS, torso_figures
 from nao_hil.files import write_text
 
-Vector = NDArray[np.float64]
 FIRST: Final = 128
 """Robots of the first generation."""
 GENERATION: Final = 32
@@ -116,21 +115,21 @@ class Sampler:
 
     def __init__(self, size: int, random: np.random.Generator) -> None:
         self._size, self._random = size, random
-        self.shares: Vector = np.zeros((0, size))
+        self.shares: Array = np.zeros((0, size))
         """All draws."""
-        self._kernels: list[tuple[int, Vector, Vector]] = []
+        self._kernels: list[tuple[int, Array, Array]] = []
         """Of each generation: draws, parents, covariance; no parents: even."""
 
-    def first(self, number: int) -> Vector:
+    def first(self, number: int) -> Array:
         """Even draws."""
-        drawn: Vector = qmc.LatinHypercube(self._size, rng=self._random).random(number)
+        drawn: Array = qmc.LatinHypercube(self._size, rng=self._random).random(number)
         self._keep(drawn, np.zeros((0, self._size)), np.eye(self._size))
         return drawn
 
-    def around(self, parents: Vector, number: int) -> Vector:
+    def around(self, parents: Array, number: int) -> Array:
         """Draws around the best ones, (m, k), inside the ranges."""
         covariance = WIDENED * np.cov(parents.T) + 1e-4 * np.eye(self._size)
-        rows: list[Vector] = []
+        rows: list[Array] = []
         while len(rows) < number:
             parent = parents[self._random.integers(len(parents))]
             row = self._random.multivariate_normal(parent, covariance)
@@ -139,11 +138,11 @@ class Sampler:
         self._keep(np.array(rows), parents, covariance)
         return np.array(rows)
 
-    def _keep(self, drawn: Vector, parents: Vector, covariance: Vector) -> None:
+    def _keep(self, drawn: Array, parents: Array, covariance: Array) -> None:
         self.shares = np.vstack([self.shares, drawn])
         self._kernels.append((len(drawn), parents, covariance))
 
-    def weights(self, rows: Vector) -> Vector:
+    def weights(self, rows: Array) -> Array:
         """Inverse density of the mixture of all proposals, (n,), sum 1; cuts at the ranges are ignored."""
         density = np.zeros(len(rows))
         for number, parents, covariance in self._kernels:
@@ -156,7 +155,7 @@ class Sampler:
             power = np.einsum("nmi,ij,nmj->nm", off, inverse, off)
             scale = math.sqrt((2.0 * math.pi) ** self._size * np.linalg.det(covariance))
             density += share * np.exp(-0.5 * power).mean(axis=1) / scale
-        weights: Vector = 1.0 / density
+        weights: Array = 1.0 / density
         weights /= weights.sum()
         return weights
 

@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from nao_hil.analysis.report.page import Outcome
+from nao_hil.analysis.report.render import Outcome
 
 if TYPE_CHECKING:  # the list alone needs no physics
     from nao_hil.experiments.context import Context

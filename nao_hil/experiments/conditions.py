@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-import msgspec
 import numpy as np
 
 from bridge.body import Body
-from nao_hil.analysis.report.page import Claim, ReportTable
-from nao_hil.analysis.statistics import Paired, paired, percent, wilson
+from nao_hil.analysis.report.render import Claim, ReportTable
+from nao_hil.analysis.statistics import Paired, Share, paired, percent
 from nao_hil.experiments.geometry import zmp_margin
 from nao_hil.runs.track import LEG_NAMES, PHASES, Array, Track
 from nao_hil.runs.walk import WalkEnd, WalkOutcome
@@ -25,28 +24,15 @@ BEFORE_FALL: Final = 1.0
 """s before a fall in which the joint that lags most is looked for."""
 
 
-class Condition(msgspec.Struct, frozen=True, kw_only=True):
+class Condition(Share, frozen=True, kw_only=True):
     """Runs of one condition."""
 
-    n: int
-    survived: int
-    interval: tuple[float, float]
-    """Wilson's, 95 %, of the share that survived."""
     fall_times: tuple[float, ...]
     """s of the walk, ascending."""
     tilt_max_deg: tuple[float, float]
     """Median and largest over the runs of the largest torso tilt before any fall."""
     speed: float
     """Median over the runs, m/s over ground."""
-
-    @property
-    def survival_ratio(self) -> float:
-        """Survivors over runs."""
-        return self.survived / self.n
-
-    def words(self) -> str:
-        """For claims that they walk on."""
-        return f"{self.survived} of {self.n} walk on ({percent(self.interval)})"
 
     def fall_words(self) -> str:
         """For claims that they fall; Wilson's interval of the complement is the interval's."""
@@ -66,7 +52,6 @@ def condition(results: Sequence[WalkOutcome], by: float = math.inf) -> Condition
     return Condition(
         n=len(results),
         survived=sum(alive),
-        interval=wilson(sum(alive), len(results)),
         fall_times=tuple(sorted(result.end.time for result in results if not result.end.survived)),
         tilt_max_deg=(float(np.median(tilts)), float(tilts.max())),
         speed=float(np.median([result.end.speed for result in results])),

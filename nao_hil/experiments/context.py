@@ -12,7 +12,7 @@ import msgspec
 
 from bridge.messages.world import PlateUnderFoot
 from emulator.wear import wear_of_seed
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage, ReportTable
 from nao_hil.analysis.statistics import wilson
 from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import Engine, RunConfig

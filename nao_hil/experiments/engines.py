@@ -8,13 +8,13 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import load_body
+from bridge.types import Array
 from emulator.engine.catalogue import ENGINES, require_engine
 from emulator.wear import load_wear
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
-from nao_hil.analysis.statistics import Estimate, few_words, mean_of, median_of, percent, wilson
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable
+from nao_hil.analysis.statistics import Estimate, Share, few_words, mean_of, median_of
 from nao_hil.experiments import obstacle, torso_control
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.get_up import WITHIN, dropped_courses
@@ -42,38 +42,19 @@ DRIVES: Final = {
 """Fields of `ServoRow` that are compared, in words."""
 
 
-class Count(msgspec.Struct, frozen=True, kw_only=True):
-    """Successful runs, with Wilson's 95 % interval of the share."""
-
-    count: int
-    low: float
-    high: float
-    n: int
-
-    def words(self) -> str:
-        """As text for the report."""
-        return f"{self.count} of {self.n} ({percent((self.low, self.high))})"
-
-
 class Row(msgspec.Struct, frozen=True, kw_only=True):
     """A figure on both engines."""
 
     figure: str
     """In words, with its unit."""
-    pybullet: Estimate | Count
-    mujoco: Estimate | Count
+    pybullet: Estimate | Share
+    mujoco: Estimate | Share
     ratio: Estimate | None = None
     """Of MuJoCo's to PyBullet's, seed by seed; None: not compared so, or no seed has both."""
     goal: str = ""
     """Required agreement; empty: none."""
     agree: bool | None = None
     """Verdict; None: nothing is required."""
-
-
-def count_of(through: Sequence[bool]) -> Count:
-    """Successful runs of some."""
-    low, high = wilson(sum(through), len(through))
-    return Count(count=sum(through), low=low, high=high, n=len(through))
 
 
 def paired_row(
@@ -106,13 +87,13 @@ def paired_row(
 
 def count_row(figure: str, pybullet: Sequence[bool], mujoco: Sequence[bool]) -> Row:
     """Successful runs on each engine; the intervals of both shares are to overlap."""
-    one, other = count_of(pybullet), count_of(mujoco)
+    one, other = (Share(n=len(found), survived=sum(found)) for found in (pybullet, mujoco))
     return Row(
         figure=figure,
         pybullet=one,
         mujoco=other,
         goal="intervals overlap",
-        agree=one.low <= other.high and other.low <= one.high,
+        agree=one.interval[0] <= other.interval[1] and other.interval[0] <= one.interval[1],
     )
 
 
@@ -340,7 +321,7 @@ def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
     ]
 
 
-def _fit(response: NDArray[np.float64], cycle: float) -> tuple[float, float]:
+def _fit(response: Array, cycle: float) -> tuple[float, float]:
     """Natural frequency, rad/s, and peak of a step response."""
     time = np.asarray(cycle * np.arange(1.0, len(response) + 1.0), dtype=np.float64)
     return fit_plant(time, response)[0].natural_frequency_rad_s, read_shape(time, response).peak

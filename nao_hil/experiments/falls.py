@@ -14,11 +14,11 @@ from bridge.body import load_body
 from bridge.errors import ConfigurationError
 from bridge.guard import Guard
 from bridge.messages.world import Push
+from bridge.stance import FALLEN_TILT
 from emulator.engine.shapes import link_shapes, lowest_point
 from emulator.robot import EmulatedRobot
 from emulator.world.queries import carry_out
-from nao_hil.analysis.diagnosis.symptom import FALLEN
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
 from nao_hil.runs.build import build_robot, controller_maker
@@ -98,11 +98,11 @@ class _PushTrial:
             return
         if notice and self.noticed == math.inf:
             self.noticed, self.lean = now, tilt
-        if tilt > FALLEN:
+        if tilt > FALLEN_TILT:
             self.down = min(self.down, now)
         if self.noticed < math.inf and now - self.noticed < 2.0:
             _impacts(robot, self.heights, self.speed)
-        walking = controller.state == "walk" and tilt < 0.5 * FALLEN
+        walking = controller.state == "walk" and tilt < 0.5 * FALLEN_TILT
         self.upright_since = min(self.upright_since, now) if walking else math.inf
 
     def over(self, now: float) -> bool:

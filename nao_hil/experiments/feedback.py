@@ -10,7 +10,7 @@ from typing import Final
 import msgspec
 import numpy as np
 
-from nao_hil.analysis.report.page import Outcome, ReportTable
+from nao_hil.analysis.report.render import Outcome, ReportTable
 from nao_hil.analysis.statistics import Paired, few_words
 from nao_hil.experiments.conditions import Condition, condition, pairs
 from nao_hil.experiments.context import Context

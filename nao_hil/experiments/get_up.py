@@ -8,16 +8,16 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body.joints import N_JOINTS
 from bridge.messages import ActuatorFrame
 from bridge.motion import GetUp, get_up_motions, lying
+from bridge.types import Array
 from emulator.robot import EmulatedRobot
 from emulator.servo.parameters import Heating
 from emulator.start import random_drop
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
-from nao_hil.analysis.statistics import few_words, wilson
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.statistics import Share, few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.runs.build import build_robot
@@ -71,11 +71,11 @@ class Course(NamedTuple):
     """A drop with the way of the torso, for the pictures."""
 
     drop: Drop
-    time: NDArray[np.float64]
+    time: Array
     """(n,), s after it began to get up."""
-    height: NDArray[np.float64]
+    height: Array
     """Of the torso over the ground, (n,), m."""
-    tilt: NDArray[np.float64]
+    tilt: Array
     """Angle between the torso's axis and the vertical, (n,), rad."""
 
 
@@ -131,14 +131,9 @@ def get_up(config: RunConfig) -> Course:
     return Course(drop, *np.array(path).reshape(-1, 3).T)
 
 
-class SideResult(msgspec.Struct, frozen=True, kw_only=True):
-    """All drops that ended on one side."""
+class SideResult(Share, frozen=True, kw_only=True):
+    """Drops that ended on one side; survived: stood within the time."""
 
-    n: int
-    survived: int
-    """Stood within the time."""
-    interval: tuple[float, float]
-    """Wilson's 95 % interval of the share."""
     median_s: float | None
     """Time of those that stood; None: none did."""
     tries: float
@@ -151,7 +146,6 @@ def side(drops: Sequence[Drop]) -> SideResult:
     return SideResult(
         n=len(drops),
         survived=len(stood),
-        interval=wilson(len(stood), len(drops)),
         median_s=float(np.median(stood)) if stood else None,
         tries=float(np.mean([drop.tries for drop in drops])) if drops else 0.0,
     )
@@ -174,12 +168,11 @@ def judge(drops: Sequence[Drop]) -> dict[str, Any]:
 def claims(wear: str, found: dict[str, Any]) -> list[Claim]:
     """The claims on the figures of `judge`."""
     share, every = SHARE.get(wear, USUAL), found["all"]
-    low, high = every.interval
     return [
         Claim(
             f"Of all drops {share:.0%} stand within {WITHIN:g} s, by the lower bound of the interval",
-            f"{every.survived} of {every.n} (95 % interval {low:.0%} to {high:.0%})",
-            low >= share,
+            every.words(),
+            every.interval[0] >= share,
         ),
         *(
             Claim(

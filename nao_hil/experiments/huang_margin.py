@@ -18,7 +18,7 @@ from bridge.body import Body, load_body
 from bridge.body.sole import sole_hull
 from bridge.types import SIDES
 from emulator.scenarios import Scenario, load_scenario
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import search
 from nao_hil.experiments import axes

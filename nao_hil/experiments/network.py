@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context

@@ -18,7 +18,7 @@ import numpy as np
 
 from bridge.body import load_body
 from bridge.messages.world import PlateUnderFoot
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
     MAJORITY,

@@ -17,7 +17,7 @@ from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.messages import Notice
 from bridge.recording.playback import read_recording
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
 from nao_hil.experiments.context import Context
 from nao_hil.network_emulation import NetworkConditions, Site
 from nao_hil.network_emulation.walks import Pair, options, walk_key

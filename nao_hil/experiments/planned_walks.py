@@ -19,7 +19,7 @@ import numpy as np
 
 from bridge.body import Body, load_body
 from bridge.types import SIDES, Side
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import condition, conditions_table, falls_finding
 from nao_hil.experiments.context import Context

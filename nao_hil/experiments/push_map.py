@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import norm
 
 from bridge.types import Vec2
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context

@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge.body import load_body
 from emulator.wear import load_wear, wear_of_seed
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable
 from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.robot_figures import FIGURES, knee_hold, noise_at_rest, standing, tracking

@@ -13,13 +13,13 @@ from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import total_mass
 from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.types import Array
 from emulator.poses import quaternion
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import Scenario
@@ -29,7 +29,6 @@ from nao_hil.runs.config import run_config
 from nao_hil.runs.track import LEG_NAMES
 from nao_hil.runs.walk import Walk, walk
 
-Vector = NDArray[np.float64]
 STANDARD_GRAVITY: Final = 9.81
 
 
@@ -143,7 +142,7 @@ def tracking(
 
 
 def tracking_errors(
-    columns: dict[str, list[int]], request: Vector, joints: Vector, shifts: int = len(SHIFTS)
+    columns: dict[str, list[int]], request: Array, joints: Array, shifts: int = len(SHIFTS)
 ) -> Tracking:
     """Mean absolute differences of measurement and earlier request.
 

@@ -9,8 +9,7 @@ import msgspec
 from rich.console import Console
 from rich.text import Text
 
-from nao_hil.analysis.report.page import Outcome, ReportPage
-from nao_hil.analysis.report.render import Report, write_report
+from nao_hil.analysis.report.render import Outcome, Report, ReportPage, write_report
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.experiments.context import Context, seed_words
 from nao_hil.files import write_bytes

@@ -9,13 +9,13 @@ from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from bridge.body import Body, load_body
+from bridge.types import Array
 from emulator.wear import WearProfile
 from emulator.wear.ensemble import profile_of, unknowns
-from nao_hil.analysis.report.page import Outcome, ReportTable
+from nao_hil.analysis.report.render import Outcome, ReportTable
 from nao_hil.experiments import servo_bench
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.obstacle import ObstacleSetup, landing_force, plates
@@ -25,7 +25,6 @@ from nao_hil.experiments.torso_step import BOUNDS, torso_figures
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.walk import Walk, WalkOutcome
 
-Vector = NDArray[np.float64]
 LEVELS: Final = 4
 """Of Morris' grid: values at 0, 1/3, 2/3 and 1 of each range."""
 JUMP: Final = LEVELS / (2.0 * (LEVELS - 1.0))
@@ -108,7 +107,7 @@ def measure(task: SensitivityTask) -> tuple[float, ...]:
     return *table.values(), sum(motion_times(task.body, track, LEGS.index(KNEE), STEP))
 
 
-def trajectory(k: int, random: np.random.Generator) -> Vector:
+def trajectory(k: int, random: np.random.Generator) -> Array:
     """One of Morris' trajectories: each unknown changes once, in random order.
 
     Args:
@@ -127,7 +126,7 @@ def trajectory(k: int, random: np.random.Generator) -> Vector:
     return np.array(points)
 
 
-def elementary_effects(points: Vector, figures: Vector) -> Vector:
+def elementary_effects(points: Array, figures: Array) -> Array:
     """Effects over whole ranges, shape (k, m), of a trajectory (k + 1, k) and its figures (k + 1, m)."""
     moves = np.diff(points, axis=0)
     changed = np.abs(moves).argmax(axis=1)
@@ -192,7 +191,7 @@ def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outco
 
 def _figures(
     context: Context, setup: SensitivitySetup, robots: Sequence[dict[str, float]], seeds: Sequence[int]
-) -> Vector:
+) -> Array:
     """Figures of robots given by shares of ranges, shape (robots, figures); walks are kept, the bench is not.
 
     Raises:
@@ -289,7 +288,7 @@ def _indices(
     return found
 
 
-def sobol_indices(values: Vector) -> tuple[Vector, Vector]:
+def sobol_indices(values: Array) -> tuple[Array, Array]:
     """First-order indices by Saltelli's estimator and total ones by Jansen's, each of shape (k,).
 
     Args:

@@ -13,18 +13,17 @@ from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, LEG_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import joint_no_load_speed, joint_nominal_torque, joint_stall_torque
 from bridge.messages import ActuatorFrame
+from bridge.types import Array
 from emulator.poses import quaternion
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile
 
-Vector = NDArray[np.float64]
 LEGS: Final = tuple(name for name in (*LEG_JOINTS["L"], *LEG_JOINTS["R"]) if name in INDEX)
 """The eleven motors of both legs."""
 ZERO: Final = POSTURES["StandZero"]
@@ -98,7 +97,7 @@ class Bench:
 
     def play(
         self, requests: Callable[[float], dict[str, float]], duration: float, stiffness: float = 1.0
-    ) -> Vector:
+    ) -> Array:
         """Let requests follow a rule in time.
 
         Args:
@@ -133,7 +132,7 @@ class Bench:
             rows.append([self._cycle * self.body.cycle, *read, *true, *motors, *current, *temperature, *force])
         return np.array(rows)
 
-    def _mechanical(self, values: Vector) -> list[float]:
+    def _mechanical(self, values: Array) -> list[float]:
         joints = self.robot.engine.robot.joints
         return [float(values[joints.index(name)]) for name in LEGS]
 
@@ -142,7 +141,7 @@ class Bench:
         robot = self.robot.engine.robot
         robot.lock([name for name in robot.joints if not _moves_with(name, free)], CLAMP)
 
-    def clamp_torque(self) -> Vector:
+    def clamp_torque(self) -> Array:
         """Torque that the clamp holds against each leg motor, N m, absolute; both hips' halves are added."""
         robot = self.robot.engine.robot
         torque = dict(zip(robot.joints, np.abs(robot.lock_torque()).tolist(), strict=True))
@@ -154,13 +153,13 @@ def _moves_with(name: str, motor: str | None) -> bool:
     return motor is not None and INDEX_WITH_MIRROR[name] == INDEX[motor]
 
 
-def part(track: Vector, column: int) -> Vector:
+def part(track: Array, column: int) -> Array:
     """One of the groups of a track: 0 encoders, 1 true, 2 motors, 3 currents, 4 temperatures, 5 stiffnesses."""
     size = len(LEGS)
     return np.asarray(track[:, 1 + column * size : 1 + (column + 1) * size])
 
 
-def run_through(body: Body, wear: WearProfile, engine: str, joint: str) -> Vector:
+def run_through(body: Body, wear: WearProfile, engine: str, joint: str) -> Array:
     """One joint from stop to stop, the others clamped, without gravity; the track of `Bench.play`.
 
     Both legs are spread: a hip that rolls inward would bring its leg against the other.
@@ -174,14 +173,14 @@ def run_through(body: Body, wear: WearProfile, engine: str, joint: str) -> Vecto
         return bench.play(lambda _: {joint: sheet.upper}, 1.0)
 
 
-def step_response(body: Body, wear: WearProfile, engine: str, joint: str, step: float) -> Vector:
+def step_response(body: Body, wear: WearProfile, engine: str, joint: str, step: float) -> Array:
     """One joint of a free leg is asked to turn by a step, with gravity; the track of `Bench.play`."""
     posture = POSTURES["StandInit"]
     with Bench(body, wear, engine, posture, 9.81) as bench:
         return bench.play(lambda _: {joint: posture[INDEX[joint]] + step}, 0.5)
 
 
-def slow_reversal(body: Body, wear: WearProfile, engine: str, reach: float, speed: float) -> Vector:
+def slow_reversal(body: Body, wear: WearProfile, engine: str, reach: float, speed: float) -> Array:
     """All leg joints slowly to and fro by a reach, once and a half; the last whole period, without gravity."""
     posture = POSTURES["StandInit"]
     period = 4.0 * reach / speed
@@ -196,7 +195,7 @@ def slow_reversal(body: Body, wear: WearProfile, engine: str, reach: float, spee
         return bench.play(triangle, period)
 
 
-def clamped(body: Body, wear: WearProfile, engine: str, stiffness: float) -> tuple[Vector, Vector]:
+def clamped(body: Body, wear: WearProfile, engine: str, stiffness: float) -> tuple[Array, Array]:
     """Torque (N m) and current (A) of the leg motors with their joints clamped and a request far away."""
     with Bench(body, wear, engine) as bench:
         bench.clamp()
@@ -210,14 +209,14 @@ def _far(body: Body, joint: str) -> float:
     return FAR if sheet.upper > FAR else -FAR
 
 
-def overload(body: Body, wear: WearProfile, engine: str, duration: float) -> Vector:
+def overload(body: Body, wear: WearProfile, engine: str, duration: float) -> Array:
     """All leg motors stalled at full stiffness; the track of `Bench.play`."""
     with Bench(body, wear, engine) as bench:
         bench.clamp()
         return bench.play(lambda _: {name: _far(body, name) for name in LEGS}, duration)
 
 
-def fall_limp(body: Body, wear: WearProfile, engine: str) -> Vector:
+def fall_limp(body: Body, wear: WearProfile, engine: str) -> Array:
     """How far each leg joint moves by the leg's weight in 2 s without stiffness, rad, the larger of two poses.
 
     The torso lies on its back with raised legs, and on its side.
@@ -266,7 +265,7 @@ class ServoRow(msgspec.Struct, frozen=True, kw_only=True):
     """Left by then."""
 
 
-def cruise_speed(time: Vector, angle: Vector) -> float:
+def cruise_speed(time: Array, angle: Array) -> float:
     """Mean speed over the part of a way in which a joint neither starts nor brakes, rad/s."""
     share = (angle - angle[0]) / (angle.max() - angle[0])
     first, last = (int(np.argmax(share >= level)) for level in CRUISE)
@@ -278,7 +277,7 @@ def step_of(joint: str) -> float:
     return -0.5 * STEP if joint.endswith("HipYawPitch") else STEP
 
 
-def motion_times(body: Body, track: Vector, column: int, step: float) -> tuple[float, float]:
+def motion_times(body: Body, track: Array, column: int, step: float) -> tuple[float, float]:
     """Times from request to motion and from there to 63 % of the step, s, of a motor's step response."""
     read, time = part(track, 0)[:, column], track[:, 0]
     start = time[0] - body.cycle
@@ -302,19 +301,19 @@ def _warm_after(body: Body, wear: WearProfile, joint: str) -> float:
 class BenchTracks(NamedTuple):
     """Measurements of all leg motors."""
 
-    speeds: dict[str, Vector]
+    speeds: dict[str, Array]
     """From stop to stop, by joint; tracks of `Bench.play`."""
-    steps: dict[str, Vector]
+    steps: dict[str, Array]
     """Step responses, likewise."""
-    loop: Vector
+    loop: Array
     """Slow reversal, likewise of all joints."""
-    torque: dict[float, Vector]
+    torque: dict[float, Array]
     """Of clamped motors by stiffness, N m."""
-    current: Vector
+    current: Array
     """At full stiffness, A."""
-    fall: Vector
+    fall: Array
     """Without stiffness, rad."""
-    heat: Vector
+    heat: Array
     """Stalled at full stiffness; track of `Bench.play`."""
 
 

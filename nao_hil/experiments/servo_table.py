@@ -16,11 +16,12 @@ from matplotlib.figure import Figure
 
 from bridge.body import Body, load_body
 from bridge.body.quantities import joint_no_load_speed, joint_stall_torque
+from bridge.types import Array
 from emulator.wear import WearProfile, load_wear
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.servo_bench import LEGS, Vector, bench_tracks, measure, part, passes, step_of
+from nao_hil.experiments.servo_bench import LEGS, bench_tracks, measure, part, passes, step_of
 
 SHOWN: Final = tuple(joint for joint in LEGS if joint.startswith("L"))
 """The right leg's are alike."""
@@ -38,7 +39,7 @@ def _panels(title: str) -> tuple[Figure, list[Any]]:
     return figure, panels
 
 
-def published_response(time: Vector) -> Vector:
+def published_response(time: Array) -> Array:
     """Step response 1 / (T^2 s^2 + 2 D T s + 1) with D > 1, time in s."""
     period, damping = PUBLISHED_RESPONSE
     root = math.sqrt(damping**2 - 1.0)
@@ -47,7 +48,7 @@ def published_response(time: Vector) -> Vector:
     return np.asarray(1.0 - (fast * np.exp(-slow * t) - slow * np.exp(-fast * t)) / (fast - slow))
 
 
-def plot_steps(path: Path, body: Body, tracks: Mapping[str, Vector], steps: Mapping[str, float]) -> None:
+def plot_steps(path: Path, body: Body, tracks: Mapping[str, Array], steps: Mapping[str, float]) -> None:
     """Step responses of a free leg over the yardstick, which starts 3 cycles after the request."""
     figure, panels = _panels("Free leg, step of the request (encoder), dashed: PT2 of a V6, T 0.019 s, D 1.5")
     for panel, joint in zip(panels, SHOWN, strict=True):
@@ -63,7 +64,7 @@ def plot_steps(path: Path, body: Body, tracks: Mapping[str, Vector], steps: Mapp
     axes.save(figure, path)
 
 
-def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Vector]) -> None:
+def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Array]) -> None:
     """Speed over time from stop to stop, with the data sheet's no-load speed."""
     figure, panels = _panels("From stop to stop without load, dashed: no-load speed of the data sheet")
     for panel, joint in zip(panels, SHOWN, strict=True):
@@ -75,7 +76,7 @@ def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Vector]) -> None:
     axes.save(figure, path)
 
 
-def plot_loops(path: Path, track: Vector) -> None:
+def plot_loops(path: Path, track: Array) -> None:
     """Joint over motor angle under slow reversal."""
     figure, panels = _panels("Slow reversal without load: joint over motor, about the operating point")
     for panel, joint in zip(panels, SHOWN, strict=True):
@@ -89,7 +90,7 @@ def plot_loops(path: Path, track: Vector) -> None:
     axes.save(figure, path)
 
 
-def plot_heat(path: Path, wear: WearProfile, track: Vector) -> None:
+def plot_heat(path: Path, wear: WearProfile, track: Array) -> None:
     """Temperature, and the stiffness that the protection leaves, stalled at full stiffness."""
     figure, panels = _panels("Stalled at full stiffness: temperature, dashed: stiffness left")
     for panel, joint in zip(panels, SHOWN, strict=True):
@@ -106,7 +107,7 @@ def plot_heat(path: Path, wear: WearProfile, track: Vector) -> None:
 
 
 def plot_stiffness(
-    path: Path, body: Body, torques: Mapping[float, Vector], current: Vector, fallen: Vector
+    path: Path, body: Body, torques: Mapping[float, Array], current: Array, fallen: Array
 ) -> None:
     """Torque of clamped motors by stiffness (N m), current at full stiffness (A), fall without any (rad)."""
     figure = axes.new_figure(11.0, 7.5)

@@ -11,7 +11,7 @@ from bridge.body import load_body
 from bridge.guard import Guard
 from bridge.guard.status import tilt
 from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable, yes_no
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context
 from nao_hil.runs.build import build_robot, controller_maker

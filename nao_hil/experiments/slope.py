@@ -12,12 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-import msgspec
-
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable
-from nao_hil.analysis.statistics import percent, wilson
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
+from nao_hil.analysis.statistics import Share, percent, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import falls_finding
 from nao_hil.experiments.context import Context
@@ -53,13 +51,10 @@ class SlopeSetup:
     """Seeds per direction that are walked at a time."""
 
 
-class Slope(msgspec.Struct, frozen=True, kw_only=True):
+class Slope(Share, frozen=True, kw_only=True):
     """The steepest slope of one direction at which enough walk on."""
 
     slope_deg: float
-    n: int
-    survived: int
-    interval: tuple[float, float]
 
 
 Request = tuple[float, tuple[int, ...]]
@@ -129,7 +124,7 @@ def experiment(context: Context, setup: SlopeSetup | None = None) -> Outcome:
     slopes = {}
     for name, slope in found.items():
         survived, n = tallies[name].count(slope)
-        slopes[name] = Slope(slope_deg=slope, n=n, survived=survived, interval=wilson(survived, n))
+        slopes[name] = Slope(slope_deg=slope, n=n, survived=survived)
     return context.outcome(
         "slope",
         "R6: inclined planes, with no knowledge of the ground",
@@ -148,7 +143,7 @@ def experiment(context: Context, setup: SlopeSetup | None = None) -> Outcome:
         claims=[
             Claim(
                 f"{_words(name)}: {setup.goal:g} degrees or more at {100 * setup.share:.0f} %",
-                f"{s.slope_deg:g} deg ({s.survived} of {s.n}, {percent(s.interval)})",
+                f"{s.slope_deg:g} deg ({s.words()})",
                 s.slope_deg >= setup.goal and s.interval[0] >= setup.share,
             )
             for name, s in slopes.items()

@@ -16,7 +16,6 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import minimum_filter1d
 
 from bridge.body import load_body
@@ -24,7 +23,8 @@ from bridge.errors import FrameError, LinkError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import SensorFrame, decode
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from bridge.types import Array
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.runs.bare_loop import BareLoop
@@ -69,7 +69,7 @@ class Use(msgspec.Struct, frozen=True, kw_only=True):
     """Since `SETTLED`."""
 
 
-def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[npt.NDArray[np.float64], float]:
+def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[Array, float]:
     """How late each frame was sent, and how far robot time left the wall clock.
 
     Args:
@@ -89,7 +89,7 @@ def lateness(frames: Sequence[tuple[int, int]], cycle: float) -> tuple[npt.NDArr
     return over - least, float(leap - cycle * round(leap / cycle))
 
 
-def punctuality(late: npt.NDArray[np.float64], cycle: float) -> tuple[float, float]:
+def punctuality(late: Array, cycle: float) -> tuple[float, float]:
     """Typical 99th percentile of lateness in the first and in the last third, s.
 
     Args:
@@ -106,7 +106,7 @@ def sum_up(
     duration: float,
     cycle: float,
     frames: list[tuple[int, int]],
-    bare_late: npt.NDArray[np.float64],
+    bare_late: Array,
     samples: list[tuple[float, list[float], list[int]]],
     summary: dict[str, object],
     *,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context, seed_words
 from walker.mechanisms.admittance import LegAdmittance, LegParameters

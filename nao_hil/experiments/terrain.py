@@ -17,7 +17,7 @@ from bridge.types import Vec3
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor, Tiles
 from emulator.world.events import WorldEvent
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable
 from nao_hil.analysis.statistics import few_words, mcnemar, percent, wilson
 from nao_hil.experiments.conditions import Condition, condition, falls_finding, pairs
 from nao_hil.experiments.context import Context

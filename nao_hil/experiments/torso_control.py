@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from bridge.body import load_body
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import (
     MAJORITY,

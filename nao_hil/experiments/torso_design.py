@@ -8,9 +8,9 @@ from typing import Final
 import control
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportPage, ReportTable
+from bridge.types import Array
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage, ReportTable
 from nao_hil.design.torso.analysis import bode, frequency_response
 from nao_hil.design.torso.assembly import TorsoDesign
 from nao_hil.design.torso.robust import robust_design
@@ -48,7 +48,7 @@ OVERSHOOT: Final = 0.10
 GAIN_MARGIN: Final = 2.5
 
 
-def _omega(low: float, high: float) -> NDArray[np.float64]:
+def _omega(low: float, high: float) -> Array:
     return np.asarray(np.geomspace(low, high, 1200), dtype=np.float64)
 
 

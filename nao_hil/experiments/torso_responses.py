@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from bridge.body import Body
@@ -18,6 +17,7 @@ from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame
 from bridge.rotations import pitch
+from bridge.types import Array
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import FLAT, Scenario
 from emulator.wear import WearProfile
@@ -27,7 +27,6 @@ DRAWN_UP: Final = {"RHipRoll": -0.3, "RHipPitch": -0.8, "RKneePitch": 1.6, "RAnk
 """The right leg, rad: its sole is 6 cm over the ground, and the foot clear of the standing leg."""
 TOLERANCE: Final = 1e-4
 """Largest distance of the centre of mass from the foot's middle, m."""
-Vector = NDArray[np.float64]
 STARTS: Final = ((5.0, 0.02), (7.0, 0.1), (9.0, 0.05))
 """Natural frequencies and zeros from which the fit is started; the best end counts."""
 PERIOD: Final = 8.0
@@ -57,11 +56,11 @@ def one_leg_stance(body: Body) -> tuple[float, ...]:
     com = CentreOfMass(body)
     middle = np.array(body.foot.centre)
 
-    def miss(leans: NDArray[np.float64]) -> NDArray[np.float64]:
+    def miss(leans: Array) -> Array:
         angles = _posture(*leans.tolist())
         foot = com.tree.link_frames(angles)["LAnkleRoll"]
         in_foot = np.linalg.solve(foot, np.append(com(angles), 1.0))
-        off: NDArray[np.float64] = in_foot[:2] - middle
+        off: Array = in_foot[:2] - middle
         return off
 
     leans = least_squares(miss, (0.0, 0.2)).x
@@ -83,7 +82,7 @@ class Plant(msgspec.Struct, frozen=True, kw_only=True):
     zero_time_s: float
     """Positive: a right-half-plane zero at 1 / zero_time."""
 
-    def step(self, time: Vector) -> Vector:
+    def step(self, time: Array) -> Array:
         """Response to a unit step at time 0, in closed form."""
         w, d = self.natural_frequency_rad_s, self.damping
         t = np.maximum(time, 0.0)
@@ -112,7 +111,7 @@ class Shape(msgspec.Struct, frozen=True, kw_only=True):
     """From 10 to 90 % of the final value."""
 
 
-def fit_plant(time: Vector, response: Vector) -> tuple[Plant, float]:
+def fit_plant(time: Array, response: Array) -> tuple[Plant, float]:
     """The plant with the least squared error, and the root mean square of its residual.
 
     Args:
@@ -120,7 +119,7 @@ def fit_plant(time: Vector, response: Vector) -> tuple[Plant, float]:
         response: To a step of size 1, shape (n,).
     """
 
-    def plant(values: Vector) -> Plant:
+    def plant(values: Array) -> Plant:
         gain, frequency, damping, zero = values.tolist()
         return Plant(gain=gain, natural_frequency_rad_s=frequency, damping=damping, zero_time_s=zero)
 
@@ -136,7 +135,7 @@ def fit_plant(time: Vector, response: Vector) -> tuple[Plant, float]:
     return plant(best.x), float(np.sqrt(np.mean(best.fun**2)))
 
 
-def read_shape(time: Vector, response: Vector) -> Shape:
+def read_shape(time: Array, response: Array) -> Shape:
     """Peak, undershoot and rise of a step response; arguments as in `fit_plant`."""
     final = float(response[time > time[-1] - 1.0].mean())
     share = response / final
@@ -223,7 +222,7 @@ def run_task(task: TorsoStepTask) -> Responses | None:
     return run_once(task.body, task.wear, task.seed, task.amplitude, task.engine)
 
 
-def part_between(track: Sequence[float], half: int, amplitude: float) -> Vector:
+def part_between(track: Sequence[float], half: int, amplitude: float) -> Array:
     """Responses to the steps after the first, each from where it started, over the size of its step."""
     angle = np.array(track)
     rows = []

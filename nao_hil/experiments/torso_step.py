@@ -19,9 +19,10 @@ import numpy as np
 
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from emulator.scenarios import FLAT, Scenario
 from emulator.wear import WearProfile, load_wear, wear_of_seed
-from nao_hil.analysis.report.page import Claim, Outcome, Picture
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.torso_responses import (
@@ -31,7 +32,6 @@ from nao_hil.experiments.torso_responses import (
     Responses,
     Shape,
     TorsoStepTask,
-    Vector,
     fit_plant,
     read_shape,
     run_once,
@@ -43,7 +43,7 @@ AMPLITUDE: Final = 0.064
 rocks."""
 
 
-def plot(path: Path, time: Vector, fused: Vector, true: Vector, plant: Plant) -> None:
+def plot(path: Path, time: Array, fused: Array, true: Array, plant: Plant) -> None:
     """Measurement, fit and the thesis' curve, each as a share of its final value.
 
     Args:

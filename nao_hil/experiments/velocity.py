@@ -12,8 +12,8 @@ import numpy as np
 
 from bridge.errors import ConfigurationError
 from bridge.types import Vec2, Vec3
-from nao_hil.analysis.report.page import Claim, Outcome, Picture, ReportTable, yes_no
-from nao_hil.analysis.statistics import few_words, percent, wilson
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable, yes_no
+from nao_hil.analysis.statistics import Share, few_words, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.velocity_measure import Straight, VelocityCell, cell, straight, true_path
@@ -79,14 +79,6 @@ class VelocitySetup:
         )
 
 
-class Changes(msgspec.Struct, frozen=True, kw_only=True):
-    """Walks whose velocity changes at random."""
-
-    n: int
-    survived: int
-    interval: Vec2
-
-
 def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
     """All walks, the table, and the verdicts."""
     setup, gait = setup or VelocitySetup(), context.gait or "omni"
@@ -109,7 +101,7 @@ def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
     *single, ahead, random = context.run(*conditions)
     cells = [cell(command, found, full) for command, found in zip(commands, single, strict=True)]
     line, alive = straight(ahead), sum(found.end.survived for found in random)
-    changes = Changes(n=len(random), survived=alive, interval=wilson(alive, len(random)))
+    changes = Share(n=len(random), survived=alive)
     return context.outcome(
         "velocity",
         f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
@@ -154,12 +146,12 @@ def _claims(
     fastest: Sequence[Vec3],
     cells: Sequence[VelocityCell],
     line: Straight,
-    changes: Changes,
+    changes: Share,
 ) -> tuple[Claim, ...]:
     stands = [
         Claim(
             f"At {_words(each.command)} 95 of 100 stand",
-            _share(each.survived, each.n, each.interval),
+            each.words(),
             each.interval[0] >= STANDS,
         )
         for each in cells
@@ -199,7 +191,7 @@ def _claims(
         ),
         Claim(
             f"{setup.changes} random velocities in {setup.changes_duration:g} s: 47 of 50 stand",
-            _share(changes.survived, changes.n, changes.interval),
+            changes.words(),
             changes.interval[0] >= STANDS_CHANGES,
         ),
     )
@@ -207,10 +199,6 @@ def _claims(
 
 def _words(command: Vec3) -> str:
     return "{:.2f}, {:.2f} m/s, {:.2f} rad/s".format(*command)
-
-
-def _share(survived: int, n: int, interval: Vec2) -> str:
-    return f"{survived} of {n} ({percent(interval)})"
 
 
 def _table(cells: Sequence[VelocityCell], setup: VelocitySetup, fastest: Sequence[Vec3]) -> ReportTable:
@@ -225,7 +213,7 @@ def _table(cells: Sequence[VelocityCell], setup: VelocitySetup, fastest: Sequenc
                 "{:.2f}, {:.2f}, {:.2f}".format(*each.measured),
                 each.ratio.words(),
                 f"{each.coupling.words(100.0, 0)} %",
-                _share(each.survived, each.n, each.interval),
+                each.words(),
                 yes_no(all((*good, each.coupling.interval[1] < setup.coupling))),
             )
         )

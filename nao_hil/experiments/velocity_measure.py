@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge import rotations
 from bridge.types import Vec2, Vec3
-from nao_hil.analysis.statistics import mean_of, wilson
+from nao_hil.analysis.statistics import Share, mean_of
 from nao_hil.runs.heading_motion import SETTLING
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
@@ -46,15 +46,11 @@ def mean(values: Sequence[float]) -> MeanInterval:
     )
 
 
-class VelocityCell(msgspec.Struct, frozen=True, kw_only=True):
+class VelocityCell(Share, frozen=True, kw_only=True):
     """Walks at one velocity."""
 
     command: Vec3
     """m/s, m/s, rad/s"""
-    n: int
-    survived: int
-    interval: Vec2
-    """Wilson's, 95 %, of the share that stand."""
     measured: Vec3
     """Medians over the walks, of the torso in its heading from 2 s on, until the end or the fall."""
     ratio: MeanInterval
@@ -103,7 +99,6 @@ def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> VelocityC
         command=command,
         n=len(results),
         survived=alive,
-        interval=wilson(alive, len(results)),
         measured=(x, y, turn),
         ratio=max(ratios, key=lambda ratio: abs(ratio.value - 1.0)),
         coupling=max(others, key=lambda coupling: coupling.value, default=mean([0.0, 0.0])),

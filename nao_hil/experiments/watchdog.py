@@ -17,7 +17,7 @@ from bridge.body import Body, load_body
 from bridge.guard import Guard, GuardSettings
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
-from nao_hil.analysis.report.page import Claim, Outcome, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, ReportTable
 from nao_hil.analysis.statistics import wilson
 from nao_hil.experiments.context import Context
 from nao_hil.runs.config import RunConfig

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
-from bridge.messages.elements import ELEMENTS
+from bridge.messages.frames import ELEMENTS
+from bridge.types import Array
 from nao_hil.identification.readings import Readings, specific_force
-from nao_hil.identification.signals import Array
 
 _UNCOMPRESSED, _COMPRESSED, _MESSAGE_IDS, _TYPES, _SETTINGS = range(5)
 """Kinds of chunks."""

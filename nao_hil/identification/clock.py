@@ -10,8 +10,8 @@ from scipy.signal import correlate
 
 from bridge.body import Body
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from nao_hil.identification.readings import Readings
-from nao_hil.identification.signals import Array
 
 _LAG: Final = {12: 0.036, 10: 0.040}
 """Time by which joints follow their commands by the body's cycle in ms, s: teams' configurations of real

@@ -12,10 +12,11 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS, absent_joints
+from bridge.types import Array
 from nao_hil.identification import measures
 from nao_hil.identification.encoder_grid import EncoderGrid
+from nao_hil.identification.readings import NAMES, Signals
 from nao_hil.identification.sensors_only import FusedAngleComparison
-from nao_hil.identification.signals import NAMES, Array, Signals
 
 SENSORS: Final = ("gyroscope", "accelerometer", "fsr")
 """Signals that are compared by mean, RMS and spectrum."""

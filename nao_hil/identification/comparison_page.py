@@ -11,11 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.body.joints import JOINTS
-from nao_hil.analysis.report.page import Picture, ReportPage, ReportTable
-from nao_hil.analysis.report.render import Report, write_report
+from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
 from nao_hil.files import atomic_path
 from nao_hil.identification.comparison import Comparison, JointComparison, JointFollowing, SensorComparison
-from nao_hil.identification.signals import Signals
+from nao_hil.identification.readings import Signals
 
 SHOWN: Final = 4
 """Joints that are drawn over time."""

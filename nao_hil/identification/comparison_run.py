@@ -10,10 +10,10 @@ import numpy as np
 
 from emulator.wear import load_wear
 from nao_hil.identification.comparison import Comparison, JointComparison, SensorComparison, compare
+from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
 from nao_hil.identification.replay import replay
 from nao_hil.identification.sensors_only import at_rest, compare_fused_angle, follow_angles
-from nao_hil.identification.signals import Signals
 from nao_hil.runs.config import RunConfig
 
 _READ = ("robot", "wear", "engine", "scenario", "start", "seed")

@@ -16,8 +16,8 @@ import numpy as np
 
 from bridge.config import load_toml, read_limited
 from bridge.errors import ConfigurationError
-from nao_hil.identification.readings import Readings
-from nao_hil.identification.signals import COMMANDS, NAMES, Array
+from bridge.types import Array
+from nao_hil.identification.readings import COMMANDS, NAMES, Readings
 
 MAX_CSV: Final = 1 << 26
 """Bytes of a file of measurements, unpacked."""

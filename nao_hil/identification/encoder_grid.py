@@ -11,7 +11,7 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS
-from nao_hil.identification.signals import Array
+from bridge.types import Array
 
 _VALUES: Final = 8
 """Different angles that a joint needs: eight random ones seem to be on a grid once in a thousand."""

@@ -15,11 +15,12 @@ from scipy.stats import t as student
 from bridge.body import Body
 from bridge.body.joints import INDEX
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from emulator.servo.parameters import Backlash, ServoParameters
 from nao_hil.identification import measures
+from nao_hil.identification.readings import Signals
 from nao_hil.identification.samples import stretches, useful
 from nao_hil.identification.servo_model import ServoModel
-from nao_hil.identification.signals import Array, Signals
 
 GLOBAL: Final = (
     "delay",

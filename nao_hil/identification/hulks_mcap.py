@@ -18,8 +18,8 @@ from zstandard import ZstdError
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import GRAVITY
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from nao_hil.identification.readings import Readings, specific_force
-from nao_hil.identification.signals import Array
 
 ENCODING: Final = "messagepack"
 """`message_encoding` of the channels, in lower case."""

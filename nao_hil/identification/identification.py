@@ -14,11 +14,12 @@ from bridge.body import Body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import absent_joints, joint_stall_torque
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.wear import WearProfile
 from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
+from nao_hil.identification.readings import Signals
 from nao_hil.identification.recorded import RecordedSignals
-from nao_hil.identification.signals import Array, Signals
 
 STEADY: Final = 0.15
 """rad by which the torso may tilt to and fro."""

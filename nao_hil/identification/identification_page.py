@@ -10,12 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bridge.body.joints import INDEX
-from nao_hil.analysis.report.page import Picture, ReportPage, ReportTable
-from nao_hil.analysis.report.render import Report, write_report
+from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
 from nao_hil.files import atomic_path
 from nao_hil.identification.fit import Fit
 from nao_hil.identification.identification import Identification, Identified
-from nao_hil.identification.signals import Signals
+from nao_hil.identification.readings import Signals
 
 _ABOUT: Final = (
     "The emulator's drives, fitted to the joint angles of a recording by robust least squares. The model has "

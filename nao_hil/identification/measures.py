@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.signal import welch
 
-from nao_hil.identification.signals import Array
+from bridge.types import Array
 
 LONGEST_DELAY: Final = 0.2
 """s"""

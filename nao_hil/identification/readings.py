@@ -1,15 +1,68 @@
-"""Content of a recording's file at times of its own, and the same on the grid of the robot's cycles."""
+"""Signals of a recording: at times of their own, and on a grid of one row per cycle."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bridge.body.quantities import GRAVITY
-from nao_hil.identification.signals import COMMANDS, NAMES, Array, Signals
+from bridge.body import Body
+from bridge.body.joints import JOINTS
+from bridge.body.quantities import GRAVITY, total_mass
+from bridge.messages.frames import ELEMENTS
+from bridge.types import Array
+
+NAMES: Final = {
+    "command": JOINTS,
+    **{
+        name: ELEMENTS[name] for name in ("stiffness", "position", "accelerometer", "gyroscope", "angle", "fsr")
+    },
+}
+"""Columns of each signal by their names."""
+COMMANDS: Final = ("command", "stiffness")
+"""Signals that are asked for; the others are measured."""
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Commands and measurements, row k at the boundary of cycle k; NaN where nothing is known.
+
+    Joints are in the order of `nao_hil.JOINTS`; units are SI and radians.
+    """
+
+    time: Array
+    """s, (n,), evenly spaced from 0."""
+    command: Array
+    """Angles asked for in the cycle that begins at the row, (n, 25)."""
+    stiffness: Array
+    """Asked for in the same cycle, (n, 25)."""
+    position: Array
+    """Measured joint angles, (n, 25)."""
+    accelerometer: Array
+    """(n, 3)"""
+    gyroscope: Array
+    """(n, 3)"""
+    angle: Array
+    """Fused roll and pitch of the torso, (n, 2)."""
+    fsr: Array
+    """Force cells, left foot first, (n, 8), N."""
+    measured: NDArray[np.bool_]
+    """Rows at which something was measured, (n,); the measurements of the others are interpolated."""
+
+    @property
+    def cycle(self) -> float:
+        """Time from one row to the next, s."""
+        return float(self.time[1] - self.time[0])
+
+    def part(self, rows: slice) -> Signals:
+        """Some of the rows; their time begins at 0."""
+        values: dict[str, Any] = {field.name: getattr(self, field.name)[rows] for field in fields(self)}
+        values["time"] = values["time"] - values["time"][0]
+        return Signals(**values)
+
 
 _GAP: Final = 1.0
 """Shortest time without a sample that is reported, s."""
@@ -138,3 +191,17 @@ def _interpolated(grid: Array, source: Array, column: Array) -> Array:
     if not known.any():
         return np.full(len(grid), np.nan)
     return np.asarray(np.interp(grid, source[known], column[known]))
+
+
+_UNLOADED: Final = 0.3
+"""Fraction of the weight below which the feet carry nothing."""
+_WATCHED: Final = 1.0
+"""Time at the beginning that is looked at, s."""
+
+
+def hangs(body: Body, signals: Signals) -> bool | None:
+    """The feet carry next to nothing at the beginning; None: their forces were not recorded."""
+    fsr = signals.fsr[: round(_WATCHED / signals.cycle)]
+    if not np.isfinite(fsr).all():
+        return None
+    return float(fsr.sum(axis=1).mean()) < _UNLOADED * GRAVITY * total_mass(body)

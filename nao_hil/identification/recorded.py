@@ -10,13 +10,13 @@ import numpy as np
 
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from nao_hil.identification.bhuman_log import read_bhuman
 from nao_hil.identification.clock import on_one_clock
 from nao_hil.identification.csv_file import MEASURED, read_csv
 from nao_hil.identification.encoder_grid import EncoderGrid, encoder_grid
 from nao_hil.identification.hulks_mcap import is_hulks, read_hulks
-from nao_hil.identification.readings import Readings, on_grid, timing_notes
-from nao_hil.identification.signals import Array, Signals
+from nao_hil.identification.readings import Readings, Signals, on_grid, timing_notes
 from nao_hil.recording import load
 from nao_hil.runs.replay import recorded_body
 

@@ -12,9 +12,8 @@ from emulator.robot import EmulatedRobot
 from emulator.scenarios import load_scenario
 from emulator.start import STAND
 from emulator.wear import load_wear
+from nao_hil.identification.readings import COMMANDS, NAMES, Signals, hangs
 from nao_hil.identification.recorded import RecordedSignals
-from nao_hil.identification.signals import COMMANDS, NAMES, Signals
-from nao_hil.identification.support import hangs
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from bridge.body import Body, joint_tree
-from bridge.body.joints import INDEX, LEG_JOINTS
-from bridge.body.topology import TORSO
-from nao_hil.identification.signals import Array, Signals
-from nao_hil.identification.support import hangs
+from bridge.body.joints import INDEX, LEG_JOINTS, TORSO
+from bridge.types import Array
+from nao_hil.identification.readings import Signals, hangs
 
 AFTER: Final = 0.7
 """Time for which a joint is watched after its command has moved, s."""

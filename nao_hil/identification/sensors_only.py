@@ -10,12 +10,12 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from bridge.body.quantities import GRAVITY
+from bridge.types import Array
 from emulator.sensors.fusion import FusedAngle, fuse
 from emulator.sensors.parameters import FusedAngleParameters
 from nao_hil.identification.clock import follow_lag
-from nao_hil.identification.readings import Readings
+from nao_hil.identification.readings import Readings, Signals
 from nao_hil.identification.recorded import RecordedSignals
-from nao_hil.identification.signals import Array, Signals
 
 _WINDOW: Final = 0.5
 """Time over which a torso is quiet, s."""

@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import Body, joint_tree
-from bridge.body.joints import INDEX, INDEX_WITH_MIRROR
+from bridge.body.joints import INDEX, INDEX_WITH_MIRROR, TORSO
 from bridge.body.quantities import GRAVITY, tensor_matrix
-from bridge.body.topology import TORSO
+from bridge.types import Array
 from emulator.compiled import compiled
 from emulator.drives import run_drives
 from emulator.engine.values import PhysicsSettings
 from emulator.servo.parameters import ServoParameters
 from emulator.servo.servo import Servo
-from nao_hil.identification.signals import Array, Signals
+from nao_hil.identification.readings import Signals
 
 STEP: Final = PhysicsSettings().step
 """Of drives and joints, s."""

@@ -11,9 +11,9 @@ from pathlib import Path
 from types import TracebackType
 
 import numpy as np
-import numpy.typing as npt
 
 from bridge.realtime import ROBOT_PRIORITY, quiet_process
+from bridge.types import Array
 from emulator.timing import CycleTimer
 
 
@@ -21,7 +21,7 @@ class BareLoop:
     """Waits for one deadline after the other, in a process of its own, until the context ends."""
 
     def __init__(self) -> None:
-        self.lateness: npt.NDArray[np.float64] = np.empty(0)
+        self.lateness: Array = np.empty(0)
         """How late each deadline was met, s, shape (n,); there when the context has ended."""
 
     def __enter__(self) -> BareLoop:

@@ -9,9 +9,8 @@ import zenoh
 
 from bridge.errors import NaoHilError
 from bridge.link import keys
+from bridge.link.client import WalkClient, WorldClient
 from bridge.link.session import open_client
-from bridge.link.walk_client import WalkClient
-from bridge.link.world_client import WorldClient
 from bridge.messages import Notice, SensorFrame, encode
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push

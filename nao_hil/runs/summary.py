@@ -12,6 +12,7 @@ from bridge.recording.canonical import FrameHash
 from bridge.recording.observer import Observer
 from bridge.rotations import planar_local, tilt
 from bridge.rotations import yaw as yaw_of
+from bridge.stance import FALLEN_TILT
 from bridge.types import Vec3
 from nao_hil.runs.fall_watch import FallWatch
 from nao_hil.runs.heading_motion import HeadingMotion
@@ -27,8 +28,6 @@ PAUSE: Final = 1.0
 Event = Literal["", "lifted", "step", "over"]
 CORNER: Final = 0.5
 """Robot time from one corner of the path to the next, s: two steps of `omni`."""
-_LIES: Final = math.radians(45.0)
-"""rad; a torso that leans farther lies."""
 
 
 class SeenWalk:
@@ -270,7 +269,7 @@ class RunStatistics(Observer):
         self._has_telemetry = True
         gets_up = self._watch.state == "motion" and message.state not in ("motion", "fallen", "rest")
         self._recoveries += gets_up and self._lay
-        lies = message.state in ("fallen", "motion") and self._tilt > _LIES
+        lies = message.state in ("fallen", "motion") and self._tilt > FALLEN_TILT
         self._lay = lies or (self._lay and not gets_up)
         self._watch.telemetry(message)
         if message.step < self._step:  # another walk

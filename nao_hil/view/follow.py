@@ -20,7 +20,7 @@ import numpy as np
 from bridge.body import BODIES, load_body
 from bridge.errors import NaoHilError
 from bridge.messages import Info, Notice, SensorFrame
-from bridge.messages.elements import ELEMENTS
+from bridge.messages.frames import ELEMENTS
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkStatus
 from bridge.messages.world import Status

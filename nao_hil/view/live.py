@@ -12,11 +12,9 @@ import zenoh
 
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import keys
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
 from bridge.link.session import subscribe, try_client
-from bridge.link.walk_client import WalkClient
-from bridge.link.world_client import WorldClient
 from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus

@@ -124,7 +124,7 @@ _SIDES_AND_TOP: Final = np.array(
 """Faces of a tile whose lower corners are 0 to 3 and upper ones 4 to 7, outward."""
 
 
-def terrain_meshes(terrain: Terrain) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+def terrain_meshes(terrain: Terrain) -> list[tuple[Array, NDArray[np.int64]]]:
     """Vertices (n, 3), m, floor frame, and faces (m, 3) of all tiles in one mesh, and of the heights."""
     meshes = []
     if terrain.tiles:

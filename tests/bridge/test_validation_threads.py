@@ -12,7 +12,7 @@ from typing import Literal
 import msgspec
 
 from bridge.messages.codec import decode, encode
-from bridge.messages.schema import SCHEMA_VERSION
+from bridge.messages.frames import SCHEMA_VERSION
 from bridge.validation import convert
 
 alias = type(Literal["a"])

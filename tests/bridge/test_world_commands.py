@@ -8,8 +8,8 @@ import pytest
 from bridge.body.joints import INDEX
 from bridge.errors import FrameError
 from bridge.messages import decode_command, encode
-from bridge.messages.elements import sensor_slots
 from bridge.messages.faults import JointWeak, SensorDead
+from bridge.messages.frames import sensor_slots
 from bridge.messages.world import PlateUnderFoot, Push, StartFault, WorldCommand
 
 

@@ -22,9 +22,7 @@ import msgspec
 
 from bridge.body.joints import INDEX
 from bridge.errors import NaoHilError
-from bridge.link.guard_client import GuardClient
-from bridge.link.walk_client import WalkClient
-from bridge.link.world_client import WorldClient
+from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Reset
 from bridge.recording.playback import read_recording

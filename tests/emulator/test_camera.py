@@ -27,9 +27,16 @@ from bridge.messages.world_state import WorldObject, WorldReply, WorldThing
 from bridge.realtime import leave_real_time
 from bridge.types import Vec3
 from emulator.camera import process
-from emulator.camera.colours import encode_picture, picture_file
 from emulator.camera.picture import draw, hidden
-from emulator.camera.scene import CameraScene, boxes_of, facing_away, floor_of, thing_of
+from emulator.camera.scene import (
+    CameraScene,
+    boxes_of,
+    encode_picture,
+    facing_away,
+    floor_of,
+    picture_file,
+    thing_of,
+)
 from tests.loops import until
 
 NOTHING = Contact(force=(0.0, 0.0, 0.0), cop=None)

@@ -19,7 +19,7 @@ from bridge.errors import DcmRefused, FrameError, LeaseRefused, NaoHilError
 from bridge.messages import SensorFrame, decode
 from bridge.messages import dcm as wire
 from emulator.boundary import BoundaryQueue
-from emulator.dcm_queries import DcmQueries
+from emulator.process import DcmQueries
 from tests.frames import standing_frame
 
 LED = "ChestBoard/Led/Red/Actuator/Value"

@@ -13,7 +13,6 @@ from bridge.body.postures import POSTURES
 from bridge.body.quantities import joint_stall_torque
 from bridge.errors import FrameError
 from bridge.messages import ActuatorFrame
-from bridge.messages.elements import ELEMENTS
 from bridge.messages.faults import (
     CommandDuplicated,
     CommandJitter,
@@ -35,6 +34,7 @@ from bridge.messages.faults import (
     SensorOffset,
     SensorStuck,
 )
+from bridge.messages.frames import ELEMENTS
 from emulator.faults.faults import CommandChannel
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.events import FaultEvent

@@ -13,9 +13,8 @@ from bridge.messages import ActuatorFrame
 from emulator.drives import BRUSH_REACH
 from emulator.robot import EmulatedRobot
 from emulator.servo.heat import MotorHeat, stiffness_factor
-from emulator.servo.limits import RequestLimits
 from emulator.servo.parameters import Backlash, Heating, ServoParameters
-from emulator.servo.servo import Servo
+from emulator.servo.servo import RequestLimits, Servo
 from emulator.wear import WearProfile, load_wear
 from tests.servos import torques
 

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_hil.analysis.report.page import Claim, Picture, ReportPage, ReportTable
-from nao_hil.analysis.report.render import Report, write_report
+from nao_hil.analysis.report.render import Claim, Picture, Report, ReportPage, ReportTable, write_report
 from nao_hil.cli.main import run
 from nao_hil.experiments.catalogue import EXPERIMENTS
 from tests.loops import TIMEOUT, until

@@ -11,16 +11,15 @@ from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
 import pytest
 
+from bridge.types import Array
 from nao_hil.runs.bare_loop import BareLoop
 from tests.loops import TIMEOUT
 from tests.ports import free_endpoint, free_port
 from tests.system.machine import complaint, engine_cycles
 
-LATENESS: pytest.StashKey[npt.NDArray[np.float64]] = pytest.StashKey()
+LATENESS: pytest.StashKey[Array] = pytest.StashKey()
 """Of the bare loop beside a real-time test, s."""
 REPOSITORY = Path(__file__).parents[2]
 INSTALLED = os.environ.get("NAO_HIL_PYTHON")

@@ -17,7 +17,7 @@ from bridge.body import load_body
 from bridge.body.quantities import absent_joints
 from bridge.link import RobotLink
 from bridge.messages import Contact, Info, SensorFrame, TruthFrame, encode
-from bridge.messages.world import COMMAND
+from bridge.messages.world import WORLD_COMMAND
 from bridge.messages.world_state import WorldReply, WorldThing
 from tests.frames import standing_frame
 from tests.loops import TIMEOUT, repeat_while, until
@@ -52,7 +52,7 @@ class ObedientRobot:
 
     def _run(self) -> None:
         with RobotLink(self.info, self._endpoint) as link:
-            link.serve(COMMAND, lambda _: encode(self._world()))
+            link.serve(WORLD_COMMAND, lambda _: encode(self._world()))
             deadline = time.monotonic()
             for _ in repeat_while(lambda: not self._stop.is_set(), 100_000):
                 link.publish_sensors(self.frame)

@@ -20,7 +20,7 @@ from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import open_robot
 from bridge.messages import decode_command, encode
-from bridge.messages.walk import COMMAND, WalkCommand, WalkStatus
+from bridge.messages.walk import WALK_COMMAND, WalkCommand, WalkStatus
 from tests.loops import until
 
 REST = WalkStatus(
@@ -69,7 +69,7 @@ class Walker:
 def walker(endpoint: str) -> Iterator[Walker]:
     walker = Walker()
     session = open_robot(endpoint)
-    queryable = serve_query(session, keys.key("driven", COMMAND), walker.answer)
+    queryable = serve_query(session, keys.key("driven", WALK_COMMAND), walker.answer)
     yield walker
     queryable.undeclare()
     session.close()

@@ -17,7 +17,7 @@ import pytest
 import nao_hil
 from bridge.errors import LinkError, WalkRefused
 from bridge.link import ControllerLink
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from tests.loops import TIMEOUT, repeat_while, until
 from tests.system.conftest import REPOSITORY
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bridge.guard import GuardStatus
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from nao_hil.runs.monitor import Monitor
 from tests.loops import TIMEOUT, until
 from tests.system.test_lola_service import Client, pack

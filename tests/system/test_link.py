@@ -17,9 +17,8 @@ import zenoh
 
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient, WalkClient
 from bridge.link.session import open_client, open_robot, subscribe
-from bridge.link.walk_client import WalkClient
 from bridge.messages import (
     ActuatorFrame,
     Info,

@@ -22,7 +22,7 @@ from bridge.adapters.robot_bridge import BridgeSettings
 from bridge.errors import ConfigurationError
 from bridge.guard import GuardSettings
 from bridge.link import ControllerLink
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
 from tests.loops import TIMEOUT, repeat_while, until
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from bridge.link import ControllerLink
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from tests.loops import TIMEOUT, until
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from bridge.link.world_client import WorldClient
+from bridge.link.client import WorldClient
 from bridge.messages import TruthFrame
 from bridge.messages.world import LayDown, StartName
 from bridge.motion import load_motion

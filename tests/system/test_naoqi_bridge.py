@@ -9,7 +9,7 @@ import pytest
 
 from bridge.body.joints import INDEX
 from bridge.link import ControllerLink
-from bridge.link.guard_client import GuardClient
+from bridge.link.client import GuardClient
 from bridge.messages import ActuatorFrame, SensorFrame
 from tests.loops import TIMEOUT, until
 from tests.system.naoqi_robot import ObedientRobot, obedient_robot

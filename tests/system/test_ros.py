@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from tests.loops import until
 from tests.system.conftest import Command
 

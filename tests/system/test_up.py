@@ -16,9 +16,7 @@ import pytest
 
 from bridge.errors import WalkRefused
 from bridge.link import ControllerLink
-from bridge.link.guard_client import GuardClient
-from bridge.link.walk_client import WalkClient
-from bridge.link.world_client import WorldClient
+from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.messages import SensorFrame
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push, Reset

@@ -16,7 +16,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.errors import LinkError, WalkRefused
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from bridge.recording.recorder import Recorder
 from emulator.robot import EmulatedRobot
 from nao_hil.runs.config import RunConfig

@@ -10,8 +10,7 @@ import pytest
 
 from bridge.config import from_dict
 from bridge.errors import FrameError, LinkError, WalkRefused
-from bridge.link.walk_client import WalkClient
-from bridge.link.world_client import WorldClient
+from bridge.link.client import WalkClient, WorldClient
 from bridge.messages.world import Push, StandUp
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.monitor import Monitor

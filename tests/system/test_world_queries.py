@@ -11,7 +11,7 @@ from bridge.body.postures import POSTURES
 from bridge.errors import FrameError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
-from bridge.link.world_client import WorldClient
+from bridge.link.client import WorldClient
 from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.messages.faults import SensorDead
 from bridge.messages.world import (

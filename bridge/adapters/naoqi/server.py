@@ -18,7 +18,7 @@ from bridge.adapters.notice_log import NoticeHandler, log_notice
 from bridge.body import Body, load_body
 from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from bridge.messages import Info, SensorFrame
 from bridge.realtime import quiet_process
 from bridge.types import Vec3

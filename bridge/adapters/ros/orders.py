@@ -20,7 +20,7 @@ from bridge.adapters.ros.wire import RosNode
 from bridge.body.joints import UPPER_JOINTS
 from bridge.errors import NaoHilError
 from bridge.link import keys
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from bridge.messages import encode
 from bridge.messages.walk import UpperBody
 from bridge.types import Array, Vec3

@@ -9,7 +9,7 @@ from numba import carray
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
-from bridge.types import SIDES
+from bridge.types import SIDES, Array
 from emulator.compiled import compilable, compiled
 from emulator.engine.contacts import STEEP, ground_contacts
 from emulator.engine.mujoco.native import Layout, pointer
@@ -21,7 +21,6 @@ from emulator.engine.values import GroundContacts
 from emulator.poses import matrix
 from emulator.vectors import put
 
-Vector = NDArray[np.float64]
 _LINK, _GROUND, _OTHER = 2, 3, 4
 """What a geom belongs to; 0 and 1 are the feet."""
 _RIM: Final = 64
@@ -90,12 +89,12 @@ class MujocoContacts:
 
 @compiled
 def _begin(
-    positions: Vector,
-    turns: Vector,
+    positions: Array,
+    turns: Array,
     feet: NDArray[np.int64],
-    frames: Vector,
-    normals: Vector,
-    sums: Vector,
+    frames: Array,
+    normals: Array,
+    sums: Array,
     counts: NDArray[np.int64],
     touching: NDArray[np.bool_],
 ) -> None:
@@ -109,20 +108,20 @@ def _begin(
 
 @compiled
 def _end(
-    positions: Vector,
-    turns: Vector,
+    positions: Array,
+    turns: Array,
     feet: NDArray[np.int64],
-    frames: Vector,
-    sums: Vector,
-    normals: Vector,
-    whole: Vector,
+    frames: Array,
+    sums: Array,
+    normals: Array,
+    whole: Array,
 ) -> None:
     _place_feet(positions, turns, feet, frames)
     _unite(sums, normals, whole)
 
 
 @compilable
-def _place_feet(positions: Vector, turns: Vector, feet: NDArray[np.int64], frames: Vector) -> None:
+def _place_feet(positions: Array, turns: Array, feet: NDArray[np.int64], frames: Array) -> None:
     """The feet's frames as for `ground_contacts`, written, of MuJoCo's positions and quaternions of bodies."""
     for i in range(len(feet)):
         w, x, y, z = turns[feet[i], 0], turns[feet[i], 1], turns[feet[i], 2], turns[feet[i], 3]
@@ -134,7 +133,7 @@ def _place_feet(positions: Vector, turns: Vector, feet: NDArray[np.int64], frame
 
 
 @compilable
-def _unite(sums: Vector, normals: Vector, whole: Vector) -> None:
+def _unite(sums: Array, normals: Array, whole: Array) -> None:
     """Take the force of all contacts of a foot at their centre of pressure for one contact, written."""
     for i in range(len(sums)):
         weight = sums[i, 3]
@@ -152,9 +151,9 @@ def add_contacts(
     data: int,
     layout: Layout,
     kind: NDArray[np.int64],
-    normals: Vector,
-    sums: Vector,
-    rim: Vector,
+    normals: Array,
+    sums: Array,
+    rim: Array,
     counts: NDArray[np.int64],
     touching: NDArray[np.bool_],
 ) -> None:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bridge.body import Body
-from bridge.types import Vec3
+from bridge.types import Array, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.drives import DRIVE, run_drives, take_over
-from emulator.engine.base import Engine, Vector
+from emulator.engine.base import Engine
 from emulator.engine.mujoco.contacts import MujocoContacts, add_contacts
 from emulator.engine.mujoco.native import LAYOUT, Layout, mj_ray, mj_step
 from emulator.engine.mujoco.picture import Painter
@@ -37,19 +37,19 @@ def run_steps(
     steps: int,
     change: int,
     drives: NDArray[Any],
-    torque: Vector,
+    torque: Array,
     model: int,
     data: int,
     layout: Layout,
     angles: Places,
     dofs: Places,
-    qpos: Vector,
-    qvel: Vector,
-    force: Vector,
-    pushes: Vector,
-    stops: tuple[Vector, Vector, Vector, float],
+    qpos: Array,
+    qvel: Array,
+    force: Array,
+    pushes: Array,
+    stops: tuple[Array, Array, Array, float],
     contacts: tuple[NDArray[Any], ...],
-) -> tuple[Vector, Vector]:
+) -> tuple[Array, Array]:
     """Run steps.
 
     Args:
@@ -91,13 +91,13 @@ def run_steps(
 
 @compilable
 def _read_joints(
-    angles: Places, dofs: Places, qpos: Vector, qvel: Vector, position: Vector, velocity: Vector
+    angles: Places, dofs: Places, qpos: Array, qvel: Array, position: Array, velocity: Array
 ) -> None:
     for i in range(len(angles)):
         position[i], velocity[i] = qpos[angles[i]], qvel[dofs[i]]
 
 
-def hits(simulation: Simulation, starts: Vector, ends: Vector, seen: Sequence[int]) -> list[RayHit]:
+def hits(simulation: Simulation, starts: Array, ends: Array, seen: Sequence[int]) -> list[RayHit]:
     """The first surface of each ray that it meets from outside.
 
     Args:
@@ -127,10 +127,10 @@ def _cast(
     model: int,
     data: int,
     groups: NDArray[np.uint8],
-    starts: Vector,
-    ends: Vector,
+    starts: Array,
+    ends: Array,
     geoms: NDArray[np.int32],
-    found: Vector,
+    found: Array,
 ) -> None:
     # `found`: fraction of the way, point, normal
     geom, normal, way, begin = np.zeros(1, dtype=np.int32), np.zeros(3), np.zeros(3), np.zeros(3)
@@ -182,7 +182,7 @@ class MujocoEngine(Engine):
         """MuJoCo's own description, model and data; for tests that ask MuJoCo itself."""
         self.scene = MujocoScene(self.simulation)
 
-    def add_robot(self, body: Body, rotor_inertia: Vector, *, held: bool = False) -> None:
+    def add_robot(self, body: Body, rotor_inertia: Array, *, held: bool = False) -> None:
         """See `Engine`."""
         description = describe_robot(self.simulation, body, rotor_inertia, held=held)
         self.scene.meet(body)
@@ -200,11 +200,11 @@ class MujocoEngine(Engine):
         """See `Engine`."""
         self._run(drives, np.zeros(len(drives)), steps, change)
 
-    def step(self, torque: Vector) -> None:
+    def step(self, torque: Array) -> None:
         """See `Engine`."""
         self._run(_NO_DRIVES, torque, 1, -1)
 
-    def _run(self, drives: NDArray[Any], torque: Vector, steps: int, change: int) -> None:
+    def _run(self, drives: NDArray[Any], torque: Array, steps: int, change: int) -> None:
         simulation, robot = self.simulation, self.robot
         model, data = simulation.model, simulation.data
         if self._version != simulation.version:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.body import TORSO
-from bridge.types import Quaternion, Vec3
+from bridge.types import Array, Quaternion, Vec3
 from emulator.compiled import compiled
-from emulator.engine.base import Multibody, Vector
+from emulator.engine.base import Multibody
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.shapes import wxyz, xyzw
@@ -68,7 +68,7 @@ class MujocoRobot(Multibody):
         self._simulation.bring_up_to_date()
         self.find()
 
-    def poses(self) -> tuple[Vector, Vector]:
+    def poses(self) -> tuple[Array, Array]:
         """Positions, m, and quaternions w, x, y, z of all bodies now, in MuJoCo's order."""
         self._look_now()
         return self._positions, self._turns
@@ -170,7 +170,7 @@ class MujocoRobot(Multibody):
             self._description.hinges[name].frictionloss = friction
             self._simulation.model.joint(name).frictionloss[0] = friction
 
-    def lock_torque(self) -> Vector:
+    def lock_torque(self) -> Array:
         """See `Multibody`."""
         data = self._simulation.data
         held = np.zeros(self._simulation.model.nv)
@@ -202,7 +202,7 @@ class MujocoRobot(Multibody):
 
 @compiled
 def _frame(
-    positions: Vector, turns: Vector, matrices: Vector, qvel: Vector, body: int, free: int
+    positions: Array, turns: Array, matrices: Array, qvel: Array, body: int, free: int
 ) -> tuple[Vec3, Quaternion, Rotation, Vec3, Vec3]:
     """Position, quaternion, rotation matrix, velocity and angular velocity of a body with a free joint.
 

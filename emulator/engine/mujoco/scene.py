@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
-from bridge.types import Quaternion, Vec3
+from bridge.types import Array, Quaternion, Vec3
 from emulator.engine.base import Scene
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.shapes import (
@@ -136,7 +135,7 @@ class MujocoScene(Scene):
     def _fix(self, pose: Pose, **options: Any) -> tuple[Any, ...]:
         return self._add(self._floor_body, "ground", pos=pose.position, quat=wxyz(pose.orientation), **options)
 
-    def add_heightfield(self, name: str, heights: NDArray[np.float64], spacing: float, at: Vec3) -> None:
+    def add_heightfield(self, name: str, heights: Array, spacing: float, at: Vec3) -> None:
         """See `Scene`."""
         rows, columns = heights.shape
         low = float(heights.min())

@@ -26,11 +26,10 @@ import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.body.sole import sole_hull
-from bridge.types import Quaternion, Side
+from bridge.types import Array, Quaternion, Side
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.shapes import (
     FOOT_LINKS,
@@ -107,9 +106,9 @@ def spring(
 class Bed(NamedTuple):
     """Points of one sole, the last one in its middle."""
 
-    points: NDArray[np.float64]
+    points: Array
     """AnkleRoll frame, (n, 3), m."""
-    shares: NDArray[np.float64]
+    shares: Array
     """Of each point in the bed's stiffness, (n,), sum 1."""
     twist: float
     """Torque against a turn on the spot over the friction force, in the point in the middle, m."""
@@ -137,7 +136,7 @@ def mean_distance(length: float, width: float) -> float:
     return (along + b * b / (2.0 * a) * math.log((a + d) / b)) / 6.0
 
 
-def fewer(outline: NDArray[np.float64], number: int) -> NDArray[np.float64]:
+def fewer(outline: Array, number: int) -> Array:
     """The points of a convex outline whose hull loses least area, one after the other taken away.
 
     Args:

@@ -13,9 +13,8 @@ from typing import Any, Final
 
 from bridge.body import TORSO, Body, joint_tree
 from bridge.body.model import Link
-from bridge.types import Vec3
+from bridge.types import Array, Vec3
 from emulator.compiled import compiled
-from emulator.engine.base import Vector
 from emulator.engine.mujoco.client import mujoco
 from emulator.engine.mujoco.native import mj_com_pos, mj_kinematics
 from emulator.engine.mujoco.shapes import (
@@ -181,7 +180,7 @@ class MujocoModel:
     """Description of the weld that can hold a free torso; None: the torso is held for good."""
 
 
-def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Vector, *, held: bool) -> MujocoModel:
+def describe_robot(simulation: Simulation, body: Body, rotor_inertia: Array, *, held: bool) -> MujocoModel:
     """Add a robot in its zero pose, torso upright at the world's origin.
 
     Args:

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import TORSO, Body, JointTree, joint_tree
 from bridge.body.model import Link
 from bridge.body.quantities import tensor_matrix
 from bridge.rotations import quaternion
-from bridge.types import Quaternion, Side, Vec3
+from bridge.types import Array, Quaternion, Side, Vec3
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.shapes import (
     FOOT_LINKS,
@@ -38,7 +37,6 @@ from emulator.engine.shapes import (
 )
 from emulator.poses import Pose
 
-Matrix = NDArray[np.float64]
 BASE: Final = -1
 """PyBullet's link number of the torso."""
 GEAR_TORQUE: Final = 100.0
@@ -65,7 +63,7 @@ class PrincipalInertia(NamedTuple):
     """Of the principal axes in the link frame, (x, y, z, w)."""
 
 
-def with_rotor(tensor: Matrix, axis: Vec3, rotor: float) -> Matrix:
+def with_rotor(tensor: Array, axis: Vec3, rotor: float) -> Array:
     """The tensor with a reflected rotor inertia about the joint axis, kg m^2, (3, 3).
 
     A rotor behind a gear of ratio n acts on its joint as J n^2. PyBullet has no armature, so the amount is
@@ -81,7 +79,7 @@ def with_rotor(tensor: Matrix, axis: Vec3, rotor: float) -> Matrix:
     return tensor + rotor * np.outer(a, a)
 
 
-def principal(tensor: Matrix) -> PrincipalInertia:
+def principal(tensor: Array) -> PrincipalInertia:
     """Principal moments and axes of a symmetric positive definite tensor, kg m^2."""
     moments, axes = np.linalg.eigh(tensor)
     if np.linalg.det(axes) < 0.0:
@@ -144,9 +142,9 @@ def _geometry(shape: Shape, *, visual: bool) -> dict[str, Any]:
     return {"shapeType": bullet.GEOM_MESH, "vertices": _raised(shape).tolist()}
 
 
-def _raised(prism: PrismShape) -> NDArray[np.float64]:
+def _raised(prism: PrismShape) -> Array:
     """Vertices with the bottom raised by the margin that PyBullet adds below."""
-    vertices: NDArray[np.float64] = prism.vertices.copy()
+    vertices: Array = prism.vertices.copy()
     vertices[: len(vertices) // 2, 2] += HULL_MARGIN
     return vertices
 

@@ -7,8 +7,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from bridge.body import TORSO
-from bridge.types import Vec3
-from emulator.engine.base import Multibody, Vector
+from bridge.types import Array, Vec3
+from emulator.engine.base import Multibody
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BASE, BulletModel
 from emulator.engine.pybullet.scene import BulletScene
@@ -57,7 +57,7 @@ class BulletRobot(Multibody):
         self.position = np.array([state[0] for state in states])
         self.velocity = np.array([state[1] for state in states])
 
-    def apply(self, torque: Vector) -> None:
+    def apply(self, torque: Array) -> None:
         """Hand torques (n,), N m, and pushes over to PyBullet, which forgets them after its next step."""
         client, robot = self.model.client, self.model.robot
         bullet.setJointMotorControlArray(
@@ -195,7 +195,7 @@ class BulletRobot(Multibody):
             )
         self._locked = locked
 
-    def lock_torque(self) -> Vector:
+    def lock_torque(self) -> Array:
         """See `Multibody`."""
         states = bullet.getJointStates(self.model.robot, self._numbers, physicsClientId=self.model.client)
         return np.array(

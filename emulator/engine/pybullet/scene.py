@@ -14,10 +14,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bridge.types import Quaternion, Vec3
+from bridge.types import Array, Quaternion, Vec3
 from emulator.engine.base import Scene
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.pybullet.model import BulletModel
@@ -151,7 +148,7 @@ class BulletScene(Scene):
             self._own_friction.add(name)
             self._set_body_friction(self.bodies[name], friction)
 
-    def add_heightfield(self, name: str, heights: NDArray[np.float64], spacing: float, at: Vec3) -> None:
+    def add_heightfield(self, name: str, heights: Array, spacing: float, at: Vec3) -> None:
         """See `Scene`."""
         rows, columns = heights.shape
         shape = self._shape(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final, Literal, NamedTuple
 
+from bridge.stance import FALLEN_TILT
 from nao_hil.analysis.diagnosis.balance import Balance, Stand
 
 Kind = Literal["world", "zmp", "slip", "late", "early", "missed", "tilt", "fall"]
@@ -16,10 +17,6 @@ EDGE: Final = 0.003
 
 LOST: Final = 0.03
 """Distance of the capture point beyond the polygon from which the feet alone do not bring it back, m."""
-
-
-FALLEN: Final = math.radians(45.0)
-"""Tilt at which a robot counts as fallen without a report."""
 
 
 GAP: Final = 0.05
@@ -88,4 +85,4 @@ def fallen(balance: Balance, lean: float) -> bool:
     if balance.moment.truth is not None:
         return balance.moment.truth.fell
     walk = balance.moment.walk
-    return lean > FALLEN or (walk is not None and walk.state == "fallen")
+    return lean > FALLEN_TILT or (walk is not None and walk.state == "fallen")

@@ -13,8 +13,8 @@ from bridge.body.sole import sole_hull
 from bridge.messages import WalkTelemetry
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import R_yaw, pitch, roll
-from bridge.types import Pose, Side
-from nao_hil.analysis.plots.tables import Array, Tables, column
+from bridge.types import Array, Pose, Side
+from nao_hil.analysis.plots.tables import Tables, column
 from nao_hil.analysis.plots.time_axes import plot_line, time_axes
 
 MM: Final = 1e3

@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.body import Body
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.recording.playback import read_recording
 from bridge.rotations import R_yaw, yaw
+from bridge.types import Array
 
-Array = NDArray[np.float64]
 SINGLE: Final = ("SSL", "SSR")
 """Phases of single support."""
 

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nao_hil.analysis.plots.tables import SINGLE, Array, Tables
+from bridge.types import Array
+from nao_hil.analysis.plots.tables import SINGLE, Tables
 
 _SHADE: Final = {"SSL": "tab:blue", "SSR": "tab:red"}
 _TIME: Final = "time, s"

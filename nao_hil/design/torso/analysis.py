@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from nao_hil.design.torso.transfer import Floats, denominator, numerator
+from bridge.types import Array
+from nao_hil.design.torso.transfer import denominator, numerator
 
 Complexes = NDArray[np.complex128]
 
@@ -31,9 +32,9 @@ class Margins:
 class StepResponse:
     """Samples of a unit step response, and its figures, which are inf for an unstable loop."""
 
-    time: Floats
+    time: Array
     """s, shape (N,)"""
-    output: Floats
+    output: Array
     """Shape (N,), final value 1"""
     overshoot: float
     """Peak above the final value, fraction of it."""
@@ -47,8 +48,8 @@ class StepResponse:
 class Bode:
     """Bode diagram of one transfer function; arrays of shape (N,)."""
 
-    magnitude_db: Floats
-    phase_deg: Floats
+    magnitude_db: Array
+    phase_deg: Array
     """Unwrapped from the lowest frequency on."""
 
 
@@ -80,7 +81,7 @@ def step_response(closed_loop_z: control.TransferFunction) -> StepResponse:
     )
 
 
-def _first_above(time: Floats, output: Floats, level: float) -> float:
+def _first_above(time: Array, output: Array, level: float) -> float:
     """Time at which the response first exceeds `level`, interpolated between the samples, s."""
     above = output >= level
     if not above.any():
@@ -92,14 +93,14 @@ def _first_above(time: Floats, output: Floats, level: float) -> float:
     return float(time[k - 1] + fraction * (time[k] - time[k - 1]))
 
 
-def _settled(time: Floats, output: Floats, band: float) -> float:
+def _settled(time: Array, output: Array, band: float) -> float:
     outside = np.flatnonzero(np.abs(output - 1.0) > band)
     if outside.size == 0:
         return 0.0
     return float(time[outside[-1] + 1]) if outside[-1] + 1 < len(time) else math.inf
 
 
-def frequency_response(system_q: control.TransferFunction, omega: Floats) -> Complexes:
+def frequency_response(system_q: control.TransferFunction, omega: Array) -> Complexes:
     """Values at q = j Omega: the points of the Nyquist curve.
 
     Args:
@@ -113,7 +114,7 @@ def frequency_response(system_q: control.TransferFunction, omega: Floats) -> Com
     return np.asarray(np.polyval(numerator(system_q), q) / np.polyval(denominator(system_q), q))
 
 
-def bode(system_q: control.TransferFunction, omega: Floats) -> Bode:
+def bode(system_q: control.TransferFunction, omega: Array) -> Bode:
     """Bode diagram of a transfer function.
 
     Args:

@@ -10,10 +10,11 @@ import numpy as np
 from scipy.optimize import Bounds
 from scipy.signal import lfilter
 
+from bridge.types import Array
 from nao_hil.design.torso.analysis import Complexes, frequency_response
 from nao_hil.design.torso.assembly import PI
 from nao_hil.design.torso.thesis import resonance
-from nao_hil.design.torso.transfer import Floats, denominator, numerator, to_q, zero_order_hold
+from nao_hil.design.torso.transfer import denominator, numerator, to_q, zero_order_hold
 from walker.mechanisms.torso_control import RobustSpecification
 
 _TIGHTENING: Final = 0.01
@@ -43,7 +44,7 @@ class RobustSearch:
         self._omega = _frequencies(images, frequency)
         self._plant_values = np.array([frequency_response(image, self._omega) for image in images])
         self._to_z = _tustin_matrix(3, sample_time)
-        self._cache: dict[bytes, tuple[float, Floats]] = {}
+        self._cache: dict[bytes, tuple[float, Array]] = {}
         # Start: the notch cancels the resonance exactly and puts a double pole in its place; the integrator
         # crosses at the wanted gain margin below it.
         start = [
@@ -59,21 +60,21 @@ class RobustSearch:
         high = [1e1 * frequency, 1e1 / frequency, 3.0 * frequency, 1e1 * damping, 30.0 * frequency, 1e1]
         self.bounds = Bounds(np.log(low), np.log(high))
 
-    def controller(self, x: Floats) -> tuple[control.TransferFunction, PI]:
+    def controller(self, x: Array) -> tuple[control.TransferFunction, PI]:
         """Notch (q domain) and PI controller at a point of the search."""
         V_i, T_i, omega_n, zeta_n, omega_d, zeta_d = (float(value) for value in np.exp(x))
         top = [1.0 / omega_n**2, 2.0 * zeta_n / omega_n, 1.0]
         bottom = [1.0 / omega_d**2, 2.0 * zeta_d / omega_d, 1.0]
         return control.tf(top, bottom), PI(T_i, V_i)
 
-    def evaluate(self, x: Floats) -> tuple[float, Floats]:
+    def evaluate(self, x: Array) -> tuple[float, Array]:
         """Logarithm of the squared-error integral, and the constraints, shape (3 plants + 1,), met if >= 0."""
         key = x.tobytes()
         if key not in self._cache:
             self._cache[key] = self._evaluate(x)
         return self._cache[key]
 
-    def _evaluate(self, x: Floats) -> tuple[float, Floats]:
+    def _evaluate(self, x: Array) -> tuple[float, Array]:
         # Open loops of all plants at j Omega.
         V_i, T_i, omega_n, zeta_n, omega_d, zeta_d = np.exp(x)
         notch_top = np.array([1.0 / omega_n**2, 2.0 * zeta_n / omega_n, 1.0])
@@ -98,7 +99,7 @@ class RobustSearch:
                 error = float(np.sum((1.0 - output) ** 2)) * self._sample_time
         return math.log(error), np.array(constraints)
 
-    def _step(self, top: Floats, bottom: Floats, plant: tuple[Floats, Floats]) -> tuple[Floats, float]:
+    def _step(self, top: Array, bottom: Array, plant: tuple[Array, Array]) -> tuple[Array, float]:
         """Step response of the closed loop, and the growth rate of its slowest mode, 1/s (stable: < 0)."""
         forward = np.convolve(top, plant[0])
         closed = np.convolve(bottom, plant[1])
@@ -111,7 +112,7 @@ class RobustSearch:
         return np.asarray(lfilter(padded, closed, np.ones(samples))), math.log(radius) / self._sample_time
 
 
-def _log_gain_margins(loops: Complexes) -> Floats:
+def _log_gain_margins(loops: Complexes) -> Array:
     """Minimum |log| of the factors that put each Nyquist curve, shape (plants, N), on -1; shape (plants,)."""
     imaginary, real = loops.imag, loops.real
     crossing = imaginary[:, 1:] * imaginary[:, :-1] < 0.0
@@ -119,11 +120,11 @@ def _log_gain_margins(loops: Complexes) -> Floats:
     at = real[:, :-1] + fraction * (real[:, 1:] - real[:, :-1])
     valid = crossing & (at < 0.0)
     distance = np.abs(np.log(np.where(valid, -at, 1.0)))
-    nearest: Floats = np.where(valid, distance, np.inf).min(axis=1).astype(np.float64)
+    nearest: Array = np.where(valid, distance, np.inf).min(axis=1).astype(np.float64)
     return nearest
 
 
-def _frequencies(images: list[control.TransferFunction], frequency: float) -> Floats:
+def _frequencies(images: list[control.TransferFunction], frequency: float) -> Array:
     """Grid in Omega, rad/s: wide and logarithmic, and dense about every resonance."""
     parts = [np.geomspace(0.01 * frequency, 1e3 * frequency, 300)]
     for image in images:
@@ -134,7 +135,7 @@ def _frequencies(images: list[control.TransferFunction], frequency: float) -> Fl
     return np.asarray(grid[grid > 0.0])
 
 
-def _tustin_matrix(order: int, sample_time: float) -> Floats:
+def _tustin_matrix(order: int, sample_time: float) -> Array:
     """Matrix from the coefficients of a polynomial in q to those of its image in z, same degree."""
     rate = 2.0 / sample_time
     columns = []

@@ -12,15 +12,13 @@ from typing import Final
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from walker.mechanisms.torso_control import TorsoPlant
 
 CYCLE: Final = 0.01
 """Sample time of the DCM exchange, s (thesis ch. 1.2)."""
-
-Floats = NDArray[np.float64]
 
 
 def transfer_function(plant: TorsoPlant) -> control.TransferFunction:
@@ -33,12 +31,12 @@ def thesis_plant() -> control.TransferFunction:
     return transfer_function(TorsoPlant())
 
 
-def numerator(system: control.TransferFunction) -> Floats:
+def numerator(system: control.TransferFunction) -> Array:
     """Coefficients of a single-input, single-output transfer function's numerator, highest power first."""
     return np.asarray(system.num[0][0], dtype=float)
 
 
-def denominator(system: control.TransferFunction) -> Floats:
+def denominator(system: control.TransferFunction) -> Array:
     """Coefficients of the denominator, highest power first."""
     return np.asarray(system.den[0][0], dtype=float)
 
@@ -123,7 +121,7 @@ def _order(system: control.TransferFunction) -> int:
     return max(len(numerator(system)), len(denominator(system))) - 1
 
 
-def _substitute(polynomial: Floats, order: int, top: list[float], bottom: list[float]) -> Floats:
+def _substitute(polynomial: Array, order: int, top: list[float], bottom: list[float]) -> Array:
     """Coefficients of p(top/bottom) bottom^order, for first-degree polynomials `top` and `bottom`."""
     result = np.zeros(order + 1)
     for power, coefficient in enumerate(polynomial[::-1]):

@@ -22,9 +22,8 @@ from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from nao_hil.campaigns.objective import BATCH, Ensemble, judge, score
 from nao_hil.campaigns.results import ask
-from nao_hil.campaigns.space import read_space
 from nao_hil.campaigns.study import Range, Stopped, count, enqueue, improve, open_study, shipped
-from nao_hil.campaigns.tuned import compare, importances, write_tuned
+from nao_hil.campaigns.tuned import compare, importances, read_space, write_tuned
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd

@@ -9,10 +9,9 @@ import pytest
 from bridge.body import load_body
 from bridge.body.kinematics import CentreOfMass
 from bridge.polygon import SupportPolygon, convex_hull
-from nao_hil.design.huang.cycle import Cycle
+from nao_hil.design.huang.cycle import Cycle, contact
 from nao_hil.design.huang.motions import sample_x, sample_y
 from nao_hil.design.huang.search import GRID, CyclePlan, across, along, search
-from nao_hil.design.huang.support import contact
 from walker.gaits import gait_parameters
 from walker.gaits.huang import HuangParameters
 from walker.gaits.huang.foot import FootShape

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from bridge.errors import ConfigurationError
-from nao_hil.design.torso.robust import robust_design
+from nao_hil.design.torso.robust import corners, perturbations, perturbed, robust_design, worst_case
 from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import denominator, numerator, thesis_plant
-from nao_hil.design.torso.uncertainty import corners, perturbations, perturbed, worst_case
 from tests.plants import second_order_plant
 from walker.mechanisms.torso_control import RobustSpecification
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from bridge.body import BODIES, Body, load_body
 from bridge.errors import ConfigurationError
+from bridge.types import Array
 from walker.gaits import GaitCommand, Plan, dry_walk, gait_parameters, standing_plan
 from walker.gaits.thesis.dynamic.gait import DynamicGait
 from walker.gaits.thesis.dynamic.step import DynamicParameters, plan_step
@@ -187,7 +187,7 @@ def test_stance_feet_rest_and_swing_feet_land_softly() -> None:
     assert max(plan.left.z for plan in plans) == pytest.approx(0.025, abs=1e-6)
 
 
-def support_polygon(plan: Plan, body: Body) -> NDArray[np.float64]:
+def support_polygon(plan: Plan, body: Body) -> Array:
     """Corners of the soles on the ground."""
     corners = []
     if plan.support in ("L", "both"):
@@ -197,7 +197,7 @@ def support_polygon(plan: Plan, body: Body) -> NDArray[np.float64]:
     return np.array(corners)
 
 
-def inside_hull(point: tuple[float, float], corners: NDArray[np.float64]) -> bool:
+def inside_hull(point: tuple[float, float], corners: Array) -> bool:
     """A point is outside a convex hull exactly if all corners fit into an open half turn about it."""
     away = corners - point
     angles = np.sort(np.arctan2(away[:, 1], away[:, 0]))

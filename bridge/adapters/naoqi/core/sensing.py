@@ -28,11 +28,10 @@ from bridge.body.quantities import absent_joints
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
 from bridge.messages.dcm import PREFIX
+from bridge.stance import FALLEN_TILT
 
 CONTACT: Final = 5.0
 """N on a sole (or on both together) from which it touches the ground (assumed)."""
-FALLEN: Final = 0.8
-"""rad of torso tilt from which `robotHasFallen` is raised (about 45 deg, as the walker's own limit)."""
 _SECOND: Final = 100
 """Cycles between two looks at slow quantities."""
 _BUTTONS: Final = tuple(key.removesuffix("/Sensor/Value") for key in TOUCH_KEYS)
@@ -106,7 +105,7 @@ class RobotEvents:
             events.declare(event, "ALTouch", 0.0)
         events.declare("TouchChanged", "ALTouch", [])
         self._watched = [
-            _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN), quiet=0.0),
+            _Watched("robotHasFallen", lambda f: float(max(abs(a) for a in f.angle) > FALLEN_TILT), quiet=0.0),
             _Watched("footContactChanged", lambda f: sum(f.fsr) > CONTACT),
             _Watched("robotIsWakeUp", lambda _: postures.awake),
             _Watched("ALMotion/RobotIsStand", lambda _: postures.family() == "Standing", _SECOND),

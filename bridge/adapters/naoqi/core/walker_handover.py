@@ -19,7 +19,7 @@ import msgspec
 
 from bridge.adapters.naoqi.core.motion_tasks import pass_on, robot_gone
 from bridge.errors import LeaseRefused, NaoHilError, NaoqiRefused, WalkRefused
-from bridge.link.walk_client import WalkClient
+from bridge.link.client import WalkClient
 from bridge.messages.walk import WalkStatus
 from bridge.realtime import leave_real_time
 from bridge.rotations import planar_local, planar_point

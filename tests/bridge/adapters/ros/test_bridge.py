@@ -17,7 +17,7 @@ from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import subscribe, try_client
 from bridge.messages import Notice, decode, encode
-from bridge.messages.walk import COMMAND, UpperBody, WalkCommand, WalkStatus
+from bridge.messages.walk import WALK_COMMAND, UpperBody, WalkCommand, WalkStatus
 from tests.loops import until
 from tests.ports import free_endpoint
 from tests.system.naoqi_robot import ObedientRobot
@@ -47,7 +47,7 @@ class Bridged:
         self.upper: list[UpperBody] = []
         self.notices: list[str] = []
         self._kept = [
-            serve_query(self.raw, keys.key("nao", COMMAND), self._command),
+            serve_query(self.raw, keys.key("nao", WALK_COMMAND), self._command),
             subscribe(
                 self.raw, keys.key("nao", keys.UPPER_BODY), lambda b: self.upper.append(decode(b, UpperBody))
             ),
