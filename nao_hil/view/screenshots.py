@@ -66,6 +66,7 @@ class Photographer:
             _press(page, "Push")
             _state(page, "lies")
             self._take(page, "live-fall", "Charts")
+            _press(page, "Stop")
             _state(page, "stands")
             self._take(page, "got-up", "Events")
             _press(page, "Emergency stop")

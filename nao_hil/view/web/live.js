@@ -187,7 +187,7 @@ class Live {
 
   // A pad to drag forward and to the left, with a strip for a turn if there are three numbers, and their fields.
   pad(most, names, units, initial, act) {
-    const square = el("div", { className: "pad" }, el("em", { textContent: "forward" }), el("b")), strip = el("div", { className: "pad strip" }, el("em", { textContent: "turn left — right" }), el("b"));
+    const square = el("div", { className: "pad" }, el("em", { textContent: "forward" }), el("b")), strip = el("div", { className: "pad strip" }, el("em", {}, el("span", { textContent: "turn left" }), el("span", { textContent: "turn right" })), el("b"));
     const fields = names.map((name, i) => this.number(name, units[i], initial[i], -10, 10, () => told()));
     const values = () => fields.map((field) => field.value);
     const place = () => {

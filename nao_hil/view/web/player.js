@@ -2,7 +2,7 @@
 "use strict";
 
 const EVENTS = { world: "#fab005", fall: "#fa5252" };
-const FOLLOW = 0.08; // share of the way to the robot that the camera goes in a picture
+const FOLLOW = 0.2; // s in which the camera makes up for most of its way to the robot
 const LAG = 0.08; // s of robot time by which a live picture follows the newest row, so that it moves evenly
 const APART = 0.6; // m between two runs that are shown together
 const CHART_EVERY = 50; // ms
@@ -103,11 +103,11 @@ class Player {
   }
 
   // Where the camera is; it follows the robot over the ground, smoothly unless the time jumped.
-  view(actors) {
-    const { camera } = this;
+  view(actors, elapsed) {
+    const { camera } = this, share = 1 - Math.exp(-elapsed / FOLLOW);
     const mean = (k) => actors.reduce((sum, { moment, shift }) => sum + moment.position[k] + shift[k], 0) / actors.length;
     const at = [mean(0), mean(1), 0.25], far = !camera.aim || this.jumped || Math.hypot(...minus(at, camera.aim)) > 0.5;
-    camera.aim = far ? at : camera.aim.map((x, i) => x + FOLLOW * (at[i] - x));
+    camera.aim = far ? at : camera.aim.map((x, i) => x + share * (at[i] - x));
     this.jumped = false;
     const { azimuth, elevation, distance, shift } = camera, flat = Math.cos(elevation), aim = camera.aim.map((x, i) => x + shift[i]);
     const eye = aim.map((x, i) => x + distance * [flat * Math.cos(azimuth), flat * Math.sin(azimuth), Math.sin(elevation)][i]);
@@ -117,12 +117,13 @@ class Player {
   draw(now) {
     const actors = this.actors(), { scene, colours } = this, canvas = scene.canvas;
     if (!actors.length || (scene.software && now - (this.drawn ?? 0) < SOFTWARE)) return;
-    if (this.adaptive && this.drawn) scene.adapt(now - this.drawn);
+    const elapsed = now - (this.drawn ?? now);
+    if (this.adaptive && elapsed) scene.adapt(elapsed);
     this.drawn = now;
     const scale = Math.min(devicePixelRatio, scene.sharpness);
     const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
     if (Math.abs(canvas.width - w) > 0.04 * w || Math.abs(canvas.height - h) > 0.04 * h) Object.assign(canvas, { width: w, height: h });
-    scene.draw(actors, { colours, camera: this.view(actors), overlays: this.overlays, push: this.push });
+    scene.draw(actors, { colours, camera: this.view(actors, 0.001 * elapsed), overlays: this.overlays, push: this.push });
     this.pictures = (this.pictures ?? 0) + 1;
     this.labels(actors);
     if (now - (this.charted ?? 0) < CHART_EVERY) return;

@@ -44,7 +44,7 @@ class Video {
     player.time = time;
     const actors = player.actors(), [{ run, moment }] = actors;
     Object.assign(scene.canvas, { width: width - side, height });
-    scene.draw(actors, { colours, camera: player.view(actors), overlays: player.overlays });
+    scene.draw(actors, { colours, camera: player.view(actors, 1 / this.rate), overlays: player.overlays });
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.fillStyle = colours.page;
     c.fillRect(0, 0, width, height);

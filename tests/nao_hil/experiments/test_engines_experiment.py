@@ -145,7 +145,7 @@ def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> N
     differ = [figure for figure, row in rows.items() if row["agree"] is False]
     assert differ == ["R2, without torso control, 60 s: walk on"]
     assert not written["passed"] and [claim.holds for claim in outcome.page.claims].count(False) == 1
-    assert (rows[differ[0]]["pybullet"]["count"], rows[differ[0]]["mujoco"]["count"]) == (20, 0)
+    assert (rows[differ[0]]["pybullet"]["survived"], rows[differ[0]]["mujoco"]["survived"]) == (20, 0)
     speed = rows["static gait, 20 s: speed over ground, m/s"]
     assert speed["pybullet"] == speed["mujoco"] and speed["pybullet"]["value"] == pytest.approx(0.1095)
     assert rows["torso step: natural frequency, rad/s"]["mujoco"]["value"] == pytest.approx(7.0, rel=0.02)
