@@ -94,7 +94,7 @@ CHARTS: Final = (
     ),
     Chart("vertical force on each foot, N", _pair("force {} foot"), (0.0, 55.0), 62.0, (0.0, 120.0)),
     Chart(
-        "ZMP to the edge of the feet, mm",
+        "ZMP to the edge, mm",
         (
             Line("ZMP margin planned", "planned", BLUE),
             Line("ZMP margin by FSR", "by FSR", ORANGE),
