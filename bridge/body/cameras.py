@@ -32,7 +32,7 @@ class Camera(NamedTuple):
 
 def cameras(body: Body) -> tuple[Camera, Camera]:
     """Top and bottom camera of a body."""
-    generation = body.name.removeprefix("nao-v")[:1]
+    generation = body.base.removeprefix("nao-v")[:1]
     field = {"3": (47.8, 36.8), "6": (56.3, 43.7)}.get(generation, (60.9, 47.6))
     angles = (math.radians(field[0]), math.radians(field[1]))
     if generation == "3":

@@ -45,6 +45,8 @@ def _read(path: Path) -> Body:
     body = load_toml(path, Body)
     try:
         check_body(body)
+        if body.base not in BODIES:
+            raise ConfigurationError(f"base: {unknown_name('shipped body', body.base, BODIES)}")
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from None
     return body

@@ -160,6 +160,8 @@ class Body(_Sheet, frozen=True):
 
     name: str
     title: str
+    base: str
+    """Shipped body whose cameras, motions, wear and facts of NAOqi this one has."""
     model: Literal["H21", "H25"]
     cycle: Annotated[float, msgspec.Meta(ge=0.001, le=0.1)]
     """DCM cycle, s"""

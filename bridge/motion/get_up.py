@@ -44,7 +44,7 @@ def get_up_motions(body: Body) -> dict[Lying, Motion]:
     """The motions that come with the package and get this body up, by the side on which it lies; {}: none."""
     found: dict[Lying, Motion] = {}
     for motion in _shipped():
-        if motion.gets_up and body.name in motion.bodies:
+        if motion.gets_up and body.base in motion.bodies:
             found |= dict.fromkeys(motion.begins, motion)
     if "left" in found:
         found.setdefault("right", mirrored(found["left"]))

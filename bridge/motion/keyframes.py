@@ -153,7 +153,7 @@ def motion_for(kind: str, body: Body) -> Motion | None:
         body: data sheet.
     """
     motions = (load_motion(name) for name in motion_names() if name.startswith(kind))
-    return next((motion for motion in motions if not motion.bodies or body.name in motion.bodies), None)
+    return next((motion for motion in motions if not motion.bodies or body.base in motion.bodies), None)
 
 
 def named_motion(name: str, body: Body, also: tuple[str, ...] = ()) -> Motion:

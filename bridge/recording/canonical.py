@@ -18,7 +18,7 @@ TOPICS: Final[dict[type[Recordable], str]] = {
     WalkTelemetry: "walk/telemetry",
     Notice: "notices",
 }
-"""Topic of each kind of message: the last part of its key on the wire."""
+"""Topic of each kind of message: its key on the wire below `nao/<robot>/`."""
 
 LEFT_OUT: Final = frozenset({"wall", "tick", "lease"})
 """Fields that differ between two runs of the same seed."""

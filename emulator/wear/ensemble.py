@@ -94,7 +94,7 @@ def profile_of(values: Mapping[str, float], name: str, body: Body) -> WearProfil
     """
     table = read_profile(_HERE / "nominal.toml", body) | {"name": name}
     for key, unknown in unknowns().items():
-        if key not in values or not body.name.startswith(unknown.generation):
+        if key not in values or not body.base.startswith(unknown.generation):
             continue
         for path in unknown.paths:
             *tables, last = path.split(".")

@@ -42,7 +42,7 @@ def read_profile(path: Path, body: Body | None) -> dict[str, Any]:
     for begin, changes in generations.items():
         changed = merged(table, changes)
         from_dict(changed, f"{path}: {GENERATION}.{begin}", WearProfile)
-        if body is not None and body.name.startswith(begin):
+        if body is not None and body.base.startswith(begin):
             table = changed
     return table
 

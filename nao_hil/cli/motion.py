@@ -93,7 +93,7 @@ def motion(
                     f"the motion {name} begins with the torso: {begins}; with --start {lies} it is: {below}."
                 )
             player = MotionPlayer(wanted, body.body)
-            if wanted.bodies and body.body.name not in wanted.bodies:
+            if wanted.bodies and body.body.base not in wanted.bodies:
                 console.print(f"{name} works on {', '.join(wanted.bodies)}; it failed on {body.body.name}")
         result = play(body, name, player)
     if not as_json:

@@ -9,9 +9,12 @@ import msgspec
 import pytest
 
 import bridge.body
-from bridge.body import Body, load_body
+from bridge.adapters.naoqi.core.robot_facts import RobotConfig
+from bridge.body import Body, load, load_body
+from bridge.body.cameras import cameras
 from bridge.body.check import check_body, is_possible_inertia, principal_moments
 from bridge.errors import ConfigurationError
+from bridge.motion import get_up_motions
 
 
 def test_loading_twice_gives_the_same_object_and_a_path_the_same_body() -> None:
@@ -107,3 +110,16 @@ def test_inertia_test_knows_the_border() -> None:
     assert not is_possible_inertia((1.0, 1.0, 2.001, 0.0, 0.0, 0.0))
     assert not is_possible_inertia((0.0, 1.0, 1.0, 0.0, 0.0, 0.0))
     assert principal_moments((2.0, 2.0, 5.0, 1.0, 0.0, 0.0)) == pytest.approx((1.0, 3.0, 5.0))
+
+
+def test_a_body_of_ones_own_has_the_cameras_motions_and_facts_of_its_base(tmp_path: Path) -> None:
+    sheet = (Path(load.__file__).parent / "bodies" / "nao-v6.toml").read_text()
+    file = tmp_path / "rucksack.toml"
+    file.write_text(sheet.replace('name = "nao-v6"', 'name = "rucksack"', 1))
+    own, shipped = load_body(file), load_body("nao-v6")
+    assert own.name == "rucksack" and cameras(own) == cameras(shipped)
+    assert "back" in get_up_motions(own) and get_up_motions(own) == get_up_motions(shipped)
+    assert RobotConfig(own, "nao").base_version == "V60"
+    file.write_text(sheet.replace('base = "nao-v6"', 'base = "nao-v7"', 1))
+    with pytest.raises(ConfigurationError, match=r"rucksack\.toml: base: .*nao-v7"):
+        load_body(file)

@@ -3,7 +3,8 @@
 1. Trigger (`CaptureEstimator`). Reads joint angles, lean, gyroscope, load of the feet. Gives the measured
    centre of mass and capture point (`Feedback.capture_step`) while toes or heels do not hold the robot; no plan
    says where they should be. The row "capture step" of `walker.transitions` begins the step.
-2. Foothold. The gait puts the swing foot where the measured capture point needs it (`walker.gaits.omni`).
+2. Foothold. The gait puts the swing foot where the measured capture point needs it: `_begin_capture_step`
+   (which foot), `_follow` and `_target` (where) in `walker/gaits/omni/gait.py`.
 3. Bend of the hips (`HipBend`). Reads plan and capture point. Gives the angle by which both hips bend in a step
    back. A robot that tips over its heels leans back as a whole. Its HipPitch then comes to its stop (27.7
    degrees, data sheet) while the foot that steps is still ahead of where the capture point asks for it. Where

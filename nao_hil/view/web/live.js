@@ -4,7 +4,7 @@
 const AGAIN = 150; // ms between two orders of a knob that is dragged
 const RETRY = 700; // ms from a lost connection to the next try
 const SAID = 6000; // ms for which an answer is shown
-const MOST = { velocity: [0.35, 0.2, 1.5], push: [3, 3] }; // at the edges of the pads, m/s, m/s, rad/s; N s
+const MOST = { velocity: [0.4, 0.2, 1.5], push: [3, 3] }; // at the edges of the pads, m/s, m/s, rad/s; N s
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const DRIVE = { w: "faster", s: "slower", a: "turn left", d: "turn right", q: "left", e: "right", x: "stop", " ": "stop", g: "next gait", t: "next torso control", m: "admittance on, off" };
 const ENDED = "The page has ended, and the run with it, or its robot's process. To look at the run again: nao-hil view --replay RUN. For a robot that stays: nao-hil up --serve --view.";

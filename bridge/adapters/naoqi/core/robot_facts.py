@@ -50,13 +50,13 @@ class RobotConfig:
 
     @property
     def base_version(self) -> str:
-        """As in `RobotConfig/Body/BaseVersion`; a data sheet of one's own counts as a V5."""
-        return _VERSIONS.get(self.body.name, ("V50", ""))[0]
+        """As in `RobotConfig/Body/BaseVersion`."""
+        return _VERSIONS[self.body.base][0]
 
     @property
     def naoqi_version(self) -> str:
         """Version that `ALSystem.systemVersion` and every module's `version` return."""
-        return _VERSIONS.get(self.body.name, ("", "2.1.4.13"))[1]
+        return _VERSIONS[self.body.base][1]
 
     @property
     def hands(self) -> bool:
