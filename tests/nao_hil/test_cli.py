@@ -345,16 +345,6 @@ def test_a_walk_that_cannot_begin_leaves_its_folder_as_it_was(
     assert (tmp_path / "frames.mcap").read_text() == "old"
 
 
-def test_a_robot_whose_endpoint_is_taken_leaves_its_folder_as_it_was(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "frames.mcap").write_text("old")
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        listen = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
-        assert run(["emulate", "--engine", "mujoco", "--listen", listen, "--out", str(tmp_path)]) == 3
-    assert (tmp_path / "frames.mcap").read_text() == "old"
-
-
 def test_up_and_info_tell_one_tilt_of_a_robot_that_lies(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

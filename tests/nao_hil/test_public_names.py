@@ -134,7 +134,7 @@ def test_a_walk_has_an_end() -> None:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Path]:
     file = tmp_path_factory.mktemp("walk") / "walk.mcap"
-    return nao_hil.walk("dynamic", steps=2, wear="ideal", torso="none", record=file), file
+    return nao_hil.walk("dynamic", steps=2, wear="ideal", torso="none", engine="mujoco", record=file), file
 
 
 def test_a_recording_is_arrays(recorded: tuple[Any, Path]) -> None:

@@ -121,7 +121,7 @@ def test_batch() -> None:
 
 
 def test_read_recording(tmp_path: Path) -> None:
-    nao_hil.walk("dynamic", steps=4, torso="none", wear="ideal", record=tmp_path / "walk.mcap")
+    nao_hil.walk("dynamic", steps=4, torso="none", wear="ideal", engine="mujoco", record=tmp_path / "walk.mcap")
     lines = output("read_recording.py", str(tmp_path / "walk.mcap")).splitlines()
     assert lines[0] == "nao-v3, gait dynamic"
     loads = {line.split()[0]: numbers(line)[1] for line in lines[1:]}
