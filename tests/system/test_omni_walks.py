@@ -20,10 +20,23 @@ WALKED = 6.0
 """s; the first two do not count, and what is left are whole strides of a slow sideways walk."""
 
 
-@pytest.mark.parametrize(("robot", "engine"), [("nao-v3", "pybullet"), ("nao-v6", "mujoco")])
 @pytest.mark.parametrize(
-    ("velocity", "axis"),
-    [((0.2, 0.0, 0.0), 0), ((-0.1, 0.0, 0.0), 0), ((0.0, 0.08, 0.0), 1), ((0.0, 0.0, 0.8), 2)],
+    ("robot", "engine", "velocity", "axis"),
+    [
+        ("nao-v3", "pybullet", (0.2, 0.0, 0.0), 0),
+        ("nao-v3", "pybullet", (0.0, 0.08, 0.0), 1),
+        ("nao-v3", "mujoco", (-0.1, 0.0, 0.0), 0),
+        ("nao-v3", "mujoco", (0.0, 0.0, 0.8), 2),
+        *(
+            ("nao-v6", "mujoco", velocity, axis)
+            for velocity, axis in (
+                ((0.2, 0.0, 0.0), 0),
+                ((-0.1, 0.0, 0.0), 0),
+                ((0.0, 0.08, 0.0), 1),
+                ((0.0, 0.0, 0.8), 2),
+            )
+        ),
+    ],
 )
 def test_walks_along_each_axis(robot, engine, velocity, axis):
     parameters = dict(zip(("v_x", "v_y", "v_yaw"), velocity, strict=True))
