@@ -1,8 +1,5 @@
 """The whole robot: weight, centre of pressure, repeatability, falls, and a machine without PyBullet."""
 
-import subprocess
-import sys
-
 import msgspec
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.values import PhysicsSettings
 from emulator.robot import EmulatedRobot
-from tests.loops import TIMEOUT
+from tests.processes import python
 
 START = POSTURES["StandInit"]
 G = 9.81
@@ -278,5 +275,5 @@ try:
 except ConfigurationError as error:
     print(error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT)
+    done = python("-c", code)
     assert done.stdout.startswith("MujocoEngine\nPyBullet is not installed"), done.stderr

@@ -19,23 +19,13 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fall_watch import FallWatch
 from nao_hil.runs.heading_motion import SETTLING, HeadingMotion
 from nao_hil.runs.summary import RunStatistics
+from tests.frames import walk_telemetry
 from walker.controller import Controller, WalkOrder
 from walker.gaits import gait_parameters, make_gait
 
 
 def says(state: str) -> WalkTelemetry:
-    sole = (0.0,) * 6
-    return WalkTelemetry(
-        seq=1,
-        state=state,
-        phase="stand",
-        step=0,
-        steps=0,
-        zmp=(0.0, 0.0),
-        com=(0.0, 0.0),
-        left=sole,
-        right=sole,
-    )
+    return walk_telemetry(1, state=state, phase="stand")
 
 
 def test_a_robot_that_began_lying_falls_once_it_has_stood() -> None:

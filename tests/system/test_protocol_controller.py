@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 import re
@@ -19,6 +18,7 @@ from bridge.body import load_body
 from bridge.messages import schema, walk
 from emulator.robot import EmulatedRobot
 from tests.loops import until
+from tests.processes import module_of
 
 REPOSITORY = Path(__file__).parents[2]
 PAGE = (REPOSITORY / "docs" / "protocol.md").read_text()
@@ -124,11 +124,7 @@ def test_the_signs_are_those_of_the_emulated_robot(row: list[str]) -> None:
 
 
 def stranger() -> Any:
-    spec = importlib.util.spec_from_file_location("protocol_controller", SCRIPT)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_of(SCRIPT)
 
 
 @pytest.mark.parametrize("kind", ["LeaseRequest", "LeaseReply", "ActuatorFrame", "SensorFrame"])
