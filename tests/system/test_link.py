@@ -20,15 +20,7 @@ from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.guard_client import GuardClient
 from bridge.link.session import open_client, open_robot, subscribe
 from bridge.link.walk_client import WalkClient
-from bridge.messages import (
-    ActuatorFrame,
-    Info,
-    LeaseRequest,
-    Notice,
-    WalkTelemetry,
-    decode,
-    encode,
-)
+from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, WalkTelemetry, decode, encode
 from tests.frames import info_of_robot, standing_frame, walk_telemetry
 from tests.loops import TIMEOUT, until
 
@@ -108,10 +100,7 @@ def next_command(robot: RobotLink) -> ActuatorFrame:
 def child(script: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A Python process that has said `ready`; killed at the end."""
     process = subprocess.Popen(
-        [sys.executable, "-c", script, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
+        [sys.executable, "-c", script, *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
     try:
         assert process.stdout is not None
@@ -384,9 +373,7 @@ def test_an_error_in_an_answer_becomes_an_error_reply_and_the_next_is_answered(
         controller.query("no-such-thing")
 
 
-def test_an_ill_formed_lease_request_is_an_error_reply_that_names_the_field(
-    controller: ControllerLink,
-) -> None:
+def test_an_ill_formed_lease_request_is_an_error_reply_that_names_the_field(controller: ControllerLink) -> None:
     request = encode(LeaseRequest(op="acquire", controller="a", ticket=1))
     with pytest.raises(LinkError, match="controller"):
         controller.query(keys.LEASE, request.replace(b"\xaacontroller", b"\xaacontrolleR"))

@@ -215,10 +215,7 @@ def test_no_command_makes_a_joint_jump() -> None:
         ({"velocity": (-0.01, 0.0, 0.0)}, "vx must be positive"),
         ({"steps": 1}, "at least 2 steps"),
         ({"gait": "statik"}, "did you mean 'static'"),
-        (
-            {"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)},
-            "too fast.*RAnkleRoll would stand .* below",
-        ),
+        ({"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)}, "too fast.*RAnkleRoll would stand .* below"),
     ],
 )
 def test_what_cannot_be_walked_is_refused_with_the_bound(

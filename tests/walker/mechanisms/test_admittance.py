@@ -269,10 +269,7 @@ def test_ground_under_the_toe_lifts_the_toe_and_under_the_left_edge_lifts_that_e
 def test_euler_poles_of_the_printed_parameters_are_the_checked_ones() -> None:
     """(4.11): 1 - D T_s / M = -0.129 in roll, 0.435 in pitch; (4.11) itself is not what runs here."""
     p = AnkleParameters()
-    for M, D, K, printed in (
-        (p.M_roll, p.D_roll, p.K_roll, -0.129),
-        (p.M_pitch, p.D_pitch, p.K_pitch, 0.435),
-    ):
+    for M, D, K, printed in ((p.M_roll, p.D_roll, p.K_roll, -0.129), (p.M_pitch, p.D_pitch, p.K_pitch, 0.435)):
         euler = np.array([[1.0, DT], [-K / M * DT, 1.0 - D / M * DT]])
         assert euler[1, 1] == pytest.approx(printed, abs=5e-4)
         assert np.abs(np.linalg.eigvals(euler)).max() < 1.0
