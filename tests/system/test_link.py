@@ -111,11 +111,6 @@ def child(script: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-def test_a_controller_finds_a_robot_that_is_there(robot: RobotLink, endpoint: str) -> None:
-    with ControllerLink(connect=endpoint) as link:
-        assert link.wait_robot(timeout=TIMEOUT) == robot.info
-
-
 def test_a_controller_waits_for_a_robot_that_starts_later(endpoint: str) -> None:
     found: list[Info | None] = []
     with ControllerLink(connect=endpoint) as link:
