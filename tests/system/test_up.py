@@ -307,35 +307,6 @@ def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: st
     assert "Traceback" not in walker.stderr
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["up", "--mode", "fast"], "mode: unknown value 'fast'"),
-        (["up", "--robot", "nao-v7"], "did you mean 'nao-v"),
-        (["up", "--gait", "statik"], "did you mean 'static'"),
-        (["up", "--wear", "wurn"], "did you mean 'worn'"),
-        (["up", "--steps", "1"], "steps is 1; a walk has at least 2"),
-        (["up", "--steps", "many"], "Invalid value for '--steps'"),
-        (["up", "--seed", "-1"], "seed"),
-        (["up", "--no-such-option"], "No such option"),
-        (["up", "--listen", "7447"], "must look like tcp/127.0.0.1:7447"),
-        (["up", "--listen", "ws/127.0.0.1:7447"], "must look like tcp/127.0.0.1:7447"),
-        (["emulate", "--name", "a/b"], "1 to 64 letters"),
-        (["walk", "--connect", "tcp/somewhere"], "needs a host and a port"),
-        (["walk", "--controller", "a b"], "1 to 64 letters"),
-        (["walk", "--config", "no-such-file.toml"], "cannot be read"),
-        (["wolk"], "No such command 'wolk'"),
-    ],
-)
-def test_a_wrong_option_is_one_sentence_and_exit_code_2(
-    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str], endpoint: str, tmp_path: Path
-) -> None:
-    # the last of an option counts; at the default endpoint is a page of the docs
-    own = ["--listen", endpoint, "--out", str(tmp_path)] if arguments[0] in ("up", "emulate") else []
-    assert run([arguments[0], *own, *arguments[1:]]) == 2
-    assert sentence in one_sentence(capsys.readouterr().err)
-
-
 @pytest.mark.parametrize("command", ["up", "emulate", "walk"])
 def test_a_misspelt_key_in_a_file_gets_a_suggestion(
     command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
