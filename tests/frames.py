@@ -1,4 +1,4 @@
-"""Sensor frames for tests."""
+"""Messages for tests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import msgspec
 
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
-from bridge.messages import SensorFrame
+from bridge.messages import Info, SensorFrame, WalkTelemetry
 
 STANDING: Final = SensorFrame(
     seq=0,
@@ -31,3 +31,16 @@ STANDING: Final = SensorFrame(
 def standing_frame(seq: int = 0, **changes: Any) -> SensorFrame:
     """The robot of `STANDING` in another cycle of 10 ms, with some fields changed."""
     return msgspec.structs.replace(STANDING, **({"seq": seq, "time": 0.01 * seq} | changes))
+
+
+def info_of_robot(**changes: Any) -> Info:
+    """What an emulated V3 in real time says of itself, with some fields changed."""
+    fields: dict[str, Any] = {"robot": "nao", "body": "nao-v3", "side": "emulator", "mode": "real-time"}
+    return Info(**(fields | {"cycle": 0.01, "absent": (), "boot": 1, "software": "test"} | changes))
+
+
+def walk_telemetry(seq: int = 0, **changes: Any) -> WalkTelemetry:
+    """What a walker says of a walk whose feet stand side by side, with some fields changed."""
+    fields: dict[str, Any] = {"state": "walk", "phase": "DSL", "step": 0, "steps": 0}
+    feet = {"left": (0.0, 0.05, 0.0, 0.0, 0.0, 0.0), "right": (0.0, -0.05, 0.0, 0.0, 0.0, 0.0)}
+    return WalkTelemetry(seq=seq, **(fields | {"zmp": (0.0, 0.0), "com": (0.0, 0.0)} | feet | changes))

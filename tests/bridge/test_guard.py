@@ -22,9 +22,7 @@ def command(reply_to: int = 0, stiffness: float = 1.0, **angles: float) -> Actua
     arms = {"LElbowRoll": -0.5, "RElbowRoll": 0.5, "LShoulderRoll": 0.3, "RShoulderRoll": -0.3}
     wanted = arms | angles
     return ActuatorFrame(
-        reply_to=reply_to,
-        position=tuple(wanted.get(j, 0.0) for j in JOINTS),
-        stiffness=(stiffness,) * N_JOINTS,
+        reply_to=reply_to, position=tuple(wanted.get(j, 0.0) for j in JOINTS), stiffness=(stiffness,) * N_JOINTS
     )
 
 

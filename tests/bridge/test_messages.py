@@ -90,10 +90,7 @@ MESSAGE = st.one_of(
         software=TEXT,
     ),
     st.builds(
-        LeaseRequest,
-        op=st.sampled_from(["acquire", "release", "status"]),
-        controller=NAME,
-        ticket=COUNT,
+        LeaseRequest, op=st.sampled_from(["acquire", "release", "status"]), controller=NAME, ticket=COUNT
     ),
     st.builds(LeaseReply, granted=st.booleans(), lease=COUNT, holder=TEXT, message=TEXT),
     st.builds(Notice, seq=COUNT, level=TEXT, code=TEXT, text=TEXT),

@@ -20,7 +20,7 @@ from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.analysis.inspection import inspect
 from nao_hil.recording import load
-from tests.frames import standing_frame
+from tests.frames import standing_frame, walk_telemetry
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
 
@@ -59,11 +59,7 @@ def truth(k: int) -> TruthFrame:
 
 
 def telemetry(k: int, tick: float = 0.0) -> WalkTelemetry:
-    here = (0.0, 0.0)
-    foot = (0.0, 0.05, 0.0, 0.0, 0.0, 0.0)
-    return WalkTelemetry(
-        seq=k, state="walk", phase="DSL", step=1, steps=10, zmp=here, com=here, left=foot, right=foot, tick=tick
-    )
+    return walk_telemetry(k, step=1, steps=10, tick=tick)
 
 
 def run(cycles: int, noise: int = 0) -> list[Recordable]:

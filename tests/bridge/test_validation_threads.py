@@ -1,9 +1,8 @@
 """Threads that read a type for the first time at once: msgspec alone crashes the process."""
 
-import subprocess
-import sys
-
 import pytest
+
+from tests.processes import python
 
 SCRIPT = """
 import threading, time
@@ -46,5 +45,5 @@ assert found == [wanted] * 4
 
 @pytest.mark.parametrize("read", ["convert(table, Outer)", "decode(payload, Outer)"])
 def test_threads_read_a_new_type_at_once(read: str) -> None:
-    done = subprocess.run([sys.executable, "-c", SCRIPT.replace("READ", read)], capture_output=True, text=True)
+    done = python("-c", SCRIPT.replace("READ", read))
     assert done.returncode == 0, done.stderr

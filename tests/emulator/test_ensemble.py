@@ -62,13 +62,7 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> RobotEnsemble:
     middle = tuple(unknown.at(0.5) for unknown in unknowns().values())
     members = tuple(ensemble.Member(values=middle, figures={}) for _ in range(3))
     drawn = RobotEnsemble(
-        command="",
-        engine="mujoco",
-        seed=0,
-        tried=3,
-        accepted=3,
-        unknowns=tuple(unknowns()),
-        members=members,
+        command="", engine="mujoco", seed=0, tried=3, accepted=3, unknowns=tuple(unknowns()), members=members
     )
     monkeypatch.setattr(ensemble, "load_ensemble", lambda: drawn)
     return drawn
@@ -88,11 +82,7 @@ def test_a_member_needs_a_robot() -> None:
 
 
 def test_all_members_take_turns_by_the_seed(made_up: RobotEnsemble) -> None:
-    assert [wear_of_seed("ensemble", seed) for seed in (0, 2, 3)] == [
-        "ensemble:0",
-        "ensemble:2",
-        "ensemble:0",
-    ]
+    assert [wear_of_seed("ensemble", seed) for seed in (0, 2, 3)] == ["ensemble:0", "ensemble:2", "ensemble:0"]
     assert wear_of_seed("worn", 1) == "worn"
 
 

@@ -73,7 +73,7 @@ def test_a_pose_points_where_its_name_says_and_rests(body: str, engine: str, nam
     pytest.importorskip(engine)
     with EmulatedRobot(load_body(body), engine=engine, seed=5, wear=NOMINAL, start=name) as robot:
         before = robot.truth()
-        for _ in range(200):
+        for _ in range(100):
             robot.advance(None)
         truth = robot.truth()
         sky = np.array(robot.engine.robot.torso().rotation)[6:9]

@@ -1,8 +1,5 @@
 """The whole robot: weight, centre of pressure, repeatability, falls, and a machine without PyBullet."""
 
-import subprocess
-import sys
-
 import msgspec
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.values import PhysicsSettings
 from emulator.robot import EmulatedRobot
-from tests.loops import TIMEOUT
+from tests.processes import python
 
 START = POSTURES["StandInit"]
 G = 9.81
@@ -109,37 +106,29 @@ def test_it_starts_looking_along_x_with_level_soles(name: str) -> None:
         np.testing.assert_allclose(up, (0.0, 0.0, 1.0), atol=1e-6)
 
 
-@pytest.mark.parametrize("lean", LEANS)
-def test_force_sensors_tell_weight_and_centre_of_pressure(lean: str) -> None:
-    body = load_body("nao-v3")
-    with EmulatedRobot(body, seed=0, posture=LEANS[lean], settle=2.0) as robot:
-        truth, frame = robot.truth(), robot.frame
-        points = bullet.getContactPoints(
-            robot.engine.robot.model.robot, physicsClientId=robot.engine.robot.model.client
-        )
-        vertical = sum(point[9] * point[7][2] for point in points)
+def test_force_sensors_tell_weight_and_centre_of_pressure_of_a_robot_that_leans() -> None:
+    body, loads = load_body("nao-v3"), {}
+    for lean, angles in LEANS.items():
+        with EmulatedRobot(body, seed=0, posture=angles, settle=2.0) as robot:
+            truth, frame = robot.truth(), robot.frame
+            model = robot.engine.robot.model
+            points = bullet.getContactPoints(model.robot, physicsClientId=model.client)
+            cells = cells_in_world(robot)[:, :2]
+        loads[lean] = np.array(frame.fsr)
+        total = loads[lean].sum()
         assert not truth.fell
-        assert sum(frame.fsr) == pytest.approx(vertical, rel=0.01)
-        assert sum(frame.fsr) == pytest.approx(weight(body), rel=0.01)
+        assert total == pytest.approx(sum(point[9] * point[7][2] for point in points), rel=0.01)
+        assert total == pytest.approx(weight(body), rel=0.01)
         # at rest the centre of pressure of all cells is below the centre of mass
-        cop = np.array(frame.fsr) @ cells_in_world(robot)[:, :2] / sum(frame.fsr)
-        np.testing.assert_allclose(cop, truth.com[:2], atol=1e-3)
+        np.testing.assert_allclose(loads[lean] @ cells / total, truth.com[:2], atol=1e-3)
         assert truth.zmp is not None
         np.testing.assert_allclose(truth.zmp, truth.com[:2], atol=1e-3)
-        for side, cells, contact in (
-            (body.fsr.L, frame.fsr[:4], truth.left),
-            (body.fsr.R, frame.fsr[4:], truth.right),
+        for side, felt, contact in (
+            (body.fsr.L, loads[lean][:4], truth.left),
+            (body.fsr.R, loads[lean][4:], truth.right),
         ):
             assert contact.cop is not None
-            measured = np.array(cells) @ np.array(side)[:, :2] / sum(cells)
-            np.testing.assert_allclose(measured, contact.cop, atol=1e-3)
-
-
-def test_leaning_loads_the_right_foot_and_the_right_end() -> None:
-    loads = {}
-    for lean, angles in LEANS.items():
-        with EmulatedRobot(load_body("nao-v3"), seed=0, posture=angles, settle=1.0) as robot:
-            loads[lean] = np.array(robot.frame.fsr)
+            np.testing.assert_allclose(felt @ np.array(side)[:, :2] / felt.sum(), contact.cop, atol=1e-3)
     left, front = [0, 1, 2, 3], [0, 1, 4, 5]
     assert loads["left"][left].sum() > 1.1 * loads["upright"][left].sum()
     assert loads["right"][left].sum() < 0.9 * loads["upright"][left].sum()
@@ -278,5 +267,5 @@ try:
 except ConfigurationError as error:
     print(error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT)
+    done = python("-c", code)
     assert done.stdout.startswith("MujocoEngine\nPyBullet is not installed"), done.stderr

@@ -164,11 +164,7 @@ def test_sonar_measures_a_wall_across_each_axis(distance: float) -> None:
         torso = robot.truth()
         turn = np.array(bullet.getMatrixFromQuaternion(torso.torso_orientation)).reshape(3, 3)
         yaw, down = 0.39265, 0.04365
-        axis = turn @ (
-            math.cos(yaw) * math.cos(down),
-            math.sin(yaw) * math.cos(down),
-            -math.sin(down),
-        )
+        axis = turn @ (math.cos(yaw) * math.cos(down), math.sin(yaw) * math.cos(down), -math.sin(down))
         sensor = np.array(torso.torso_position) + turn @ (0.0507, 0.03785, 0.06035)
         client = robot.engine.client
         shape = bullet.createCollisionShape(

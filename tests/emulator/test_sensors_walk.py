@@ -43,11 +43,7 @@ def walk(name: str, gait: str, steps: int) -> Walk:
     with EmulatedRobot(body, seed=0, engine="mujoco", wear=SENSORS) as robot:
         open_loop = msgspec.structs.replace(controller_parameters(gait), switches=Switches())
         controller = Controller(
-            body,
-            make_gait(gait, gait_parameters(gait), body),
-            WalkOrder(steps=steps),
-            body.cycle,
-            open_loop,
+            body, make_gait(gait, gait_parameters(gait), body), WalkOrder(steps=steps), body.cycle, open_loop
         )
         cells = robot.sensors.cells
         drift = []

@@ -41,7 +41,7 @@ def test_random_requests_and_falls_leave_the_joints_within_a_degree_of_their_sto
         sheets = [body.joints[joint] for joint in joints.joints]
         lower, upper = (np.array([getattr(sheet, end) for sheet in sheets]) for end in ("lower", "upper"))
         beyond, speed, height = 0.0, 0.0, 0.0
-        for k in range(1000):
+        for k in range(500):
             command = None
             if k % 20 == 0:
                 command = ActuatorFrame(

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from nao_hil.cli.console import open_console
+from tests.processes import python
 
 SAYS_MUCH = """
 import logging, os
@@ -54,6 +55,6 @@ def test_a_reader_that_does_not_read_holds_up_nothing() -> None:
 
 
 def test_the_last_words_are_written_in_a_line_each() -> None:
-    done = subprocess.run([sys.executable, "-c", SAYS_LITTLE], capture_output=True, text=True, check=True)
+    done = python("-c", SAYS_LITTLE)
     (line,) = done.stderr.splitlines()
     assert line.endswith("WARNING " + "x" * 100)

@@ -9,7 +9,7 @@ pytest.importorskip("mujoco")
 
 
 @pytest.mark.parametrize(
-    ("gait", "steps", "body"), [("static", 2, "nao-v3"), ("dynamic", 12, "nao-v3"), ("huang", 4, "nao-v3")]
+    ("gait", "steps", "body"), [("static", 2, "nao-v3"), ("dynamic", 6, "nao-v3"), ("huang", 4, "nao-v3")]
 )
 def test_a_walk_is_as_fast_on_either_engine(gait: str, steps: int, body: str) -> None:
     bullet, mujoco = (

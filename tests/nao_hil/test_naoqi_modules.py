@@ -6,20 +6,16 @@ import importlib.util
 import math
 from importlib.machinery import FileFinder
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 from nao_hil.naoqi_programs.runner import MODULES, ProgramLoader
+from tests.processes import module_of
 
 
 def module(name: str) -> Any:
-    spec = importlib.util.spec_from_file_location(name, MODULES / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    made: ModuleType = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    return module_of(MODULES / f"{name}.py")
 
 
 def test_a_module_beside_a_program_may_be_in_python_2(tmp_path: Path) -> None:

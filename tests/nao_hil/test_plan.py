@@ -27,10 +27,13 @@ NAMED = (*QUICK, "--set=x_sd=0.0187", "--set=x_ed=0.0153")
 """The same, nothing searched."""
 
 
-def test_plan_writes_what_a_walk_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_plan_writes_what_a_walk_takes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """All parameters and the motion that was found, in a file for --config."""
-    assert run(["plan", "--gait", "huang", *QUICK, "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert run(["plan", "--gait", "huang", *QUICK, "--plot", "--out", str(tmp_path / "out"), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
+    names = result["figures"]
+    assert names == ["huang-margin.png", "huang-zmp.png", "huang-trajectories.png", "huang-sticks.png"]
+    assert all((tmp_path / "out" / name).stat().st_size > 10_000 for name in names)
     assert result["step_length"] == 0.05 and 0.0 < result["x_sd"] < 0.025 and result["margin_m"] > 0.0
     config = load_toml(tmp_path / "out" / "config.toml", RunConfig)
     assert (config.robot, config.gait) == ("nao-v3", "huang")
@@ -38,13 +41,6 @@ def test_plan_writes_what_a_walk_takes(tmp_path: Path, capsys: pytest.CaptureFix
     assert isinstance(made, HuangGait)
     assert made.choice._asdict() == {name: result[name] for name in ("x_sd", "x_ed", "y_d", "y_m")}
     assert made.parameters.T_c == 0.4 and "ground" not in config.parameters
-
-
-def test_plan_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["plan", *NAMED, "--plot", "--out", str(tmp_path), "--json"]) == 0
-    names = json.loads(capsys.readouterr().out)["figures"]
-    assert names == ["huang-margin.png", "huang-zmp.png", "huang-trajectories.png", "huang-sticks.png"]
-    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
 
 
 @pytest.mark.parametrize(

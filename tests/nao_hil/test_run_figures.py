@@ -19,23 +19,13 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fall_watch import FallWatch
 from nao_hil.runs.heading_motion import SETTLING, HeadingMotion
 from nao_hil.runs.summary import RunStatistics
+from tests.frames import walk_telemetry
 from walker.controller import Controller, WalkOrder
 from walker.gaits import gait_parameters, make_gait
 
 
 def says(state: str) -> WalkTelemetry:
-    sole = (0.0,) * 6
-    return WalkTelemetry(
-        seq=1,
-        state=state,
-        phase="stand",
-        step=0,
-        steps=0,
-        zmp=(0.0, 0.0),
-        com=(0.0, 0.0),
-        left=sole,
-        right=sole,
-    )
+    return walk_telemetry(1, state=state, phase="stand")
 
 
 def test_a_robot_that_began_lying_falls_once_it_has_stood() -> None:
@@ -95,12 +85,12 @@ def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
 def test_speed_is_way_over_time_where_the_walk_goes_in_a_circle() -> None:
     body = load_body("nao-v6")
     told = RunStatistics(0, "mujoco")
-    circle = RunConfig(robot="nao-v6", gait="omni", velocity=(0.15, 0.0, 0.8), steps=60)
+    circle = RunConfig(robot="nao-v6", gait="omni", velocity=(0.15, 0.0, 0.8), steps=40)
     controller = controller_maker(circle)(body, body.cycle)
     with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
-        in_process.run(robot, Guard(body), controller, [told], 2500)
+        in_process.run(robot, Guard(body), controller, [told], 1700)
     summary = told.summary(1.0)
-    assert not summary.fell and summary.steps == 60
+    assert not summary.fell and summary.steps == 40
     # A circle of 0.19 m radius: it never gets farther than its diameter, and goes on at its speed.
     assert summary.distance < 0.45 < summary.way
     # start and stop included; by displacement it would be below 0.03

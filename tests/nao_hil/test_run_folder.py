@@ -1,8 +1,6 @@
 """The folder of a run: one run at a time, and a result with its configuration."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,18 +9,27 @@ import bridge.body
 import emulator.wear
 from bridge.errors import ConfigurationError
 from nao_hil.analysis.run_title import run_title
+from nao_hil.cli.main import run
 from nao_hil.runs.capture import free_name
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.folder import RunDirectory
 from tests.ports import free_endpoint
 
-UP = [sys.executable, "-m", "nao_hil.cli", "up", "--json"]
+Output = pytest.CaptureFixture[str]
+
+
+def up(capsys: Output, *options: str) -> tuple[int, str, str]:
+    """`nao-hil up --json` in this process: its exit code, and what it says on stdout and stderr."""
+    code = run(["up", "--engine", "mujoco", "--json", *options])
+    said = capsys.readouterr()
+    return code, said.out, said.err
 
 
 def test_a_folder_into_which_a_run_writes_is_refused_until_it_ends(tmp_path: Path) -> None:
     first, second = RunDirectory(tmp_path), RunDirectory(tmp_path)
     first.clear(overwrite=False)
-    (tmp_path / "summary.json").write_text("{}")
+    for name in ("summary.json", "frames-2.mcap", "notes.txt"):
+        (tmp_path / name).write_text("{}")
     with pytest.raises(
         ConfigurationError, match="a run that goes on writes into this folder; give another one"
     ):
@@ -33,22 +40,23 @@ def test_a_folder_into_which_a_run_writes_is_refused_until_it_ends(tmp_path: Pat
         second.clear(overwrite=False)
     assert (tmp_path / "summary.json").exists()
     second.clear(overwrite=True)
-    assert not (tmp_path / "summary.json").exists()
+    assert [path.name for path in tmp_path.iterdir() if path.suffix != ".lock"] == ["notes.txt"]
 
 
 @pytest.mark.parametrize("mode", ["in-process", "lockstep"])
-def test_a_run_replaces_an_earlier_one_only_when_it_is_told_to(tmp_path: Path, mode: str) -> None:
-    command = [*UP, "--mode", mode, "--steps", "2", "--engine", "mujoco", "--gait", "dynamic"]
-    command += ["--out", str(tmp_path), "--listen", free_endpoint()]
-    subprocess.run(command, capture_output=True, timeout=120, check=True)
-    first = {path: path.read_bytes() for path in tmp_path.iterdir()}
-    second = subprocess.run([*command, "--seed", "2"], capture_output=True, text=True, timeout=120, check=False)
-    assert second.returncode == 2
-    assert "holds a run already" in second.stderr and "--overwrite" in second.stderr
-    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == first
-    replaced = [*command, "--seed", "2", "--overwrite"]
-    third = subprocess.run(replaced, capture_output=True, text=True, timeout=120, check=True)
-    assert json.loads(third.stdout)["seed"] == json.loads((tmp_path / "summary.json").read_text())["seed"] == 2
+def test_a_run_replaces_an_earlier_one_only_when_it_is_told_to(
+    tmp_path: Path, mode: str, capsys: Output
+) -> None:
+    options = ["--mode", mode, "--steps", "2", "--gait", "dynamic", "--out", str(tmp_path)]
+    options += ["--listen", free_endpoint(), "--seed", "2"]
+    (tmp_path / "summary.json").write_text("{}")
+    code, _, error = up(capsys, *options)
+    assert code == 2
+    assert "holds a run already" in error and "--overwrite" in error
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["{}"]
+    code, result, _ = up(capsys, *options, "--overwrite")
+    assert code == 0
+    assert json.loads(result)["seed"] == json.loads((tmp_path / "summary.json").read_text())["seed"] == 2
 
 
 def test_recordings_of_one_second_have_names_of_their_own(tmp_path: Path) -> None:
@@ -60,32 +68,30 @@ def test_recordings_of_one_second_have_names_of_their_own(tmp_path: Path) -> Non
     assert len(names) == 3
 
 
-def test_a_result_has_the_configuration_that_it_was_made_with(tmp_path: Path) -> None:
-    command = [*UP, "--mode", "in-process", "--steps", "2", "--seed", "7"]
-    command += ["--gait", "omni", "--engine", "mujoco", "--robot", "nao-v6", "--out", str(tmp_path)]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    config = json.loads(ended.stdout)["config"]
+def test_a_result_has_the_configuration_that_it_was_made_with(tmp_path: Path, capsys: Output) -> None:
+    options = ["--mode", "in-process", "--steps", "2", "--seed", "7", "--gait", "omni", "--robot", "nao-v6"]
+    _, result, _ = up(capsys, *options, "--out", str(tmp_path))
+    config = json.loads(result)["config"]
     assert (config["robot"], config["seed"], config["gait"]) == ("nao-v6", 7, "omni")
     assert json.loads((tmp_path / "summary.json").read_text())["config"] == config
 
 
 def test_a_run_is_repeated_by_its_folder_when_its_files_have_changed_and_the_folder_has_moved(
-    tmp_path: Path,
+    tmp_path: Path, capsys: Output
 ) -> None:
     sheet, wear, ground = (tmp_path / name for name in ("sheet.toml", "knees.toml", "tiles.toml"))
     sheet.write_text((Path(bridge.body.__file__).parent / "bodies" / "nao-v6.toml").read_text("utf-8"), "utf-8")
     wear.write_text((Path(emulator.wear.__file__).parent / "worn.toml").read_text("utf-8"), "utf-8")
     ground.write_text("[floor]\nroll = 2\n")
     options = ["--robot", str(sheet), "--wear", str(wear), "--scenario", str(ground), "--gait", "omni"]
-    options += ["--mode", "in-process", "--engine", "mujoco", "--duration", "1", "--out", str(tmp_path / "a")]
-    first = subprocess.run([*UP, *options], capture_output=True, text=True, timeout=120, check=True)
+    options += ["--mode", "in-process", "--duration", "1", "--out", str(tmp_path / "a")]
+    _, first, _ = up(capsys, *options)
     ground.write_text("[floor]\nroll = 0\n")
     wear.unlink()
     sheet.unlink()
     (tmp_path / "a").rename(tmp_path / "b")
-    again = [*UP, "--config", str(tmp_path / "b" / "config.toml"), "--out", str(tmp_path / "c")]
-    second = subprocess.run(again, capture_output=True, text=True, timeout=120, check=True)
-    assert json.loads(first.stdout)["frames_sha256"] == json.loads(second.stdout)["frames_sha256"]
+    _, second, _ = up(capsys, "--config", str(tmp_path / "b" / "config.toml"), "--out", str(tmp_path / "c"))
+    assert json.loads(first)["frames_sha256"] == json.loads(second)["frames_sha256"]
     title = "sheet.toml, wear knees.toml, gait omni, seed 0"  # no folders
     assert run_title(tmp_path / "b" / "frames.mcap") == title
 
@@ -99,14 +105,13 @@ def test_a_configuration_with_a_file_that_is_not_there_is_refused(tmp_path: Path
 
 
 @pytest.mark.parametrize("mode", ["in-process", "lockstep"])
-def test_a_robot_that_falls_before_the_run_begins_is_refused(tmp_path: Path, mode: str) -> None:
+def test_a_robot_that_falls_before_the_run_begins_is_refused(tmp_path: Path, mode: str, capsys: Output) -> None:
     (tmp_path / "steep.toml").write_text("[floor]\npitch = 25\n")
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "summary.json").write_text("{}")
     options = ["--robot", "nao-v3", "--scenario", str(tmp_path / "steep.toml"), "--mode", mode, "--steps", "2"]
-    options += ["--engine", "mujoco", "--listen", free_endpoint(), "--out", str(tmp_path / "run")]
-    ended = subprocess.run([*UP, *options], capture_output=True, text=True, timeout=120)
-    assert ended.returncode == 2
-    (sentence,) = [line for line in ended.stderr.splitlines() if "falls before the run begins" in line]
-    assert "flatter floor" in sentence and "Traceback" not in ended.stderr
+    code, _, error = up(capsys, *options, "--listen", free_endpoint(), "--out", str(tmp_path / "run"))
+    assert code == 2
+    (sentence,) = [line for line in error.splitlines() if "falls before the run begins" in line]
+    assert "flatter floor" in sentence and "Traceback" not in error
     assert (tmp_path / "run" / "summary.json").exists()  # the run that was there stays

@@ -43,6 +43,7 @@ from nao_hil.view.server import PageServer
 from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
+from tests.frames import walk_telemetry
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_port
@@ -156,18 +157,7 @@ def test_the_fall_says_its_first_sign_and_when_it_was_over() -> None:
 
 
 def telemetry(seq: int, state: str = "walk") -> WalkTelemetry:
-    flat = (0.0,) * 6
-    return WalkTelemetry(
-        seq=seq,
-        state=state,
-        phase="SSL",
-        step=3,
-        steps=0,
-        zmp=(0.0, 0.0),
-        com=(0.0, 0.0),
-        left=flat,
-        right=flat,
-    )
+    return walk_telemetry(seq, state=state, phase="SSL", step=3)
 
 
 @pytest.mark.parametrize(

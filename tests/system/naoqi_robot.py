@@ -16,10 +16,10 @@ import msgspec
 from bridge.body import load_body
 from bridge.body.quantities import absent_joints
 from bridge.link import RobotLink
-from bridge.messages import Contact, Info, SensorFrame, TruthFrame, encode
+from bridge.messages import Contact, SensorFrame, TruthFrame, encode
 from bridge.messages.world import WORLD_COMMAND
 from bridge.messages.world_state import WorldReply, WorldThing
-from tests.frames import standing_frame
+from tests.frames import info_of_robot, standing_frame
 from tests.loops import TIMEOUT, repeat_while, until
 
 CYCLE = 0.01
@@ -34,16 +34,7 @@ class ObedientRobot:
     def __init__(self, body: str, endpoint: str, things: tuple[WorldThing, ...] = ()) -> None:
         self._things = things
         self._stop = threading.Event()
-        self.info = Info(
-            robot="nao",
-            body=body,
-            side="emulator",
-            mode="real-time",
-            cycle=CYCLE,
-            absent=absent_joints(load_body(body)),
-            boot=1,
-            software="test",
-        )
+        self.info = info_of_robot(body=body, cycle=CYCLE, absent=absent_joints(load_body(body)))
         self._endpoint = endpoint
         self.frame = standing_frame(gyroscope=(0.01, 0.02, 0.03), angle=(0.01, -0.02))
         self.touch = self.frame.touch

@@ -16,7 +16,7 @@ from bridge.body.postures import POSTURES
 from bridge.errors import LinkError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
-from bridge.messages import ActuatorFrame, Info, SensorFrame, decode
+from bridge.messages import ActuatorFrame, SensorFrame, decode
 from bridge.messages import dcm as wire
 
 pytest.importorskip("pybullet")
@@ -24,6 +24,7 @@ pytest.importorskip("pybullet")
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
+from tests.frames import info_of_robot
 from tests.loops import TIMEOUT, until
 from tests.ports import free_endpoint
 
@@ -37,16 +38,7 @@ SLOT = INDEX["LElbowYaw"]
 def running_robot(mode: str) -> Iterator[str]:
     """A robot's process in a thread, held in the air; gives its endpoint."""
     endpoint, stop = free_endpoint(), threading.Event()
-    info = Info(
-        robot="nao",
-        body=BODY.name,
-        side="emulator",
-        mode=mode,
-        cycle=BODY.cycle,
-        absent=(),
-        boot=1,
-        software="test",
-    )
+    info = info_of_robot(body=BODY.name, mode=mode, cycle=BODY.cycle)
     robot = EmulatedRobot(BODY, seed=0, posture="Stand", held=True, lift=0.3, settle=0.1)
     with robot, RobotLink(info, endpoint) as link:
         process = RobotProcess(robot, link, Guard(BODY), [], stop)

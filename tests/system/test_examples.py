@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import re
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,20 +16,13 @@ from bridge.errors import LinkError, WalkRefused
 from bridge.link import ControllerLink
 from bridge.link.client import WalkClient
 from tests.loops import TIMEOUT, repeat_while, until
-from tests.system.conftest import REPOSITORY
+from tests.processes import REPOSITORY, module_of, python
 
 EXAMPLES = REPOSITORY / "examples"
 
 
 def output(name: str, *arguments: str) -> str:
-    done = subprocess.run(
-        [sys.executable, str(EXAMPLES / name), *arguments],
-        cwd=REPOSITORY,
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-        check=False,
-    )
+    done = python(EXAMPLES / name, *arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -121,7 +111,7 @@ def test_batch() -> None:
 
 
 def test_read_recording(tmp_path: Path) -> None:
-    nao_hil.walk("dynamic", steps=4, torso="none", wear="ideal", record=tmp_path / "walk.mcap")
+    nao_hil.walk("dynamic", steps=4, torso="none", wear="ideal", engine="mujoco", record=tmp_path / "walk.mcap")
     lines = output("read_recording.py", str(tmp_path / "walk.mcap")).splitlines()
     assert lines[0] == "nao-v3, gait dynamic"
     loads = {line.split()[0]: numbers(line)[1] for line in lines[1:]}
@@ -144,10 +134,7 @@ def test_a_pattern_walks_over_the_link_as_in_the_environment(
     pytest.importorskip("mujoco")
     pattern = tmp_path / "pattern.txt"
     pattern.write_text("1.7 0.2 0.08 0.4 0.05 0.0 0.02 0.03\n")
-    spec = importlib.util.spec_from_file_location("walk_learnt", EXAMPLES / "walk_learnt.py")
-    assert spec is not None and spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
+    example = module_of(EXAMPLES / "walk_learnt.py")
     tilt = 0.0
     with nao_hil.Robot("nao-v6", seed=5, engine="mujoco") as robot:
         for _ in repeat_while(lambda: robot.frame.time < 1.2, 200):

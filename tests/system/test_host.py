@@ -16,8 +16,8 @@ from bridge.errors import LinkError
 from bridge.guard import Guard, GuardSettings
 from bridge.host import RobotHost, robot_info
 from bridge.link import ControllerLink, RobotLink
-from bridge.messages import ActuatorFrame, Info, SensorFrame
-from tests.frames import standing_frame
+from bridge.messages import ActuatorFrame, SensorFrame
+from tests.frames import info_of_robot, standing_frame
 from tests.loops import TIMEOUT, repeat_while, until
 
 BODY = load_body("nao-v6")
@@ -53,16 +53,7 @@ def echo(endpoint: str, name: str) -> Iterator[ControllerLink]:
 
 @contextmanager
 def hosted(endpoint: str, *, dry_run: bool = False) -> Iterator[RobotHost]:
-    info = Info(
-        robot="nao",
-        body=BODY.name,
-        side="lola",
-        mode="real-time",
-        cycle=BODY.cycle,
-        absent=(),
-        boot=1,
-        software="test",
-    )
+    info = info_of_robot(body=BODY.name, side="lola", cycle=BODY.cycle)
     with RobotLink(info, endpoint) as link:
         yield RobotHost(link, Guard(BODY, dry_run=dry_run), dry_run=dry_run)
 

@@ -19,16 +19,8 @@ from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkErro
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.client import GuardClient, WalkClient
 from bridge.link.session import open_client, open_robot, subscribe
-from bridge.messages import (
-    ActuatorFrame,
-    Info,
-    LeaseRequest,
-    Notice,
-    WalkTelemetry,
-    decode,
-    encode,
-)
-from tests.frames import standing_frame
+from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, WalkTelemetry, decode, encode
+from tests.frames import info_of_robot, standing_frame, walk_telemetry
 from tests.loops import TIMEOUT, until
 
 ZEROS = (0.0,) * 25
@@ -71,7 +63,7 @@ with ControllerLink(connect=sys.argv[1]) as link:
 
 @pytest.fixture
 def robot(endpoint: str) -> Iterator[RobotLink]:
-    with RobotLink(robot_info(), endpoint) as link:
+    with RobotLink(new_robot(), endpoint) as link:
         yield link
 
 
@@ -84,17 +76,8 @@ def controller(robot: RobotLink, endpoint: str) -> Iterator[ControllerLink]:
         yield link
 
 
-def robot_info() -> Info:
-    return Info(
-        robot="nao",
-        body="nao-v3",
-        side="emulator",
-        mode="lockstep",
-        cycle=0.01,
-        absent=("LWristYaw",),
-        boot=secrets.randbits(31),
-        software="test",
-    )
+def new_robot() -> Info:
+    return info_of_robot(mode="lockstep", absent=("LWristYaw",), boot=secrets.randbits(31))
 
 
 def command(reply_to: int) -> ActuatorFrame:
@@ -116,10 +99,7 @@ def next_command(robot: RobotLink) -> ActuatorFrame:
 def child(script: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A Python process that has said `ready`; killed at the end."""
     process = subprocess.Popen(
-        [sys.executable, "-c", script, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
+        [sys.executable, "-c", script, *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
     try:
         assert process.stdout is not None
@@ -130,17 +110,12 @@ def child(script: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-def test_a_controller_finds_a_robot_that_is_there(robot: RobotLink, endpoint: str) -> None:
-    with ControllerLink(connect=endpoint) as link:
-        assert link.wait_robot(timeout=TIMEOUT) == robot.info
-
-
 def test_a_controller_waits_for_a_robot_that_starts_later(endpoint: str) -> None:
     found: list[Info | None] = []
     with ControllerLink(connect=endpoint) as link:
         waiting = threading.Thread(target=lambda: found.append(link.wait_robot(timeout=TIMEOUT)))
         waiting.start()
-        with RobotLink(robot_info(), endpoint) as robot:
+        with RobotLink(new_robot(), endpoint) as robot:
             waiting.join(TIMEOUT)
             assert found == [robot.info]
 
@@ -392,9 +367,7 @@ def test_an_error_in_an_answer_becomes_an_error_reply_and_the_next_is_answered(
         controller.query("no-such-thing")
 
 
-def test_an_ill_formed_lease_request_is_an_error_reply_that_names_the_field(
-    controller: ControllerLink,
-) -> None:
+def test_an_ill_formed_lease_request_is_an_error_reply_that_names_the_field(controller: ControllerLink) -> None:
     request = encode(LeaseRequest(op="acquire", controller="a", ticket=1))
     with pytest.raises(LinkError, match="controller"):
         controller.query(keys.LEASE, request.replace(b"\xaacontroller", b"\xaacontrolleR"))
@@ -404,17 +377,7 @@ def test_listeners_hear_the_walker_through_the_robots_session(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
     heard: list[bytes] = []
-    telemetry = WalkTelemetry(
-        seq=1,
-        state="walk",
-        phase="DSL",
-        step=1,
-        steps=10,
-        zmp=(0.0, 0.0),
-        com=(0.0, 0.0),
-        left=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0),
-        right=(0.0, -0.05, 0.0, 0.0, 0.0, 0.0),
-    )
+    telemetry = walk_telemetry(1, step=1, steps=10)
     with contextlib.closing(open_client(endpoint)) as listener:
         subscriber = subscribe(listener, keys.key("nao", keys.TELEMETRY), heard.append)
 
@@ -449,7 +412,7 @@ def test_a_frame_that_is_none_is_told_to_the_controller(
 
 def test_an_endpoint_in_use_is_named(robot: RobotLink, endpoint: str) -> None:
     with pytest.raises(LinkError, match="in use by robot `nao`") as error:
-        RobotLink(robot_info(), endpoint)
+        RobotLink(new_robot(), endpoint)
     assert endpoint in str(error.value)
     assert "/root/" not in str(error.value)
 
@@ -457,7 +420,7 @@ def test_an_endpoint_in_use_is_named(robot: RobotLink, endpoint: str) -> None:
 @pytest.mark.parametrize("bad", ["", "7447", "127.0.0.1:7447", "tcp/127.0.0.1", "tcp/h:0", "tcp/h:x", "x/h:1"])
 def test_what_is_no_endpoint_is_refused_by_both_sides(bad: str) -> None:
     with pytest.raises(ConfigurationError, match="tcp/127"):
-        RobotLink(robot_info(), bad)
+        RobotLink(new_robot(), bad)
     with pytest.raises(ConfigurationError, match="tcp/127"):
         ControllerLink(connect=bad)
 

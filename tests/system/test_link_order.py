@@ -10,19 +10,11 @@ import zenoh
 
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.session import MAX_RECEIVED, open_client
-from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, WalkTelemetry, decode, encode
+from bridge.messages import ActuatorFrame, LeaseReply, LeaseRequest, decode, encode
+from tests.frames import info_of_robot, walk_telemetry
 from tests.loops import TIMEOUT, until
 
-INFO = Info(
-    robot="nao",
-    body="nao-v3",
-    side="emulator",
-    mode="lockstep",
-    cycle=0.01,
-    absent=(),
-    boot=1,
-    software="test",
-)
+INFO = info_of_robot(mode="lockstep")
 ZEROS = (0.0,) * 25
 COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)
 
@@ -64,19 +56,7 @@ def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
     controller.acquire()
     robot.wait_command(0.0)  # the grant ends one wait
     for seq in range(200):
-        controller.publish_telemetry(
-            WalkTelemetry(
-                seq=seq,
-                state="walk",
-                phase="DSL",
-                step=0,
-                steps=0,
-                zmp=(0.0, 0.0),
-                com=(0.0, 0.0),
-                left=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-                right=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            )
-        )
+        controller.publish_telemetry(walk_telemetry(seq))
         controller.send(msgspec.structs.replace(COMMAND, reply_to=seq))
         command = robot.wait_command(TIMEOUT)
         assert command is not None

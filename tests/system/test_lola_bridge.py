@@ -301,43 +301,34 @@ def test_another_body_than_a_v6_has_to_be_named(lola: FakeLola, tmp_path: Path, 
         bridge.run()
 
 
+@contextlib.contextmanager
+def relaying(listen: str, path: Path) -> Iterator[int]:
+    """The relay as on a robot, where a plain Python without any package runs the one file; its port."""
+    command = [sys.executable, "-I", "-S", str(RELAY), "--listen", listen, "--socket", str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as relay:
+        try:
+            assert relay.stderr is not None
+            yield int(relay.stderr.readline().rpartition(":")[2])
+        finally:
+            relay.kill()
+
+
 def test_the_relay_takes_nothing_from_a_web_browser(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-I",
-        "-S",
-        str(RELAY),
-        "--listen",
-        "127.0.0.1:0",
-        "--socket",
-        str(tmp_path / "lola"),
-    ]
     with socket.socket(socket.AF_UNIX) as lola:
         lola.bind(str(tmp_path / "lola"))
         lola.listen()
         lola.settimeout(TIMEOUT)
-        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as relay:
-            try:
-                assert relay.stderr is not None
-                port = int(relay.stderr.readline().rpartition(":")[2])
-                with socket.create_connection(("127.0.0.1", port), TIMEOUT) as browser:
-                    browser.sendall(b"POST / HTTP/1.1\r\n\r\n\x81\xa8Position\x90")
-                    robot = lola.accept()[0]
-                    with robot:
-                        robot.settimeout(TIMEOUT)
-                        assert robot.recv(100) == b""
-            finally:
-                relay.kill()
+        with (
+            relaying("127.0.0.1:0", tmp_path / "lola") as port,
+            socket.create_connection(("127.0.0.1", port), TIMEOUT) as browser,
+        ):
+            browser.sendall(b"POST / HTTP/1.1\r\n\r\n\x81\xa8Position\x90")
+            with lola.accept()[0] as robot:
+                robot.settimeout(TIMEOUT)
+                assert robot.recv(100) == b""
 
 
-def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path, port: int) -> None:
-    """As on a robot: a plain Python without any package runs the one file."""
-    command = [sys.executable, "-I", "-S", str(RELAY)]
-    options = ["--listen", f"127.0.0.1:{port}", "--socket", str(tmp_path / "robocup")]
-    with subprocess.Popen(command + options, stderr=subprocess.PIPE, text=True) as relay:
-        try:
-            assert relay.stderr is not None and "relaying" in relay.stderr.readline()
-            link, _ = bridged(address=f"127.0.0.1:{port}")
-            assert newest(link).position == pytest.approx(PACKET["Position"])
-        finally:
-            relay.kill()
+def test_through_the_relay_it_is_the_same(bridged: Any, lola: FakeLola, tmp_path: Path) -> None:
+    with relaying("127.0.0.1:0", tmp_path / "robocup") as port:
+        link, _ = bridged(address=f"127.0.0.1:{port}")
+        assert newest(link).position == pytest.approx(PACKET["Position"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import math
 import socket
 from collections.abc import Callable
@@ -18,7 +17,7 @@ from bridge.messages.world import LayDown, StartName
 from bridge.motion import load_motion
 from nao_hil.runs.monitor import Monitor
 from tests.loops import TIMEOUT, until
-from tests.system.conftest import REPOSITORY
+from tests.processes import REPOSITORY, module_of
 
 WEIGHT = 53.0
 """N, of a V6 (data sheet: 5.4 kg)."""
@@ -30,11 +29,7 @@ LIMP = 60
 
 def client() -> Any:
     """The example: a socket, msgpack and key frames."""
-    spec = importlib.util.spec_from_file_location("lola_motion", REPOSITORY / "examples" / "lola_motion.py")
-    assert spec is not None and spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
-    return example
+    return module_of(REPOSITORY / "examples" / "lola_motion.py")
 
 
 def tilt(truth: TruthFrame) -> float:

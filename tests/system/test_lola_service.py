@@ -21,8 +21,8 @@ from bridge.adapters.lola.client import ClientGone, LolaClient
 from bridge.adapters.lola.packets import Identity
 from bridge.adapters.lola.server import LolaServer, Served
 from bridge.link import ControllerLink, RobotLink
-from bridge.messages import ActuatorFrame, Info
-from tests.frames import standing_frame
+from bridge.messages import ActuatorFrame
+from tests.frames import info_of_robot, standing_frame
 from tests.loops import TIMEOUT, repeat_while, until
 
 ZEROS = (0.0,) * 25
@@ -118,16 +118,7 @@ def served(
             mode: str = "lockstep", cycle: float = 0.012
         ) -> tuple[Robot, Callable[[], Client], Callable[[], Served]]:
             path, stop, results = str(tmp_path / "robocup"), threading.Event(), []
-            info = Info(
-                robot="nao",
-                body="nao-v6",
-                side="emulator",
-                mode=mode,
-                cycle=cycle,
-                absent=(),
-                boot=1,
-                software="",
-            )
+            info = info_of_robot(body="nao-v6", mode=mode, cycle=cycle)
             robot = stack.enter_context(RobotLink(info, endpoint))
             link = stack.enter_context(ControllerLink("nao", endpoint, "lola"))
             listener = stack.enter_context(listen(parse_address(path)))

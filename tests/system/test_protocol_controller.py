@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 import re
@@ -16,9 +15,10 @@ import pytest
 
 from bridge import guard, messages
 from bridge.body import load_body
-from bridge.messages import schema, walk
+from bridge.messages import frames, walk
 from emulator.robot import EmulatedRobot
 from tests.loops import until
+from tests.processes import module_of
 
 REPOSITORY = Path(__file__).parents[2]
 PAGE = (REPOSITORY / "docs" / "protocol.md").read_text()
@@ -72,7 +72,7 @@ def in_words(hint: Any) -> str:
     """A field's type in the words of the page."""
     if get_origin(hint) is Annotated:
         inner, meta = get_args(hint)[0], get_args(hint)[1]
-        if hint == schema.Name:
+        if hint == frames.Name:
             return "name"
         if inner is int and meta.ge == -1:
             return "int from -1"
@@ -124,11 +124,7 @@ def test_the_signs_are_those_of_the_emulated_robot(row: list[str]) -> None:
 
 
 def stranger() -> Any:
-    spec = importlib.util.spec_from_file_location("protocol_controller", SCRIPT)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_of(SCRIPT)
 
 
 @pytest.mark.parametrize("kind", ["LeaseRequest", "LeaseReply", "ActuatorFrame", "SensorFrame"])

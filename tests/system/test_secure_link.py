@@ -15,21 +15,12 @@ from bridge.errors import ConfigurationError, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.certificates import ROLES, with_keys
 from bridge.link.session import open_client, subscribe, try_client
-from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, encode
+from bridge.messages import ActuatorFrame, LeaseRequest, Notice, encode
 from nao_hil.certificates import Keys
-from tests.frames import standing_frame
+from tests.frames import info_of_robot, standing_frame
 from tests.loops import TIMEOUT, until
 
-INFO = Info(
-    robot="nao",
-    body="nao-v3",
-    side="emulator",
-    mode="real-time",
-    cycle=0.01,
-    absent=(),
-    boot=1,
-    software="test",
-)
+INFO = info_of_robot()
 ZEROS = (0.0,) * 25
 SENSORS = standing_frame()
 COMMAND = ActuatorFrame(reply_to=0, position=ZEROS, stiffness=ZEROS)

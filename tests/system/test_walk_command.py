@@ -53,8 +53,6 @@ def test_a_walker_that_serves_walks_on_command(
     assert abs(yaw) < 0.05  # a V3 knows its heading by its hips alone, which have 0.021 rad of backlash each
     with pytest.raises(WalkRefused, match="would do"):
         client.walk((0.1, 0.0, 0.0))
-    client.walk(gait="dynamic", hold=2.0)
-    until(lambda: stands_beyond(0.051), "the end of a walk that nobody holds")
     crouch = start("motion", "crouch", "--name", "served", "--connect", endpoint, "--json")
     assert crouch.wait() == 0
     assert crouch.result == {"motion": "crouch", "state": "rest", "stands": False}

@@ -12,7 +12,7 @@ from bridge.errors import FrameError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.client import WorldClient
-from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 from bridge.messages.faults import SensorDead
 from bridge.messages.world import (
     EndFault,
@@ -32,6 +32,7 @@ from bridge.messages.world import (
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
+from tests.frames import info_of_robot
 from tests.loops import TIMEOUT, repeat_while, until
 from tests.ports import free_endpoint
 
@@ -61,16 +62,7 @@ class Ear:
 def running(mode: str) -> Iterator[tuple[WorldClient, Ear, str]]:
     """A robot that runs in a thread of its own, and a client of its world."""
     endpoint, ear, stop = free_endpoint(), Ear(), threading.Event()
-    info = Info(
-        robot="nao",
-        body=BODY.name,
-        side="emulator",
-        mode=mode,
-        cycle=BODY.cycle,
-        absent=(),
-        boot=1,
-        software="test",
-    )
+    info = info_of_robot(body=BODY.name, mode=mode, cycle=BODY.cycle)
     with EmulatedRobot(BODY, seed=0, settle=0.1) as robot, RobotLink(info, endpoint) as link:
         process = RobotProcess(robot, link, Guard(BODY), [ear], stop)
         loop = process.lockstep if mode == "lockstep" else lambda: process.real_time(CycleTimer(BODY.cycle))

@@ -132,19 +132,12 @@ def test_measured_zmp_lies_over_the_support_foot_in_single_support(static_walk: 
             assert abs(t.zmp_measured[1] - 0.5 * p.l_FA) < 0.054  # type: ignore[attr-defined]
 
 
-def test_same_frames_same_commands(static_walk: Run) -> None:
+def test_same_frames_same_commands_whether_telemetry_is_asked_for_or_not(static_walk: Run) -> None:
     other = make_controller("static", WalkOrder(steps=4), ON)
-    for sensors, command, telemetry in zip(
-        static_walk.frames, static_walk.commands, static_walk.telemetry, strict=True
-    ):
-        assert other.tick(sensors) == command
-        assert other.telemetry == telemetry
-
-
-def test_asking_for_telemetry_changes_nothing(static_walk: Run) -> None:
-    other = make_controller("static", WalkOrder(steps=4), ON)
-    for sensors, command in zip(static_walk.frames[:600], static_walk.commands, strict=False):
-        assert other.tick(sensors) == command
+    for k, sensors in enumerate(static_walk.frames):
+        assert other.tick(sensors) == static_walk.commands[k]
+        if k % 100 == 99:
+            assert other.telemetry == static_walk.telemetry[k]
 
 
 def test_lost_frames_are_made_up_for_in_the_plans_time() -> None:
@@ -187,7 +180,7 @@ def test_a_long_silence_does_not_make_the_joints_jump() -> None:
 def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_it_was(
     silent: int, heard: bool, stands: bool
 ) -> None:
-    controller, seq = make_controller("static", WalkOrder(steps=6)), 0
+    controller, seq = make_controller("static", WalkOrder(steps=4)), 0
     for _ in repeat_while(lambda: controller.telemetry.step < 2):
         controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
         seq += 1
@@ -210,7 +203,7 @@ def test_a_walk_whose_answers_are_lost_for_too_long_goes_on_from_a_stand_where_i
     for _ in repeat_while(lambda: not controller.done):
         seq += 1
         controller.tick(msgspec.structs.replace(frame(seq), command=seq - 1))
-    assert controller.telemetry.step == 6
+    assert controller.telemetry.step == 4
     assert controller.interruptions == stands
 
 
@@ -224,28 +217,28 @@ def test_a_walk_that_is_only_watched_is_not_interrupted() -> None:
 
 
 def test_a_dynamic_walk_that_a_gap_would_fell_goes_on_upright() -> None:
-    """Joints hold for 0.35 s in single support: going on in stride the robot falls, from a stand it does
+    """Joints hold for 0.45 s in single support: going on in stride the robot falls, from a stand it does
     not."""
     assert stands_after_a_gap(controller_parameters("dynamic").max_gap)
     assert not stands_after_a_gap(1.0)
 
 
 def stands_after_a_gap(max_gap: float) -> bool:
-    """Walk 12 dynamic steps whose answers are lost for 0.35 s in the sixth."""
-    controller, guard = make_controller("dynamic", WalkOrder(steps=12), {"max_gap": max_gap}), Guard(BODY)
-    with EmulatedRobot(BODY, seed=0, wear=load_wear("nominal")) as robot:
+    """Walk 8 dynamic steps whose answers are lost for 0.45 s after the fourth."""
+    controller, guard = make_controller("dynamic", WalkOrder(steps=8), {"max_gap": max_gap}), Guard(BODY)
+    with EmulatedRobot(BODY, seed=0, engine="mujoco", wear=load_wear("nominal")) as robot:
 
         def cycle(*, answered: bool) -> None:
             answer = guard.check(controller.tick(robot.frame), robot.frame.seq) if answered else None
             robot.advance(guard.cycle(robot.frame, answer, supervised=True))
 
-        for _ in repeat_while(lambda: controller.telemetry.step < 6 or controller.telemetry.phase != "SSR"):
+        for _ in repeat_while(lambda: controller.telemetry.step < 4 or controller.telemetry.phase != "SSR"):
             cycle(answered=True)
-        for _ in range(35):
+        for _ in range(45):
             cycle(answered=False)
         for _ in repeat_while(lambda: not (controller.done or robot.truth().fell)):
             cycle(answered=True)
-        assert controller.telemetry.step == 12 or robot.truth().fell
+        assert controller.telemetry.step == 8 or robot.truth().fell
         return not robot.truth().fell
 
 

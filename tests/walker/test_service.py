@@ -90,9 +90,10 @@ def test_stands_until_it_is_told_to_walk(served: Served) -> None:
 def test_the_velocity_is_that_of_the_planned_steps(served: Served) -> None:
     """Steps of v (T_DSP + T_SSP): with the thesis' 2 s and 1.5 s, 0.014 m/s make 49 mm."""
     served.ask(op="walk", velocity=(0.014, 0.0, 0.0))
-    served.run(4000)
+    served.run(2300)
     left = {round(t.left[0], 6) for t in served.telemetry if t.contact[0] and t.phase == "DSL"}
     steps = sorted(left)
+    assert len(steps) > 3
     assert [b - a for a, b in itertools.pairwise(steps[1:])] == pytest.approx(
         [2 * 0.014 * 3.5] * (len(steps) - 2)
     )
@@ -127,9 +128,9 @@ def test_one_walk_follows_another_where_the_first_ended(served: Served) -> None:
 
 def test_a_static_walk_changes_its_velocity_in_stride(served: Served) -> None:
     served.ask(op="walk", velocity=(0.010, 0.0, 0.0))
-    served.run(1000)
+    served.run(600)
     served.ask(op="walk", velocity=(0.015, 0.0, 0.0))
-    served.run(1200)
+    served.run(600)
     assert served.ask(op="status").velocity == pytest.approx((0.015, 0.0, 0.0))
     walk = [t for t in served.telemetry if t.state != "approach"]
     began = next(i for i, t in enumerate(walk) if t.state == "walk")
@@ -200,7 +201,7 @@ def largest_step_of_a_walk(wishes: Sequence[dict[str, Any]]) -> float:
 def test_no_command_makes_a_joint_jump() -> None:
     """Switches of controllers, gaits and velocities: between two cycles no joint is asked for more than in the
     same walk without them."""
-    undisturbed = largest_step_of_a_walk([{"op": "walk"}] * len(SWITCHES))
+    undisturbed = largest_step_of_a_walk([{"op": "walk"}])
     assert largest_step_of_a_walk(SWITCHES) < 1.2 * undisturbed
 
 
@@ -214,10 +215,7 @@ def test_no_command_makes_a_joint_jump() -> None:
         ({"velocity": (-0.01, 0.0, 0.0)}, "vx must be positive"),
         ({"steps": 1}, "at least 2 steps"),
         ({"gait": "statik"}, "did you mean 'static'"),
-        (
-            {"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)},
-            "too fast.*RAnkleRoll would stand .* below",
-        ),
+        ({"gait": "dynamic", "velocity": (0.3, 0.0, 0.0)}, "too fast.*RAnkleRoll would stand .* below"),
     ],
 )
 def test_what_cannot_be_walked_is_refused_with_the_bound(

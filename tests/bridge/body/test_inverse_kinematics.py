@@ -126,10 +126,7 @@ def test_drawn_up_legs_meet_positions_and_normals_and_own_up_to_the_rest():
         left.tolist(), right.tolist(), np.random.default_rng(28).uniform(-0.3, 0.3, 300), strict=True
     ):
         turned = homogeneous(rotation(0.0, 0.0, turn), [0.0, 0.0, 0.0])
-        wanted = {
-            "L": foot_in_torso(V3, "L", q_left) @ turned,
-            "R": foot_in_torso(V3, "R", q_right) @ turned,
-        }
+        wanted = {"L": foot_in_torso(V3, "L", q_left) @ turned, "R": foot_in_torso(V3, "R", q_right) @ turned}
         pair = solve_legs(V3, wanted["L"], wanted["R"])
         yaws = []
         for side, angles in (("L", pair.left), ("R", pair.right)):

@@ -40,15 +40,15 @@ class Cluster:
             self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         self._folder = folder
         self.workers: list[subprocess.Popen[bytes]] = []
-        self.start()
+        self.start(2)
 
-    def start(self) -> None:
-        """A scheduler with two workers."""
+    def start(self, workers: int) -> None:
+        """A scheduler with workers."""
         port = self.address.rpartition(":")[2]
         self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
         until(lambda: _listens(int(port)), "the scheduler")
         command = ("worker", self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
-        self.workers += [self._start(*command) for _ in range(2)]
+        self.workers += [self._start(*command) for _ in range(workers)]
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         with (self._folder / "log").open("ab") as log:
@@ -131,7 +131,7 @@ def test_a_killed_worker_and_a_restarted_scheduler_lose_no_job_and_double_none(c
             cluster.scheduler.kill()
             cluster.scheduler.wait()
             time.sleep(1.0)
-            cluster.start()
+            cluster.start(1)
     executor.close()
     assert sorted(found) == list(range(60))
     assert f"The scheduler at {cluster.address} is gone; it is looked for, 300 s at most." in said

@@ -215,17 +215,16 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # optuna leaves connections open
-def test_four_processes_share_a_study_and_two_that_are_killed_lose_and_double_no_trial(database: str) -> None:
+def test_processes_share_a_study_and_one_that_is_killed_loses_and_doubles_no_trial(database: str) -> None:
     open_study(database, SPACE, ENSEMBLE)
     command = [sys.executable, "-c", WORKER, database]
-    workers = [subprocess.Popen(command, cwd=Path(__file__).parents[3]) for _ in range(4)]
+    workers = [subprocess.Popen(command, cwd=Path(__file__).parents[3]) for _ in range(3)]
     study = open_study(database, SPACE, ENSEMBLE)
     until(lambda study=study: count(study) >= 4, "the first trials", pause=0.1)
-    for worker in workers[:2]:
-        worker.send_signal(signal.SIGKILL)
+    workers[0].send_signal(signal.SIGKILL)
     for worker in workers:
         worker.wait(TIMEOUT)
-    assert [worker.returncode for worker in workers[2:]] == [0, 0]
+    assert [worker.returncode for worker in workers[1:]] == [0, 0]
     trials = open_study(database, SPACE, ENSEMBLE).trials
     assert [trial.number for trial in trials] == list(range(len(trials)))
     # on a busy machine the others outlive the heartbeats: a killed trial has failed, another has its point
@@ -234,4 +233,4 @@ def test_four_processes_share_a_study_and_two_that_are_killed_lose_and_double_no
     under_way = [trial for trial in trials if trial.state == optuna.trial.TrialState.RUNNING]
     del study
     gc.collect()  # connections, while their warnings are ignored
-    assert len(under_way) <= 2  # of the killed ones, at most; done again once their heartbeat is stale
+    assert len(under_way) <= 1  # of the killed one, at most; done again once its heartbeat is stale

@@ -8,14 +8,7 @@ import pytest
 
 from bridge.errors import ConfigurationError
 from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
-from nao_hil.design.torso.transfer import (
-    denominator,
-    numerator,
-    thesis_plant,
-    to_q,
-    to_z,
-    zero_order_hold,
-)
+from nao_hil.design.torso.transfer import denominator, numerator, thesis_plant, to_q, to_z, zero_order_hold
 from tests.plants import second_order_plant
 from walker.mechanisms.torso_control import ThesisSpecification
 
@@ -122,15 +115,9 @@ def test_q_domain_is_the_unit_circle() -> None:
     [
         (second_order_plant(9.0, 0.25, 15.0), ThesisSpecification(rise_time=0.5, overshoot=0.10)),
         (second_order_plant(7.0, 0.1, 8.0, gain=0.8), ThesisSpecification(rise_time=0.6, overshoot=0.05)),
-        (
-            control.tf([1.0], [0.01, 0.25, 1.0]),
-            BRISK,
-        ),  # no resonance: no notch
+        (control.tf([1.0], [0.01, 0.25, 1.0]), BRISK),  # no resonance: no notch
         (control.tf([1.0], [0.3, 1.0]), BRISK),
-        (
-            control.tf([1.0], np.convolve([0.02, 0.03, 1.0], [0.05, 1.0])),
-            ThesisSpecification(rise_time=0.6),
-        ),
+        (control.tf([1.0], np.convolve([0.02, 0.03, 1.0], [0.05, 1.0])), ThesisSpecification(rise_time=0.6)),
     ],
 )
 def test_any_plant_gets_its_margin_at_its_crossover(plant, specification) -> None:

@@ -35,7 +35,7 @@ def test_a_limp_robot_in_free_fall_keeps_its_energy() -> None:
 
 @pytest.mark.parametrize(("seed", "wear"), [(11, "nominal"), (12, "ideal")])
 def test_the_robot_stays_a_physical_body_under_abuse(seed: int, wear: str) -> None:
-    result = run(16.0, seed=seed, body=BODY, wear=load_wear(wear))
+    result = run(10.0, seed=seed, body=BODY, wear=load_wear(wear))
     assert result["finite"]
     assert result["stop_excess_deg"] <= 1.0
     assert result["energy_rise_j"] <= 0.05

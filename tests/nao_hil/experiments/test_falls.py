@@ -15,15 +15,7 @@ from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 
 STOOD = Fall(
-    seed=0,
-    impulse=1.0,
-    walked=5.0,
-    false_alarms=0,
-    fell=False,
-    lead=0.0,
-    tilt=0.0,
-    speed={},
-    walks_on=True,
+    seed=0, impulse=1.0, walked=5.0, false_alarms=0, fell=False, lead=0.0, tilt=0.0, speed={}, walks_on=True
 )
 FELL = msgspec.structs.replace(STOOD, fell=True, lead=0.25, tilt=12.0, speed={"Torso": 1.5})
 

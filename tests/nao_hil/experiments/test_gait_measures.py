@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from bridge.body import TORSO, load_body
-from bridge.messages import WalkTelemetry
 from bridge.messages.world import Push
 from nao_hil.experiments.push_map import ThresholdSearch
 from nao_hil.experiments.terrain import TerrainSetup, _grounds
@@ -18,6 +17,7 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from tests.frames import walk_telemetry
 
 FULL = (0.35, 0.2, 1.5)
 STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
@@ -104,20 +104,13 @@ def test_a_push_comes_at_its_phase_of_the_stride(phase):
     for i in range(500):
         time = 0.01 * i
         left = (time - 0.1) % 0.8 < 0.4 - 1e-9 if time >= 0.1 else False
-        events.follow(telemetry("SSL" if left else "SSR"), time)
+        events.follow(walk_telemetry(phase="SSL" if left else "SSR"), time)
         events.happen(time, None)  # type: ignore[arg-type]
         if stage.did and math.isnan(at):
             at = time
     assert at == pytest.approx(2.5 + 0.8 * phase, abs=0.0101)
     assert len(stage.did) == 1
     assert stage.did[0].impulse == pytest.approx((0.0, 2.0, 0.0))
-
-
-def telemetry(phase: str) -> WalkTelemetry:
-    flat = (0.0,) * 6
-    return WalkTelemetry(
-        seq=0, state="walk", phase=phase, step=0, steps=0, zmp=(0.0, 0.0), com=(0.0, 0.0), left=flat, right=flat
-    )
 
 
 def test_a_load_moves_the_centre_of_mass_and_adds_the_inertia_of_two_points():

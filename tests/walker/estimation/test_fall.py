@@ -12,9 +12,7 @@ from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
 from tests.frames import standing_frame
-from walker.estimation.contact import (
-    Contacts,
-)
+from walker.estimation.contact import Contacts
 from walker.estimation.fall import FallDetector, FallParameters, FallPredictor, FallPredictorParameters
 from walker.gaits import gait_parameters, make_gait, standing_plan
 from walker.gaits.pose import PoseMaker

@@ -211,11 +211,7 @@ def test_what_the_capture_point_does_late_in_the_step_changes_nothing():
 OMEGA_LANDED = 6.1
 P_LANDED = LandedFootParameters()
 LEFT_BACK = replace(
-    STAND,
-    phase="stop",
-    support="both",
-    capture="L",
-    left=STAND.left._replace(x=STAND.left.x - 0.14),
+    STAND, phase="stop", support="both", capture="L", left=STAND.left._replace(x=STAND.left.x - 0.14)
 )
 LEFT_AHEAD = replace(LEFT_BACK, left=STAND.left._replace(x=STAND.left.x + 0.14))
 LEFT, BOTH = Contacts(True, False), Contacts(True, True)
@@ -310,11 +306,7 @@ def test_the_capture_point_of_a_rigid_robot_on_one_sole(roll, rate):
     r_y = y - STAND.left.y - middle
     r_z = z + STAND.hip_height + BODY.lengths.HipOffsetZ
     found = LandedFootEstimator(CaptureParameters(), FloatingBase(BODY)).update(
-        angles,
-        (roll, 0.0),
-        (rate, 0.0, 0.0),
-        replace(STAND, phase="stop", support="both", capture="L"),
-        DT,
+        angles, (roll, 0.0), (rate, 0.0, 0.0), replace(STAND, phase="stop", support="both", capture="L"), DT
     )
     at = r_y * math.cos(roll) - r_z * math.sin(roll) + middle
     speed = -rate * (r_z * math.cos(roll) + r_y * math.sin(roll))

@@ -7,10 +7,7 @@ import math
 import pytest
 
 from tests.plans import supported_plan
-from walker.estimation.contact import (
-    Contacts,
-    SupportState,
-)
+from walker.estimation.contact import Contacts, SupportState
 from walker.mechanisms.capture_step import LandedFootParameters
 from walker.mechanisms.swing_foot import SwingFootOrientation, SwingFootOrientationParameters
 
