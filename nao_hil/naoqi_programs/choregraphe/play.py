@@ -10,12 +10,14 @@ import os
 import sys
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import qi
 
+from nao_hil.naoqi_programs.choregraphe.manager import BehaviorManager, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
-from nao_hil.naoqi_programs.choregraphe.scripts import script_globals
+from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
 from nao_hil.naoqi_programs.runner import load_modules
 
 
@@ -23,20 +25,17 @@ def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and list omitted steps."""
     session = qi.Session()
     session.connect(os.environ["NAO_HIL_NAOQI"])
-    folder = file.resolve().parent
+    folder, project = file.resolve().parent, project_of(file)
     sys.path[0:0] = [str(folder), str(folder.parent)]
     load_modules(old=True)
-    names = script_globals(folder)
-    player = Player(session.service, names, session, folder, import_module("naoqi").register)
+    own: dict[str, Any] = {"ALFrameManager": FrameManager()}
+    names = script_globals(own)
+    scripts_session = OwnSession(session, own)
+    player = Player(session.service, names, scripts_session, folder, import_module("naoqi").register)
     run_later = qi.runAsync
     qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
-    player.play(read_behaviour(file))
-    while not player.ended.wait(0.1) and player.idle < idle:
-        pass
-    if not player.ended.is_set():
-        for sentence in player.waiting():
-            player.cannot(f"{sentence}, which did not come within {idle:g} s")
-    player.close()
+    own["ALBehaviorManager"] = BehaviorManager(player, project, idle)
+    player.play_to_end(read_behaviour(file), idle)
     report.write_text(json.dumps(player.could_not))
 
 

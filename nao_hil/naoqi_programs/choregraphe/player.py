@@ -44,6 +44,8 @@ class Player:
     ) -> None:
         self.services, self._names, self.session, self.folder = services, names, session, folder
         self._register = register
+        self.number = names["ALFrameManager"].add(folder)
+        """The behaviour's, `behaviorId` in its scripts."""
         self.could_not: list[str] = []
         """Omitted steps, one sentence each."""
         self.ended = threading.Event()
@@ -100,6 +102,22 @@ class Player:
             work()
         finally:
             self._release()
+
+    def beside(self, folder: Path) -> Player:
+        """A player of another behaviour of the project, which notes its omitted steps here."""
+        other = Player(self.services, self._names, self.session, folder, self._register)
+        other.could_not = self.could_not
+        return other
+
+    def play_to_end(self, box: Box, idle: float) -> None:
+        """Play, until the box is left or nothing has run for a time, s; boxes that wait are noted."""
+        self.play(box)
+        while not self.ended.wait(0.1) and self.idle < idle:
+            pass
+        if not self.ended.is_set():
+            for sentence in self.waiting():
+                self.cannot(f"{sentence}, which did not come within {idle:g} s")
+        self.close()
 
     def play(self, box: Box) -> None:
         """Begin with the outermost box; returns at once."""
