@@ -5,7 +5,7 @@ for other languages.
 """
 
 from bridge.messages.codec import decode, decode_command, encode
-from bridge.messages.frames import ActuatorFrame, SensorFrame
+from bridge.messages.frames import ActuatorFrame, LedFrame, SensorFrame
 from bridge.messages.info import Info
 from bridge.messages.lease import LeaseReply, LeaseRequest
 from bridge.messages.notice import Notice
@@ -21,6 +21,7 @@ __all__ = [
     "Info",
     "LeaseReply",
     "LeaseRequest",
+    "LedFrame",
     "Notice",
     "SensorFrame",
     "TruthFrame",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 
-from bridge.messages.frames import Joints
+from bridge.messages.frames import N_LEDS, Joints
 from bridge.messages.schema import SCHEMA_VERSION
 from bridge.types import Count, Finite, Quaternion, Vec2, Vec3
 
@@ -41,3 +43,5 @@ class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
     right: Contact
     fell: bool
     """Torso tilt over 45 deg, or torso below half its start height, or anything but a foot on the ground."""
+    leds: Annotated[tuple[int, ...], msgspec.Meta(max_length=N_LEDS)] = ()
+    """Brightness of each LED, as `LedFrame`; empty while all are dark."""

@@ -20,6 +20,7 @@ from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
 from bridge.link.walk_client import WalkClient
 from bridge.messages import Info, SensorFrame
+from bridge.messages.frames import N_LEDS
 from bridge.realtime import quiet_process
 from bridge.types import Vec3
 
@@ -67,6 +68,8 @@ class NaoqiServer:
         self._lock = threading.RLock()
         self._commanding = False
         """Whether actuator frames are sent: this side has the joints, not the walker."""
+        self._leds = (0,) * N_LEDS
+        """Sent last."""
         self._services: Services | None = None
         self._call_server: QiServer | None = None
 
@@ -191,6 +194,10 @@ class NaoqiServer:
 
     def _send(self, services: Services) -> None:
         with self._lock:
+            leds = services.joints.dcm.leds or (0,) * N_LEDS
+            if leds != self._leds:
+                self._leds = leds
+                self._link.publish_leds(leds)
             if self._commanding:
                 self._link.send(services.joints.answer())
             elif services.handover.has_robot:
