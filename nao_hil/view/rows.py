@@ -371,17 +371,12 @@ def events_json(
 
 
 def _share(lamp: str) -> list[list[float]]:
-    """Share of each LED in red, green and blue of a lamp; one without a colour counts for all three."""
+    """Share of each LED in red, green and blue of a lamp; those of ears and head are blue."""
     place, _, side = lamp.rpartition("Led/")
-    rows = []
-    for colour in ("Red", "Green", "Blue"):
-        of = [n.startswith(place) and side in n and (colour in n or not _has_colour(n)) for n in led_names()]
-        rows.append([float(one) / max(1, sum(of)) for one in of])
-    return rows
-
-
-def _has_colour(led: str) -> bool:
-    return any(colour in led for colour in ("Red", "Green", "Blue"))
+    found = [name if name.startswith(place) and side in name else "" for name in led_names()]
+    of = [name if "/Red" in name or "/Green" in name else name and "/Blue" for name in found]
+    rows = [[float(f"/{colour}" in name) for name in of] for colour in ("Red", "Green", "Blue")]
+    return [[share / max(1.0, sum(row)) for share in row] for row in rows]
 
 
 def _padded(rows: Sequence[Sequence[float]]) -> Array:
