@@ -249,6 +249,8 @@ class RobotProcess:
         if self._began is None:
             self._began = time.monotonic()
         expected = self._host.expected and not answered
+        if (lights := self._link.leds()) is not None:
+            self._robot.dcm.light(lights.leds)
         if self._robot.dcm.busy:
             self._host.guard.timed_waiting()
         given = self._host.decide(self._robot.frame, command, supervised=supervised)

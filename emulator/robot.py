@@ -307,7 +307,9 @@ class EmulatedRobot:
         height = self.world.clearance(self._torso.position) / standing_height(self.body)
         joints = self._sampler.angles(self.engine.robot.position)
         com = self.engine.robot.com()
-        return truth_frame(self._seq, self.time, self._torso, self._contacts, joints, com, height)
+        return truth_frame(
+            self._seq, self.time, self._torso, self._contacts, joints, com, height, self.dcm.leds
+        )
 
     def stand_up(self) -> tuple[str, ...]:
         """Put the robot where it lies back on its feet, held in its start posture with full stiffness.

@@ -184,6 +184,23 @@ def _head(body: Body) -> list[ColouredMesh]:
     return [*parts, loft(0, touch, GREY, (0.008, 0.008), 2.6, _MEDIUM)]
 
 
+def lamps(body: Body) -> dict[str, tuple[str, tuple[float, float, float], float]]:
+    """Where groups of LEDs shine: beginning of their names -> link, place there (m), radius (m)."""
+    r, height = body.shapes.head_radius, body.shapes.head_height
+    front = 1.22 * 0.5 * body.shapes.torso_depth + 0.004
+    found: dict[str, tuple[str, tuple[float, float, float], float]] = {
+        "ChestBoard/Led/": ("Torso", (front + 0.008, 0.0, 0.05), 0.011),
+        "Head/Led/": ("HeadPitch", (0.0, 0.0, height + 0.93 * r), 0.2 * r),
+    }
+    for side, name, s in (("L", "Left", 1.0), ("R", "Right", -1.0)):
+        found |= {
+            f"Face/Led/{name}": ("HeadPitch", (0.96 * r, s * 0.42 * r, height + 0.006), 0.17 * r),
+            f"Ears/Led/{name}": ("HeadPitch", (-0.004, s * 1.12 * r, height + 0.004), 0.28 * r),
+            f"{side}Foot/Led/": (f"{side}AnkleRoll", (0.075, 0.0, -0.015), 0.01),
+        }
+    return found
+
+
 def _hand(side: float, start: float) -> list[ColouredMesh]:
     """Palm, three fingers and the thumb, from the wrist at x = `start`, m."""
     palm = [

@@ -21,6 +21,7 @@ def truth_frame(
     joints: tuple[float, ...],
     com: Vec3,
     height: float,
+    leds: tuple[int, ...] = (),
 ) -> TruthFrame:
     """Ground truth of one boundary.
 
@@ -32,6 +33,7 @@ def truth_frame(
         joints: True angles in frame order, rad.
         com: Centre of mass, world frame, m.
         height: Of the torso over the floor, as a fraction of that with the legs straight.
+        leds: Brightness of each LED, 0 to 255; empty: all are dark.
     """
     return TruthFrame(
         seq=seq,
@@ -46,6 +48,7 @@ def truth_frame(
         left=_contact(contacts.feet["L"]),
         right=_contact(contacts.feet["R"]),
         fell=bool(contacts.touching) or not upright(torso) or height < FALLEN_HEIGHT,
+        leds=leds,
     )
 
 

@@ -26,6 +26,7 @@ from bridge.dcm.requests import (
 )
 from bridge.errors import DcmRefused
 from bridge.messages.dcm import PREFIX
+from bridge.messages.frames import N_LEDS
 from bridge.types import Array
 
 Places = NDArray[np.int_]
@@ -240,6 +241,19 @@ class Dcm:
         else:
             self._last[: len(counts)] = counts
         self._framed = True
+
+    @property
+    def leds(self) -> tuple[int, ...]:
+        """Brightness of each LED, 0 to 255; empty while all are dark."""
+        counts = self._last[2 * self._table.n_joints :][:N_LEDS]
+        return tuple(np.clip(np.rint(counts), 0, 255).astype(int).tolist()) if counts.any() else ()
+
+    def light(self, leds: Sequence[int]) -> None:
+        """Set the brightness of each LED, 0 to 255; what waits for them is left out."""
+        first = 2 * self._table.n_joints
+        self._last[first : first + N_LEDS] = leds
+        for row in range(first, first + N_LEDS):
+            self._buffers.pop(row, None)
 
     def move(self, name: str, value: float) -> None:
         """Put an actuator at a value; what waits for it goes on from there."""

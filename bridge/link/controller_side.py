@@ -24,6 +24,7 @@ from bridge.messages import (
     Info,
     LeaseReply,
     LeaseRequest,
+    LedFrame,
     Notice,
     SensorFrame,
     WalkTelemetry,
@@ -107,6 +108,7 @@ class ControllerLink:
         self._actuators = session.declare_publisher(key(keys.ACTUATORS))
         self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
         self._upper_body = session.declare_publisher(key(keys.UPPER_BODY))
+        self._leds = session.declare_publisher(key(keys.LEDS))
         self._own_notices = session.declare_publisher(key(keys.NOTICES))
         self._declare_token(session)
         self._robot_token = session.liveliness().declare_subscriber(
@@ -256,6 +258,10 @@ class ControllerLink:
         """Publish a notice of this side; nothing happens without a connection."""
         if self._session is not None:
             self._own_notices.put(encode(notice))
+
+    def publish_leds(self, leds: tuple[int, ...]) -> None:
+        """Publish the lights of the robot, see `LedFrame`; `wait_robot` comes first."""
+        self._leds.put(encode(LedFrame(leds=leds)))
 
     def publish_upper_body(self, message: UpperBody) -> None:
         """Command the head and the arms of a robot that a walker has."""

@@ -14,6 +14,7 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 
 SENSORS: Final = "sensors"
 ACTUATORS: Final = "actuators"
+LEDS: Final = "leds"
 INFO: Final = "info"
 LEASE: Final = "lease"
 NOTICES: Final = "notices"

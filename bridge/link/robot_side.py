@@ -28,6 +28,7 @@ from bridge.messages import (
     ActuatorFrame,
     Info,
     LeaseRequest,
+    LedFrame,
     Notice,
     SensorFrame,
     TruthFrame,
@@ -87,9 +88,11 @@ class RobotLink:
         self._status = session.declare_publisher(key(keys.GUARD))
         self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE)
         self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE)
+        self._leds: Mailbox[bytes] = Mailbox(1)
         self._subscribers = [
             subscribe(session, key(keys.ACTUATORS), self._on_actuators),
             subscribe(session, key(keys.TELEMETRY), self._telemetry.put),
+            subscribe(session, key(keys.LEDS), self._leds.put),
         ]
         self._tokens = session.liveliness().declare_subscriber(
             key(keys.ALIVE_CONTROLLERS), self._on_token, history=True
@@ -152,6 +155,14 @@ class RobotLink:
             except FrameError as error:
                 self.notice("telemetry-refused", str(error))
         return messages
+
+    def leds(self) -> LedFrame | None:
+        """The newest lights since the last call, or None; never waits."""
+        try:
+            return decode(payload, LedFrame) if (payload := next(iter(self._leds.drain()), None)) else None
+        except FrameError as error:
+            self.notice("leds-refused", str(error))
+            return None
 
     def notice(self, code: str, text: str) -> None:
         """Warn everyone in one sentence; one of each code per `NOTICE_INTERVAL`."""

@@ -5,7 +5,7 @@ for other languages.
 """
 
 from bridge.messages.codec import decode, decode_command, encode
-from bridge.messages.frames import MAX_PAYLOAD, SCHEMA_VERSION, ActuatorFrame, SensorFrame
+from bridge.messages.frames import MAX_PAYLOAD, SCHEMA_VERSION, ActuatorFrame, LedFrame, SensorFrame
 from bridge.messages.guard import LeaseReply, LeaseRequest
 from bridge.messages.info import Info, Notice
 from bridge.messages.walk import WalkTelemetry
@@ -19,6 +19,7 @@ __all__ = [
     "Info",
     "LeaseReply",
     "LeaseRequest",
+    "LedFrame",
     "Notice",
     "SensorFrame",
     "TruthFrame",

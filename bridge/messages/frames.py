@@ -75,6 +75,13 @@ Fsr = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=8, max_length=8)]
 """Left foot FL, FR, RL, RR, then the right foot in the same order."""
 
 
+N_LEDS = 89
+Leds = Annotated[
+    tuple[Annotated[int, msgspec.Meta(ge=0, le=255)], ...], msgspec.Meta(min_length=N_LEDS, max_length=N_LEDS)
+]
+"""Brightness of each LED, 0 to 255, in the order of `bridge.dcm.actuators.led_names`."""
+
+
 class SensorFrame(msgspec.Struct, frozen=True, kw_only=True):
     """Measurements at the end of one DCM cycle (key `sensors`)."""
 
@@ -128,3 +135,10 @@ class ActuatorFrame(msgspec.Struct, frozen=True, kw_only=True):
     """Wanted stiffness, 0..1; negative: free."""
     wall: Count = 0
     """Wall clock of the controller when the frame was sent, ns since the Unix epoch."""
+
+
+class LedFrame(msgspec.Struct, frozen=True, kw_only=True):
+    """Lights of an emulated robot (key `leds`): they move nothing, and need no lease."""
+
+    version: int = SCHEMA_VERSION
+    leds: Leds

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 
-from bridge.messages.frames import SCHEMA_VERSION, Joints
+from bridge.messages.frames import N_LEDS, SCHEMA_VERSION, Joints
 from bridge.messages.world import ThingKind
 from bridge.types import Count, Finite, Quaternion, Vec2, Vec3
 
@@ -41,6 +43,8 @@ class TruthFrame(msgspec.Struct, frozen=True, kw_only=True):
     right: Contact
     fell: bool
     """Torso tilt over 45 deg, or torso below half its start height, or anything but a foot on the ground."""
+    leds: Annotated[tuple[int, ...], msgspec.Meta(max_length=N_LEDS)] = ()
+    """Brightness of each LED, as `LedFrame`; empty while all are dark."""
 
 
 class WorldObject(msgspec.Struct, frozen=True, kw_only=True):

@@ -213,6 +213,13 @@ class _OldMeaning(ast.NodeTransformer):
             return node
         return self._python2("less", ast.Constant(order), node.left, node.comparators[0], at=node)
 
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        """One with `__cmp__` has an order."""
+        self.generic_visit(node)
+        if any(isinstance(part, ast.FunctionDef) and part.name == "__cmp__" for part in node.body):
+            node.decorator_list.insert(0, self._python2("ordered", at=node))
+        return node
+
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
         """Its `global` first."""
         self.generic_visit(node)

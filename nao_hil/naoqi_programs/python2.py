@@ -19,14 +19,15 @@ import struct
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from email.message import Message
 from functools import cmp_to_key
 from types import ModuleType
 from typing import Any, Final
 
 ROBOT: Final = ("naoqi", "nao_hil.naoqi_programs.services")
 """Modules whose functions give texts of the robot, which are UTF-8 there."""
-_WANTS_BYTES: Final = re.compile("bytes|must be encoded|without an encoding|buffer")
+_WANTS_BYTES: Final = re.compile("bytes|must be encoded|without an encoding|buffer|surrogates not allowed")
 _ESCAPED: Final = ("unicode_escape", "raw_unicode_escape", "string_escape")
 _OF_CODECS: Final = ("hex", "base64", "zlib", "bz2", "uu", "quopri")
 _Bytes = bytes | bytearray | memoryview
@@ -72,13 +73,26 @@ def of_robot(value: Any) -> Any:
     return {of_robot(k): of_robot(v) for k, v in value.items()} if isinstance(value, dict) else value
 
 
-def _encoded(value: Any) -> Any:
-    """An argument with texts as bytes, one level deep."""
+def _texts(value: Any, change: Callable[[str], Any]) -> Any:
+    """An argument with each of its texts changed."""
     if isinstance(value, str):
-        return to_bytes(value)
+        return change(value)
     if type(value) in (tuple, list):
-        return type(value)(to_bytes(v) if isinstance(v, str) else v for v in value)
+        return type(value)(_texts(part, change) for part in value)
+    if type(value) is dict:
+        return {_texts(name, change): _texts(part, change) for name, part in value.items()}
     return value
+
+
+def _encodings(arguments: tuple[Any, ...], named: dict[str, Any]) -> Iterator[tuple[list[Any], dict[str, Any]]]:
+    """Arguments with texts as bytes: all of them, then one alone, the last first."""
+    encoded = [_texts(a, to_bytes) for a in arguments]
+    options = {name: _texts(a, to_bytes) for name, a in named.items()}
+    if (encoded, options) != ([*arguments], named):
+        yield encoded, options
+    for i in reversed(range(len(arguments))):
+        if isinstance(arguments[i], str) and len(arguments) > 1:
+            yield [*arguments[:i], encoded[i], *arguments[i + 1 :]], named
 
 
 def is_converted(function: Any) -> bool:
@@ -104,14 +118,30 @@ def call(function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         arguments = (io.TextIOWrapper(arguments[0], "utf-8", newline=""), *arguments[1:])
     if getattr(function, "__name__", "") == "sort" and isinstance(getattr(function, "__self__", None), list):
         arguments, named = (), _sort_options(*arguments, **named)
+    if getattr(function, "__name__", "") == "Request" and _module(function) == "urllib.request":
+        named = dict(zip(("url", "data", "headers"), arguments, strict=False)) | named
+        arguments, named["data"] = (), _texts(named.get("data"), to_bytes)
+    if _module(function) == "json":
+        arguments = _texts(arguments, to_unicode)
     try:
         result = function(*arguments, **named)
     except (TypeError, ValueError, struct.error) as error:
-        encoded = [_encoded(a) for a in arguments], {name: _encoded(a) for name, a in named.items()}
-        if encoded == ([*arguments], named) or not _WANTS_BYTES.search(str(error)):
+        if not _WANTS_BYTES.search(str(error)):
             raise
-        result = function(*encoded[0], **encoded[1])
+        result = _with_bytes(function, arguments, named, error)
     return of_robot(result) if _module(function) in ROBOT else _results(result)
+
+
+def _with_bytes(
+    function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any], error: Exception
+) -> Any:
+    """The result with bytes for texts, where the function takes them; otherwise its first error."""
+    for encoded, options in _encodings(arguments, named):
+        try:
+            return function(*encoded, **options)
+        except (TypeError, AttributeError):
+            continue
+    raise error
 
 
 def decode(text: Any, *how: Any, **named: Any) -> Any:
@@ -171,6 +201,11 @@ def ord_(letter: Any) -> int:
     return number - 0xDC00 if 0xDC80 <= number <= 0xDCFF else number
 
 
+def repr_(value: Any) -> str:
+    """The source of a value, with the bytes of a text in hexadecimal."""
+    return re.sub(r"\\udc([89a-f][0-9a-f])", r"\\x\1", repr(value))
+
+
 def cmp_(a: Any, b: Any) -> int:
     """-1, 0 or 1."""
     return bool(a > b) - bool(a < b)
@@ -212,6 +247,15 @@ def less(order: str, a: Any, b: Any) -> Any:
         return function(_rank(a), _rank(b))
 
 
+def ordered(kind: type) -> type:
+    """A class whose `__cmp__` gives its order and its equality."""
+    for name in ("lt", "le", "gt", "ge", "eq", "ne"):
+        if f"__{name}__" not in vars(kind):
+            compare = getattr(operator, name)
+            setattr(kind, f"__{name}__", lambda self, other, of=compare: of(self.__cmp__(other), 0))
+    return kind
+
+
 def _rank(value: Any) -> tuple[int, str]:
     if value is None:
         return 0, ""
@@ -232,7 +276,7 @@ class _Binary:
 
     def write(self, data: Any) -> int:
         """Write a text or bytes."""
-        return int(super().write(_encoded(data)))  # type: ignore[misc]
+        return int(super().write(_texts(data, to_bytes)))  # type: ignore[misc]
 
 
 class _Reader(_Binary, io.BufferedReader):
@@ -277,6 +321,7 @@ NAMES: Final = {
     "file": "open_",
     "open": "open_",
     "ord": "ord_",
+    "repr": "repr_",
     "round": "round_",
     "sorted": "sorted_",
     "unichr": "unichr",
@@ -314,6 +359,7 @@ _GONE: Final[tuple[tuple[ModuleType | type, dict[str, Any]], ...]] = (
     (time, {"clock": time.perf_counter}),
     (threading, {"_sleep": time.sleep}),
     (threading.Thread, {"isAlive": threading.Thread.is_alive}),
+    (Message, {"getheader": Message.get, "getheaders": Message.get_all}),
     (base64, {"encodestring": base64.encodebytes, "decodestring": base64.decodebytes}),
 )
 

@@ -22,11 +22,14 @@ from scipy.spatial.transform import Rotation
 from bridge.body import Body, joint_tree
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
 from bridge.body.kinematics import FloatingBase
+from bridge.dcm.actuators import led_names
+from bridge.messages import TruthFrame
+from bridge.messages.frames import N_LEDS
 from bridge.messages.world_state import WorldReply
 from bridge.polygon import SupportPolygon, convex_hull
 from bridge.rotations import heading, rotation
 from bridge.types import SIDES, Array
-from emulator.shell import Colour, ColouredMesh, shell
+from emulator.shell import Colour, ColouredMesh, lamps, shell
 from nao_hil.analysis.diagnosis import Balance, Diagnosis, Stand, Symptom
 from nao_hil.analysis.diagnosis.symptoms import MEANING
 from nao_hil.view.recorded_run import RecordedRun
@@ -137,6 +140,8 @@ class RunRows:
         self._kinematics = FloatingBase(body)
         self._parts = shell(body)
         self.links = [name for name in self._kinematics.links if name in self._parts]
+        self._lamps = lamps(body)
+        self._lit = np.array([_share(lamp) for lamp in self._lamps]).reshape(-1, N_LEDS)
         self._places = [self._kinematics.links.index(name) for name in self.links]
         corners = 3 * sum(len(sole) for sole in self._kinematics.soles.values())
         n = len(self.links)
@@ -151,6 +156,7 @@ class RunRows:
             "support": (corners, LENGTH),
             "step": (1, 1.0),
             "phase": (1, 1.0),
+            "lights": (3 * len(self._lamps), 1.0),
             "signals": (len(SIGNALS), 0.01),
         }
         """Columns of a row: name -> width, and step to which a file rounds."""
@@ -195,6 +201,7 @@ class RunRows:
                 [math.nan if polygon is None else float(tips(balance.best, polygon))],
                 corners,
                 [walk.step if walk else math.nan, self._phases.get(walk.phase, math.nan) if walk else math.nan],
+                self._lights(balance.moment.truth),
                 signal_values(balance, late),
             ]
         )
@@ -210,6 +217,12 @@ class RunRows:
             ]
             for kind, corners in self._footprints.update(balance)
         ]
+
+    def _lights(self, truth: TruthFrame | None) -> Array:
+        """Red, green and blue of each lamp, 0 to 255: the mean of its LEDs."""
+        leds = truth.leds if truth is not None else ()
+        lights: Array = self._lit @ np.array(leds) if leds else np.zeros(len(self._lit))
+        return lights
 
     def _points(self, balance: Balance) -> list[float]:
         """Places of `POINTS`, in their order."""
@@ -262,6 +275,10 @@ class RunRows:
             "fields": [[name, width] for name, (width, _) in self.fields.items()],
             "points": [p._asdict() for p in POINTS],
             "cells": self._cells(),
+            "lamps": [
+                {"link": 1 + self.links.index(link), "at": at, "radius": radius}
+                for link, at, radius in self._lamps.values()
+            ],
             "newton": NEWTON,
             "colours": {"safe": SAFE, "lost": LOST, "object": OBSTACLE, **PRINTS},
             "charts": [chart.to_json() for chart in CHARTS],
@@ -351,6 +368,15 @@ def events_json(
             + (" The torso control was off." if diagnosis.torso_off else ""),
         }
     return {"events": [{"time": s.time, "kind": s.kind, "text": s.text} for s in symptoms], "fall": fall}
+
+
+def _share(lamp: str) -> list[list[float]]:
+    """Share of each LED in red, green and blue of a lamp; those of ears and head are blue."""
+    place, _, side = lamp.rpartition("Led/")
+    found = [name if name.startswith(place) and side in name else "" for name in led_names()]
+    of = [name if "/Red" in name or "/Green" in name else name and "/Blue" for name in found]
+    rows = [[float(f"/{colour}" in name) for name in of] for colour in ("Red", "Green", "Blue")]
+    return [[share / max(1.0, sum(row)) for share in row] for row in rows]
 
 
 def _padded(rows: Sequence[Sequence[float]]) -> Array:

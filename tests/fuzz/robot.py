@@ -1,30 +1,34 @@
 """Sends random calls and garbage to an emulated robot in real time, by every way in, and says how it bore them.
 
-Usage from the root, with qi installed: python -m tests.fuzz.robot [COUNT] [SEED]; by default 100000 and 0. They
-go to each method of `serve naoqi`, the socket of `serve lola`, topics and queries of the link. The last line is
-JSON; the exit code is 1 when a process ended or printed a traceback.
+Usage from the root, with qi installed: python -m tests.fuzz.robot [COUNT] [SEED] [FORMAT ...]; by default
+100000, 0 and all formats. They go to each method of `serve naoqi`, the socket of `serve lola`, topics and
+queries of the link, topics and tokens of `nao-hil ros`. The last line is JSON; the exit code is 1 when a
+process ended or printed a traceback.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import random
 import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 import numpy as np
 import zenoh
+from rosbags.typesys import Stores, get_typestore
 
 from bridge.adapters.lola.address import Address, connect
 from bridge.adapters.lola.packets import actuator_map
+from bridge.adapters.ros.wire import dds_name
 from bridge.errors import FrameError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
@@ -53,7 +57,17 @@ STRANGE: Final[list[Any]] = [
     ),
     *("walk", "acquire", "Stand", "ClearAll", "time-mixed", "\0", {}, {"a": 1}, [], [0.1] * 6, [[0.1], [0.2]]),
 ]
-PUBLISHED: Final = (keys.ACTUATORS, keys.TELEMETRY, keys.SENSORS, keys.NOTICES, keys.TRUTH, "nothing")
+PUBLISHED: Final = (
+    *(keys.ACTUATORS, keys.TELEMETRY, keys.SENSORS, keys.NOTICES, keys.TRUTH, keys.LEDS, keys.UPPER_BODY),
+    "nothing",
+)
+ROS: Final = {
+    "cmd_vel": "geometry_msgs/msg/Twist",
+    "joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
+    "posture": "std_msgs/msg/String",
+    "speech": "std_msgs/msg/String",
+}
+"""Topics that `nao-hil ros` hears, with their types."""
 QUERIES: Final = (
     *(keys.INFO, keys.LEASE, keys.GUARD, keys.STOP, keys.ARM, "world/command", "walk/command", "nothing"),
     *("dcm/set", "dcm/setAlias", "dcm/createAlias", "dcm/getTime", "dcm/getPrefix"),
@@ -67,6 +81,7 @@ LEASES: Final = (
     LeaseRequest(op="release", controller="fuzz", ticket=1),
     LeaseRequest(op="status", controller="fuzz"),
 )
+FORMATS: Final = ("naoqi", "lola", "link", "ros")
 OUTSTANDING: Final = 200
 """Calls of NAOqi that wait for their end at once."""
 
@@ -193,6 +208,53 @@ class LinkMessages:
         )
 
 
+class RosMessages:
+    """Messages of a node of ROS 2, whole and hurt, and liveliness tokens with any parts.
+
+    Args:
+        endpoint: of the robot.
+    """
+
+    def __init__(self, endpoint: str) -> None:
+        self._session: zenoh.Session = open_client(endpoint)
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+
+    def __call__(self, draw: random.Random) -> None:
+        """One of them."""
+        if draw.random() < 0.02:
+            parts = [
+                draw.choice(("0", "x", "%", "%cmd_vel", "MS", "NN", "a%b")) for _ in range(draw.randrange(13))
+            ]
+            self._session.liveliness().declare_token("/".join(["@ros2_lv/0/z/0/1/MS", *parts])).undeclare()
+            return
+        topic = draw.choice(list(ROS))
+        data = bytes(self._store.serialize_cdr(self._message(topic, draw), ROS[topic]))
+        data = draw.choice((data, _hurt(draw, data), payload(draw)))
+        kind = draw.choice((dds_name(ROS[topic]), "none"))
+        self._session.put(f"0/{topic}/{kind}/any", data, attachment=draw.randbytes(draw.choice((0, 33))))
+
+    def _message(self, topic: str, draw: random.Random) -> Any:
+        types, number = (
+            self._store.types,
+            lambda: float(draw.choice((0.0, 0.2, -1.0, 1e300, math.nan, math.inf))),
+        )
+        if topic == "cmd_vel":
+            vectors = [types["geometry_msgs/msg/Vector3"](number(), number(), number()) for _ in range(2)]
+            return types[ROS[topic]](*vectors)
+        if topic != "joint_trajectory":
+            return types[ROS[topic]](draw.choice(("", "sit-down", "get-up", "x" * 3000)))
+        time_of, point = (
+            types["builtin_interfaces/msg/Duration"],
+            types["trajectory_msgs/msg/JointTrajectoryPoint"],
+        )
+        points = []
+        for _ in range(draw.randrange(4)):
+            rows = [np.array([number() for _ in range(draw.randrange(3))]) for _ in range(4)]
+            points.append(point(*rows, time_of(draw.randrange(-2, 3), draw.randrange(1000))))
+        header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](0, 0), "")
+        return types[ROS[topic]](header, draw.choices(("HeadYaw", "LHand", "LKneePitch", "?"), k=2), points)
+
+
 class Watch:
     """Times between a robot's frames by its own clock, and the lateness of a bare loop beside it.
 
@@ -235,8 +297,8 @@ def _figures(values: Any) -> dict[str, float]:
     return {name: round(value, 3) for name, value in figures.items()}
 
 
-def attack(count: int, seed: int, folder: Path) -> dict[str, Any]:
-    """Robot and servers under `count` messages; how they bore them."""
+def attack(count: int, seed: int, names: Sequence[str], folder: Path) -> dict[str, Any]:
+    """Robot and servers under `count` messages in these formats; how they bore them."""
     os.chdir(folder)  # whatever a call writes comes here
     draw, endpoint, url = random.Random(seed), free_endpoint(), f"tcp://127.0.0.1:{free_port()}"
     path = str(folder / "robocup")
@@ -244,19 +306,31 @@ def attack(count: int, seed: int, folder: Path) -> dict[str, Any]:
         Child("robot", ["emulate", "--robot", "nao-v5", "--listen", endpoint, "--out", "run"], folder),
         Child("naoqi", ["serve", "naoqi", "--listen", url, "--connect", endpoint], folder),
         Child("lola", ["serve", "lola", "--socket", path, "--connect", endpoint], folder),
+        Child("ros", ["ros", "--connect", endpoint], folder),
     ]
     try:
         until(lambda: "is served at" in children[1].stderr and Path(path).exists(), "the servers")
-        naoqi, lola, link = NaoqiCalls(url), LolaClient(path), LinkMessages(endpoint)
-        ways: list[Way] = [naoqi, naoqi, naoqi, lola, link.publish, link.ask]
-        watch, sent = Watch(endpoint), dict.fromkeys(("naoqi", "lola", "publish", "ask"), 0)
-        names = {id(naoqi): "naoqi", id(lola): "lola"}
+        until(lambda: "is on ROS 2" in " ".join(children[3].stderr.split()), "the robot on ROS 2")
+        naoqi, lola, link, ros = (
+            NaoqiCalls(url),
+            LolaClient(path),
+            LinkMessages(endpoint),
+            RosMessages(endpoint),
+        )
+        every: dict[str, list[Way]] = {
+            "naoqi": [naoqi],
+            "lola": [lola],
+            "link": [link.publish, link.ask],
+            "ros": [ros],
+        }
+        ways = [(name, way) for name in names for way in every[name]]
+        watch, sent = Watch(endpoint), dict.fromkeys(names, 0)
 
         def send() -> None:
             for _ in range(count):
-                way = draw.choice(ways)
+                name, way = draw.choice(ways)
                 way(draw)
-                sent[names.get(id(way), getattr(way, "__name__", ""))] += 1
+                sent[name] += 1
 
         quiet = watch.while_(lambda: time.sleep(20.0))
         busy = watch.while_(send)
@@ -274,9 +348,9 @@ def attack(count: int, seed: int, folder: Path) -> dict[str, Any]:
 
 def main() -> None:
     """Attack one robot."""
-    count, seed = (int(given) for given in [*sys.argv[1:], *("100000", "0")[len(sys.argv) - 1 :]])
+    count, seed = (int(given) for given in [*sys.argv[1:3], *("100000", "0")[len(sys.argv[:3]) - 1 :]])
     with tempfile.TemporaryDirectory() as folder:
-        result = attack(count, seed, Path(folder))
+        result = attack(count, seed, sys.argv[3:] or FORMATS, Path(folder))
     print(json.dumps(result), flush=True)
     os._exit(1 if result["ended"] or result["tracebacks"] else 0)  # taking qi apart can take seconds
 

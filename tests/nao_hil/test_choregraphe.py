@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("qi")
 pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
 
+from nao_hil.naoqi_programs.choregraphe.manager import BehaviorManager, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager
@@ -90,7 +91,7 @@ def play(folder: Path, inside: str, more: str = "") -> tuple[Player, Robot, list
     file = folder / "behavior.xar"
     file.write_text(f"<ChoregrapheProject>{box(-1, 'root', '', inside, more)}</ChoregrapheProject>")
     robot, said = Robot(), list[Any]()
-    names = {"said": said, "ALFrameManager": FrameManager(folder)}
+    names = {"said": said, "starts": list[int](), "ALFrameManager": FrameManager()}
     player = Player(robot.service, names, robot, folder, lambda name, module: said.append((name, module)))
     player.play(read_behaviour(file))
     return player, robot, said
@@ -153,10 +154,13 @@ def test_a_script_makes_its_timeline_loop(tmp_path: Path) -> None:
         "    def onInput_onStart(self):\n        said.append(len(said))\n"
         "        if len(said) < 3: self.gotoAndPlayParent(1)\n"
     )
+    first = "    def onInput_onStart(self): starts.append(1)\n"
     inside = timeline(diagram(box(1, "Again", again), (0, 2, 1, 2)), enable=1, curves=curve, frame=6)
+    inside += timeline(diagram(box(1, "First", first), (0, 2, 1, 2)), enable=1)
     moves = box(1, "Dance", "", inside)
     player, robot, said = play(tmp_path, timeline(diagram(moves, (0, 2, 1, 2), (1, 4, 0, 4))))
     assert player.ended.wait(10.0) and said == [0, 1, 2], player.could_not
+    assert player._names["starts"] == [1, 1, 1]
     sent = [call for call in robot.calls if call[0] == "move"]
     assert len(sent) == 3 and sent[0][1:] == (
         ["HeadYaw"],
@@ -188,3 +192,23 @@ def test_a_script_finds_its_resources_and_its_module_is_registered(tmp_path: Pat
     (name, module), path, half = said
     assert name.startswith("Play_Sound__") and module.getName() == name
     assert (path, half) == (f"{tmp_path.resolve()}/song.wav", 3)
+
+
+def test_a_behaviour_runs_another_of_its_project(tmp_path: Path) -> None:
+    for name, value in (("main", "first"), ("songs/birthday", "sung")):
+        (tmp_path / name).mkdir(parents=True)
+        says = f"    def onInput_onStart(self): said.append({value!r}); self.onStopped()\n"
+        root = box(-1, "root", "", timeline(diagram(box(1, "Say", says), (0, 2, 1, 2), (1, 4, 0, 4))))
+        (tmp_path / name / "behavior.xar").write_text(f"<ChoregrapheProject>{root}</ChoregrapheProject>")
+    described = "".join(f'<BehaviorDescription src="{name}"/>' for name in ("main", "songs/birthday"))
+    (tmp_path / "party.pml").write_text(f"<Package>{described}</Package>")
+    file = tmp_path / "main" / "behavior.xar"
+    said: list[Any] = []
+    player = Player(Robot().service, {"said": said, "ALFrameManager": FrameManager()}, None, file.parent, min)
+    manager = BehaviorManager(player, project_of(file), 5.0)
+    assert manager.getInstalledBehaviors() == ["main", "songs/birthday"]
+    manager.runBehavior("songs/birthday")
+    manager.runBehavior("party/songs/birthday")
+    assert said == ["sung", "sung"] and not player.ended.is_set()
+    manager.post.runBehavior("main/.")
+    until(lambda: said[2:] == ["first"], "the behaviour that was not waited for")

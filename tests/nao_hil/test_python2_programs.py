@@ -37,6 +37,7 @@ def run(source: str | bytes, **names: Any) -> dict[str, Any]:
     [
         (r'"Gr\xc3\xbc\xc3\x9fe".decode("utf-8")', "Grüße"),
         (r'u"Gr\xfc\xdfe".encode("utf-8") == "Gr\xc3\xbc\xc3\x9fe"', True),
+        (r'repr(["\xff\x00"]), `"a"`', (r"['\xff\x00']", "'a'")),
         (r'len("\xff\x80"), ord("\xff"), chr(200) == "\xc8"', (2, 255, True)),
         ('len("Grüße"), len(u"Grüße")', (7, 5)),
         ('"6869".decode("hex"), "hi".encode("hex")', ("hi", "6869")),
@@ -80,10 +81,33 @@ def test_texts_go_to_and_come_from_functions_of_bytes() -> None:
         "matched = re.match('l.f', word).group()\n"
         "digest = hashlib.md5('a').hexdigest()\n"
         "coded = base64.b64encode('a') + binascii.hexlify('a')\n"
+        "import json, urllib\n"
+        "query = urllib.urlencode({'text': 'Gr\\xc3\\xbc'})\n"
+        "told = json.dumps({'text': ['Gr\\xc3\\xbc']})\n"
+        "import urllib2\n"
+        "posted = urllib2.Request('http://nao.local/', 'a=b').get_method()\n"
+        "from PIL import Image\n"
+        "picture = Image.fromstring('RGB', (1, 1), '\\xff\\x00\\x00').getpixel((0, 0))\n"
     )
+    assert scope["query"] == "text=Gr%C3%BC"  # RFC 3986
+    assert (scope["told"], scope["posted"]) == (r'{"text": ["Gr\u00fc"]}', "POST")
+    assert scope["picture"] == (255, 0, 0)
     assert (scope["word"], scope["turn"], scope["value"], scope["matched"]) == ("left", 1, -1.5, "lef")
     assert scope["digest"] == "0cc175b9c0f1b6a831c399e269772661"  # RFC 1321
     assert scope["coded"] == "YQ==61"
+
+
+def test_a_class_is_ordered_by_its_cmp() -> None:
+    scope = run(
+        "class Step(object):\n"
+        "    def __init__(self, time): self.time = time\n"
+        "    def __cmp__(self, other): return cmp(self.time, other.time)\n"
+        "steps = [Step(3), Step(1), Step(2)]\n"
+        "steps.sort()\n"
+        "times = [step.time for step in steps]\n"
+        "found = max(steps).time, Step(1) == steps[0], Step(1) < Step(2), Step(1) != Step(1)\n"
+    )
+    assert (scope["times"], scope["found"]) == ([1, 2, 3], (3, True, True, False))
 
 
 def test_files_hold_the_bytes_that_a_program_wrote(tmp_path: Path) -> None:

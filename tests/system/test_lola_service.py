@@ -20,6 +20,7 @@ from bridge.adapters.lola.address import listen, parse_address
 from bridge.adapters.lola.client import ClientGone, LolaClient
 from bridge.adapters.lola.packets import Identity
 from bridge.adapters.lola.server import LolaServer, Served
+from bridge.dcm.actuators import led_names
 from bridge.link import ControllerLink, RobotLink
 from bridge.messages import ActuatorFrame
 from tests.frames import info_of_robot, standing_frame
@@ -227,7 +228,7 @@ def test_what_a_server_cannot_use_is_told_once_for_each_connection(
     silent.read()
     silent.send(no_map)
     until(lambda: caplog.records, "a warning")
-    silent.send(pack(LEar=[1.0, 1.0, 1.0]))
+    silent.send(pack(LEar=[1.0] * 10))
     until(lambda: len(caplog.records) == 2, "a second warning")
     silent.send(no_map)
     misspelt = connect()
@@ -266,6 +267,24 @@ def test_what_a_web_browser_sends_to_a_tcp_port_moves_nothing() -> None:
                     assert len(client.receive()) == maps
             finally:
                 client.close()
+
+
+def test_leds_reach_the_robot_in_the_order_of_its_dcm() -> None:
+    """The vendor's page on LoLA: eyes begin at 45 (left) and 0 degrees (right), the right ear at 324."""
+    ours, theirs = socket.socketpair()
+    with theirs:
+        client = LolaClient(ours)
+        lit = {"LEye": [1.0] + [0.0] * 23, "REye": [0.0] * 23 + [0.5], "REar": [1.0] + [0.0] * 9}
+        theirs.sendall(pack(**lit, Skull=[0.0] * 6 + [2.0] + [0.0] * 5, Chest=[1.0] * 4))
+        client.update(client.receive(), standing_frame())
+        client.close()
+    assert {name: value for name, value in zip(led_names(), client.leds, strict=True) if value} == {
+        "Face/Led/Red/Left/45Deg": 255,
+        "Face/Led/Blue/Right/315Deg": 128,
+        "Ears/Led/Right/324Deg": 255,
+        "Head/Led/Rear/Right/2": 255,
+    }
+    assert client.setpoints is None
 
 
 def test_a_reply_in_fragments_behind_garbage(served: Any) -> None:

@@ -36,6 +36,7 @@ MESSAGES = [
     "TruthFrame",
     "WalkTelemetry",
     "UpperBody",
+    "LedFrame",
     "WalkCommand",
     "WalkStatus",
 ]

@@ -1,5 +1,7 @@
 """World commands over Zenoh to a running robot, in real time and in lockstep."""
 
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,6 +10,7 @@ import pytest
 
 from bridge.body import load_body
 from bridge.body.postures import POSTURES
+from bridge.dcm.actuators import led_names
 from bridge.errors import FrameError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
@@ -45,10 +48,12 @@ class Ear:
 
     def __init__(self) -> None:
         self.frames: list[SensorFrame] = []
+        self.leds: list[tuple[int, ...]] = []
         self.notices: list[Notice] = []
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         self.frames.append(frame)
+        self.leds.append(truth.leds)
 
     def command(self, frame: ActuatorFrame) -> None: ...
 
@@ -107,6 +112,28 @@ def test_a_world_in_real_time_obeys_between_two_cycles() -> None:
         world.send(Resume())
         assert not world.send(Status()).paused
     assert "Fault sensor-dead:fsr begins." in [notice.text for notice in ear.notices]
+
+
+def test_a_button_is_pressed_from_the_command_line() -> None:
+    """LoLA's order of the buttons: the second is the head's front one."""
+    with running("real-time") as (_, ear, endpoint):
+        command = ["world", "press", "head_front", "--for", "0.2", "--connect", endpoint, "--json"]
+        done = subprocess.run([sys.executable, "-m", "nao_hil.cli", *command], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        until(lambda: ear.frames[-1].touch[1] == 0.0, "its release")
+        pressed = [frame.touch for frame in ear.frames if any(frame.touch)]
+    assert set(pressed) == {(0.0, 1.0, *(0.0,) * 12)}
+
+
+def test_leds_are_in_the_truth_and_move_nothing() -> None:
+    chest = tuple(255 if name == "ChestBoard/Led/Red" else 0 for name in led_names())
+    with running("real-time") as (_, ear, endpoint), ControllerLink("nao", endpoint) as controller:
+        assert controller.wait_robot(lambda: False) is not None
+        assert ear.leds[-1] == ()
+        controller.publish_leds(chest)
+        until(lambda: ear.leds[-1] == chest, "the red light")
+        controller.publish_leds((0,) * 89)
+        until(lambda: ear.leds[-1] == (), "darkness")
 
 
 def test_a_refusal_is_one_sentence() -> None:

@@ -6,12 +6,13 @@ import logging
 import math
 import socket
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeGuard
 
 from bridge.adapters.lola.address import send_at_once
-from bridge.adapters.lola.codec import ACTUATORS, MAX_TEXT, Map, MapStream, is_map_head
+from bridge.adapters.lola.codec import ACTUATORS, LEDS, MAX_TEXT, Map, MapStream, is_map_head
 from bridge.body.joints import JOINTS, N_JOINTS, degrees_warning
 from bridge.messages import SensorFrame
+from bridge.messages.frames import N_LEDS
 from bridge.validation import unknown_name
 
 JOINT_KEYS = ("Position", "Stiffness")
@@ -40,7 +41,7 @@ class Setpoints:
         self._values = {"Position": list(position), "Stiffness": list(stiffness)}
 
     def update(self, values: Map) -> list[MapError]:
-        """Take over the joint values of a map; LEDs and unknown keys are ignored.
+        """Take over the joint values of a map; unknown keys are ignored.
 
         An array of another length is ignored, an element that is no finite number leaves its joint as it was,
         and a stiffness outside -1 to 1 is clipped.
@@ -63,7 +64,7 @@ class Setpoints:
         return list(errors.values())
 
     def _put(self, key: str, slot: int, value: object) -> MapError | None:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        if not _is_number(value):
             text = f"`{key}` of {JOINTS[slot]} is {value!r} and was ignored; a finite number is expected."
             return MapError(f"{key}, number", text)
         if key == "Stiffness" and not -1.0 <= value <= 1.0:
@@ -84,6 +85,10 @@ class Setpoints:
     def stiffness(self) -> tuple[float, ...]:
         """Of all joints."""
         return tuple(self._values["Stiffness"])
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return not isinstance(value, bool) and isinstance(value, (int, float)) and math.isfinite(value)
 
 
 class ClientGone(Exception):
@@ -108,6 +113,8 @@ class LolaClient:
         """Kinds of errors that were logged."""
         self.setpoints: Setpoints | None = None
         """None before the first map with positions or stiffnesses."""
+        self.leds = [0] * N_LEDS
+        """Brightness of each LED by the maps so far, 0 to 255, see `LedFrame`."""
         self.stalled = False
         """A packet found its buffer full: it gets no more packets, and its maps are ignored (as on a robot:
         reported)."""
@@ -170,7 +177,7 @@ class LolaClient:
         return maps
 
     def update(self, maps: list[Map], frame: SensorFrame) -> None:
-        """Take over the joint values of its maps; each kind of error is logged once.
+        """Take over the values of its maps; each kind of error is logged once.
 
         Args:
             maps: as received, oldest first.
@@ -179,12 +186,23 @@ class LolaClient:
         for values in maps:
             for key in values.keys() - ACTUATORS.keys():
                 self.warn("key", f"the client's map has an {unknown_name('key', str(key), ACTUATORS)}.")
+            for key in LEDS.keys() & values.keys():
+                self._light(key, values[key])
             if self.setpoints is None:
                 if not any(key in values for key in JOINT_KEYS):
                     continue
                 self.setpoints = Setpoints(frame.position, frame.stiffness)
             for error in self.setpoints.update(values):
                 self.warn(error.kind, f"the client's {error.text}")
+
+    def _light(self, key: str, values: object) -> None:
+        """Take over an array of LEDs, 0 to 1 each; one of another length or with anything else is ignored."""
+        places = LEDS[key]
+        if not isinstance(values, list) or len(values) != len(places) or not all(map(_is_number, values)):
+            self.warn(key, f"the client's `{key}` needs {len(places)} numbers; it was ignored.")
+            return
+        for place, value in zip(places, values, strict=True):
+            self.leds[place] = round(255.0 * min(max(value, 0.0), 1.0))
 
     def warn(self, kind: str, text: str) -> None:
         """Log a warning, the first one of its kind on this connection.

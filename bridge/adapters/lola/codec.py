@@ -21,6 +21,7 @@ from typing import Final
 import msgpack
 
 from bridge.body.joints import N_JOINTS
+from bridge.dcm.actuators import led_names
 
 CYCLE: Final = 0.012
 """s (confirmed: vendor's page on LoLA)."""
@@ -60,6 +61,29 @@ ACTUATORS: Final = {
     "Sonar": 2,
 }
 """Length of each array; all are float 32 but `Sonar` (bool). A map may hold any of them in any order."""
+
+
+def _places() -> dict[str, tuple[int, ...]]:
+    """Key of a map -> place of each of its LEDs in a `LedFrame` (order: vendor's page on LoLA)."""
+    rgb = ("Red", "Green", "Blue")
+    left, right = [45, 0, *range(315, 45, -45)], range(0, 360, 45)
+    skull = ["Front/Left/1", "Front/Left/0", "Middle/Left/0", *(f"Rear/Left/{i}" for i in range(3))]
+    skull += [*(f"Rear/Right/{i}" for i in (2, 1, 0)), "Middle/Right/0", "Front/Right/0", "Front/Right/1"]
+    names = {
+        "REar": [f"Ears/Led/Right/{a}Deg" for a in range(324, -1, -36)],
+        "LEar": [f"Ears/Led/Left/{a}Deg" for a in range(0, 360, 36)],
+        "Chest": [f"ChestBoard/Led/{c}" for c in rgb],
+        "LEye": [f"Face/Led/{c}/Left/{a}Deg" for c in rgb for a in left],
+        "REye": [f"Face/Led/{c}/Right/{a}Deg" for c in rgb for a in right],
+        "LFoot": [f"LFoot/Led/{c}" for c in rgb],
+        "RFoot": [f"RFoot/Led/{c}" for c in rgb],
+        "Skull": [f"Head/Led/{place}" for place in skull],
+    }
+    index = {name: i for i, name in enumerate(led_names())}
+    return {key: tuple(index[name] for name in leds) for key, leds in names.items()}
+
+
+LEDS: Final = _places()
 Scalar = float | int | bool | str | None
 Map = dict[str, Scalar | list[Scalar]]
 MAX_MESSAGE: Final = 4096

@@ -309,7 +309,10 @@ class LolaServer:
 
     def _update(self, maps: list[Map], frame: SensorFrame, robot: RobotListener) -> None:
         if self._client is not None:
+            before = tuple(self._client.leds)
             self._client.update(maps, frame)
+            if (leds := tuple(self._client.leds)) != before:
+                self._link.publish_leds(leds)
             robot.lease_wanted = self._client.setpoints is not None
 
     def _command(self, answered: int) -> bool:

@@ -20,6 +20,7 @@ from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
 from bridge.link.client import WalkClient
 from bridge.messages import Info, SensorFrame
+from bridge.messages.frames import N_LEDS
 from bridge.realtime import quiet_process
 from bridge.types import Vec3
 
@@ -67,6 +68,8 @@ class NaoqiServer:
         self._lock = threading.RLock()
         self._commanding = False
         """Whether actuator frames are sent: this side has the joints, not the walker."""
+        self._leds = (0,) * N_LEDS
+        """Sent last."""
         self._services: Services | None = None
         self._call_server: QiServer | None = None
 
@@ -116,10 +119,14 @@ class NaoqiServer:
         if info.mode == "real-time":
             quiet_process(priority)
         self._send(services)
-        logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
-        handover.warm()
+        warmed, told = handover.warm(), False
         try:
-            self._cycle(services, receive)
+            while not self._stop() and self._cycle(services, receive):
+                if warmed.done() and not told:  # the first move of a program finds a walker
+                    told = True
+                    if self._call_server is None:
+                        self._call_server = QiServer(self._url, services.names(), self._call)
+                    logger.info("robot `%s` (%s) is served at %s", info.robot, info.body, self._url)
         finally:
             handover.close()
             if eyes is not None:
@@ -133,31 +140,31 @@ class NaoqiServer:
             return None
         return DrawnEyes([*self._cameras, info.robot, self._link.endpoint, info.body])
 
-    def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> None:
-        """Answer frames until stopped, or until the robot leaves or restarts."""
-        while not self._stop():
-            try:
-                frame = receive(_SILENCE)
-            except FrameError as error:
-                logger.warning("%s", error)
-                continue
-            if not self._link.robot_alive:
-                logger.warning("the robot is gone; waiting for it to come back")
-                return
-            self._read_notices()
-            if frame is None:
-                self._keep_lease()
-            elif frame.seq > services.joints.frame.seq:
-                with self._lock:
-                    services.cycle(frame)
-                    if not self._commanding:
-                        services.hold()  # the walker moves them: what was sent is where they are
-                self._send(services)
-            elif frame.seq < services.joints.frame.seq:
-                logger.warning("the robot restarted")
-                return
-            else:
-                self._send(services)  # the robot asks again: the answer was lost
+    def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
+        """Answer a frame; False when the robot left or restarted."""
+        try:
+            frame = receive(_SILENCE)
+        except FrameError as error:
+            logger.warning("%s", error)
+            return True
+        if not self._link.robot_alive:
+            logger.warning("the robot is gone; waiting for it to come back")
+            return False
+        self._read_notices()
+        if frame is None:
+            self._keep_lease()
+        elif frame.seq > services.joints.frame.seq:
+            with self._lock:
+                services.cycle(frame)
+                if not self._commanding:
+                    services.hold()  # the walker moves them: what was sent is where they are
+            self._send(services)
+        elif frame.seq < services.joints.frame.seq:
+            logger.warning("the robot restarted")
+            return False
+        else:
+            self._send(services)  # the robot asks again: the answer was lost
+        return True
 
     def _first_frame(self, receive: Callable[[float], SensorFrame | None]) -> SensorFrame | None:
         while not self._stop() and self._link.robot_alive:
@@ -185,12 +192,14 @@ class NaoqiServer:
         with self._lock:
             self._services = services
             self._commanding = True
-        if self._call_server is None:
-            self._call_server = QiServer(self._url, services.names(), self._call)
         return services, handover
 
     def _send(self, services: Services) -> None:
         with self._lock:
+            leds = services.joints.dcm.leds or (0,) * N_LEDS
+            if leds != self._leds:
+                self._leds = leds
+                self._link.publish_leds(leds)
             if self._commanding:
                 self._link.send(services.joints.answer())
             elif services.handover.has_robot:

@@ -23,11 +23,14 @@ from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask
 from bridge.link.session import subscribe, try_client
 from bridge.messages import Info, Notice, SensorFrame, WalkTelemetry, decode, encode
+from bridge.realtime import quiet_process
 
 logger = logging.getLogger(__name__)
 
 _RETRY: Final = 0.05
 """s between two looks for a robot that is not there."""
+_PRIORITY: Final = 30
+"""SCHED_FIFO priority to ask for: below the robot and its controller."""
 _SILENCE: Final = 0.5
 """s without a frame after which the loop looks whether it is to end."""
 _QUEUE: Final = 64
@@ -109,6 +112,8 @@ class RosBridge:
         pictures = threading.Thread(target=self._send_pictures, args=(messages, info), name="pictures")
         pictures.start()
         logger.info("robot `%s` (%s) is on ROS 2", info.robot, info.body)
+        if info.mode == "real-time":
+            quiet_process(_PRIORITY)
         try:
             self._cycle(session, messages)
         finally:

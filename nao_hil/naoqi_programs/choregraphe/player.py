@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import os
 import re
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
-import qi
-
-from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Diagram, read_behaviour
-from nao_hil.naoqi_programs.choregraphe.scripts import generated_class, script_globals
+from nao_hil.naoqi_programs.choregraphe.project import PARENT, Box, Diagram
+from nao_hil.naoqi_programs.choregraphe.scripts import generated_class
 from nao_hil.naoqi_programs.choregraphe.timeline import Timeline
-from nao_hil.naoqi_programs.runner import load_modules
 from nao_hil.naoqi_programs.source import compiled
 
 MAX_THREADS: Final = 200
@@ -51,6 +44,8 @@ class Player:
     ) -> None:
         self.services, self._names, self.session, self.folder = services, names, session, folder
         self._register = register
+        self.number = names["ALFrameManager"].add(folder)
+        """The behaviour's, `behaviorId` in its scripts."""
         self.could_not: list[str] = []
         """Omitted steps, one sentence each."""
         self.ended = threading.Event()
@@ -107,6 +102,22 @@ class Player:
             work()
         finally:
             self._release()
+
+    def beside(self, folder: Path) -> Player:
+        """A player of another behaviour of the project, which notes its omitted steps here."""
+        other = Player(self.services, self._names, self.session, folder, self._register)
+        other.could_not = self.could_not
+        return other
+
+    def play_to_end(self, box: Box, idle: float) -> None:
+        """Play, until the box is left or nothing has run for a time, s; boxes that wait are noted."""
+        self.play(box)
+        while not self.ended.wait(0.1) and self.idle < idle:
+            pass
+        if not self.ended.is_set():
+            for sentence in self.waiting():
+                self.cannot(f"{sentence}, which did not come within {idle:g} s")
+        self.close()
 
     def play(self, box: Box) -> None:
         """Begin with the outermost box; returns at once."""
@@ -310,28 +321,3 @@ class RunningBox:
 
                 self._inner[number, target] = RunningBox(self.player, diagram.boxes[target], left, self)
             return self._inner[number, target]
-
-
-def play(file: Path, report: Path, idle: float) -> None:
-    """Play one behaviour to its end, and list omitted steps."""
-    session = qi.Session()
-    session.connect(os.environ["NAO_HIL_NAOQI"])
-    folder = file.resolve().parent
-    sys.path[0:0] = [str(folder), str(folder.parent)]
-    load_modules(old=True)
-    names = script_globals(folder)
-    player = Player(session.service, names, session, folder, import_module("naoqi").register)
-    run_later = qi.runAsync
-    qi.runAsync = lambda *arguments, **options: player.hold(run_later(*arguments, **options))
-    player.play(read_behaviour(file))
-    while not player.ended.wait(0.1) and player.idle < idle:
-        pass
-    if not player.ended.is_set():
-        for sentence in player.waiting():
-            player.cannot(f"{sentence}, which did not come within {idle:g} s")
-    player.close()
-    report.write_text(json.dumps(player.could_not))
-
-
-if __name__ == "__main__":
-    play(Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))

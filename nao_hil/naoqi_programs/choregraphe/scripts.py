@@ -37,40 +37,60 @@ class ScriptedBox(Protocol):
         """The value of a parameter."""
 
 
-def script_globals(folder: Path) -> dict[str, Any]:
+def script_globals(own: dict[str, Any]) -> dict[str, Any]:
     """Names that every script of a project finds.
 
     Args:
-        folder: of the behaviour, where its resources are.
+        own: services that the player has in the robot's place, by name.
     """
     vendor: Any = import_module("naoqi")  # of `nao_hil.naoqi_programs.modules`, where the runner finds it
-    frames, real = FrameManager(folder), vendor.ALProxy
+    real = vendor.ALProxy
 
     def proxy(kind: Any, name: str, *_: Any) -> Any:
-        """A proxy; that of ALFrameManager is the player's own."""
-        return frames if name == "ALFrameManager" else real.__new__(kind)
+        """A proxy, or the player's own service."""
+        return own[name] if name in own else real.__new__(kind)
 
     vendor.ALProxy = type("ALProxy", (real,), {"__new__": proxy})
     names = {name: getattr(vendor, name) for name in ("ALBehavior", "ALBroker", "ALModule", "ALProxy")}
     for name in _GLOBAL_PROXIES:
         with contextlib.suppress(RuntimeError):  # a service that this robot does not have
             names[name] = vendor.ALProxy(name)
-    return names | {"ALFrameManager": frames, "qi": qi, "time": time, "os": os}
+    return names | {"ALFrameManager": own["ALFrameManager"], "qi": qi, "time": time, "os": os}
+
+
+class OwnSession:
+    """A session with the player's own services.
+
+    Args:
+        session: qi's.
+        own: services that the player has in the robot's place, by name.
+    """
+
+    def __init__(self, session: Any, own: dict[str, Any]) -> None:
+        self._session, self._own = session, own
+
+    def service(self, name: str) -> Any:
+        """A service of the player or of the robot."""
+        return self._own[name] if name in self._own else self._session.service(name)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._session, name)
 
 
 class FrameManager:
-    """`ALFrameManager` of the behaviour that is played.
+    """`ALFrameManager` of the behaviours that are played."""
 
-    Args:
-        folder: of the behaviour.
-    """
+    def __init__(self) -> None:
+        self._folders: list[Path] = []
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def add(self, folder: Path) -> int:
+        """Number of one more behaviour by its folder."""
+        self._folders.append(folder.resolve())
+        return len(self._folders) - 1
 
-    def getBehaviorPath(self, _: Any = None) -> str:
+    def getBehaviorPath(self, number: int = 0) -> str:
         """Folder of a behaviour, with a slash at its end."""
-        return f"{self._folder.resolve()}/"
+        return f"{self._folders[number]}/"
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -98,7 +118,7 @@ def generated_class(running: ScriptedBox) -> type:
         "getName": lambda _: running.module_name,
         "BIND_PYTHON": lambda *_: None,
         "boxName": box.name,
-        "behaviorId": 0,
+        "behaviorId": player.number,
         "resource": False,
         "behaviorAbsolutePath": lambda _: str(player.folder.resolve()),
         "packageUid": lambda _: player.folder.name,

@@ -63,10 +63,10 @@ class Timeline:
                 self._changed.notify_all()
                 return
             self._plays, self._stopped, self._order = True, False, None
-        plays = True
+        plays, again = True, False
         while plays or not self._stopped:
             began = time.monotonic()
-            ended = self._play_piece(frame, began) if plays else self._rest()
+            ended = self._play_piece(frame, began, again) if plays else self._rest()
             if self._stopped or self._running.player.ended.is_set():
                 break
             if ended:
@@ -77,6 +77,7 @@ class Timeline:
             with self._changed:
                 wanted, plays = self._order or (None, True)
                 self._order = None
+            again = wanted is not None
             frame = here if wanted is None else wanted
         self._plays = False
         self._end_motion()
@@ -89,8 +90,14 @@ class Timeline:
                 self._changed.wait(0.1)
         return False
 
-    def _play_piece(self, frame: float, began: float) -> bool:
-        """Play from a frame until the end (True) or an order."""
+    def _play_piece(self, frame: float, began: float, again: bool) -> bool:
+        """Play from a frame until the end (True) or an order.
+
+        Args:
+            frame: where it begins.
+            began: monotonic clock, s.
+            again: whether a script went to the frame, so that a diagram there begins, too.
+        """
         box, running = self._box, self._running
         moving = [curve for curve in (_behind(curve, frame) for curve in box.curves) if curve.frames]
         done = threading.Event()
@@ -99,7 +106,7 @@ class Timeline:
         else:
             done.set()
         for number, diagram in sorted(enumerate(box.diagrams), key=lambda item: item[1].frame):
-            if diagram.frame > max(1.0, frame):
+            if diagram.frame > max(1.0, frame) or (again and diagram.frame == frame):
                 if self._wait_until(began + (diagram.frame - frame) / box.fps):
                     return False
                 running.follow(number, diagram, PARENT, "onStart", None)

@@ -115,6 +115,7 @@ class Run {
       heading: this.get(i, "heading")[0],
       points: between("points"),
       loads: between("loads"),
+      lights: this.get(i, "lights"),
       support: { tips: this.get(i, "tips")[0] > 0.5, corners: triples(this.get(i, "support")) },
       footprints: this.prints.filter((print) => print.when <= t + 1e-3).slice(-PRINTS),
       step,

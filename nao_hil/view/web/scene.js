@@ -290,6 +290,7 @@ class Scene {
       this.place(actor);
       this.solids(actor.run.buffer, [-1, 0, 0, 1], 0);
     }
+    for (const actor of actors) this.lights(actor);
     this.objects();
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
@@ -445,6 +446,17 @@ class Scene {
       const at = moment.points.slice(3 * i, 3 * i + 3).map((x, k) => x + shift[k]), r = point.radius;
       if (!overlays[point.overlay] || at.some(Number.isNaN)) return;
       this.single(this.ball, at, [1, 0, 0, 0], point.name === "com" ? [r, r, r] : [r, r, 0.35 * r], [...point.colour.map((c) => c / 255), fade]);
+    });
+  }
+
+  // LEDs that shine, a lamp for each group.
+  lights(actor) {
+    if (!actor.moment.lights.some((c) => c > 5)) return;
+    this.place(actor);
+    actor.run.header.lamps.forEach(({ link, at: [x, y, z], radius }, i) => {
+      const rgb = actor.moment.lights.slice(3 * i, 3 * i + 3).map((c) => c / 255), m = this.frames.subarray(16 * link, 16 * link + 16);
+      if (!rgb.some((c) => c > 0.02)) return;
+      this.single(this.ball, [0, 1, 2].map((k) => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]), [1, 0, 0, 0], [radius, radius, radius], [...rgb, 1]);
     });
   }
 

@@ -41,8 +41,8 @@ class Navigation:
         self._walks = walks
 
     @offers("ALNavigation.move", kind="walk", partly="as ALMotion.move; no obstacle is seen", begins_walk=True)
-    def _move(self, *arguments: Any) -> Any:
-        return self._walks["move"](*arguments)
+    def _move(self, x: Any, y: Any, theta: Any, *config: Any) -> Any:
+        return self._walks["move"](x, y, theta, *config)
 
     @offers(
         "ALNavigation.moveTo", kind="walk", partly="as ALMotion.moveTo; no obstacle is seen", begins_walk=True
@@ -56,8 +56,8 @@ class Navigation:
         partly="as ALMotion.moveToward; no obstacle is seen",
         begins_walk=True,
     )
-    def _move_toward(self, *arguments: Any) -> Any:
-        return self._walks["moveToward"](*arguments)
+    def _move_toward(self, x: Any, y: Any, theta: Any, *config: Any) -> Any:
+        return self._walks["moveToward"](x, y, theta, *config)
 
     @offers(
         "ALNavigation.navigateTo",

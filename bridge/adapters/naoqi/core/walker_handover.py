@@ -90,8 +90,8 @@ class WalkerHandover:
         self._status: WalkStatus | None = None
         self._origin: Vec3 = (0.0, 0.0, 0.0)
         """Where the present walker's plan begins."""
-        self._holds = self._warming = False
-        """Whether the walker has the robot, or is about to; and whether one was started."""
+        self._holds = False
+        """Whether the walker has the robot, or is about to."""
         self._accepted = 0
         """Frame at which a walk was accepted that has not begun; 0: none."""
         self._stopping = False
@@ -307,11 +307,15 @@ class WalkerHandover:
         self._end_walker()
         self._finish(robot_gone())
 
-    def warm(self) -> None:
-        """Start a walker that stands by, so that the first walk begins at once; returns at once."""
-        if self._walker is None and not self._warming:
-            self._warming = True
-            self._submit(self._start_walker)
+    def warm(self) -> Future[Any]:
+        """Start a walker that stands by, so that the first walk begins at once; done when it does or cannot."""
+
+        def job() -> None:
+            """Start it and wait for its first answer."""
+            self._start_walker()
+            self._await_walker()
+
+        return self._submit(job)
 
     def _start_walker(self) -> None:
         """A walker's process, which may still be starting."""

@@ -231,7 +231,10 @@ _KINDS: Final[dict[str, ThingKind]] = {
     "Face": "face",
     "LandMark": "landmark",
     "LandMarks": "landmark",
+    "People": "face",
 }
+_HEAD: Final = 0.15
+"""m; diameter of the face of a person who is followed (assumed)."""
 MODES: Final = ("Head", "WholeBody", "Move")
 EFFECTORS: Final = {"None": (), "LArm": ("LArm",), "RArm": ("RArm",), "Arms": ("LArm", "RArm")}
 
@@ -313,7 +316,7 @@ class Tracker:
         angles = pointing_angles(point, effector, self._joints.body.lengths)
         return self._motion.interpolation_with_speed(list(angles), list(angles.values()), share)
 
-    @offers("ALTracker.registerTarget", partly="RedBall, Face and LandMark can be followed")
+    @offers("ALTracker.registerTarget", partly="of People the faces are followed; Sound is never heard")
     def _register(self, name: Target, parameters: Any = None) -> None:
         self._targets[name] = _target(name, parameters)
 
@@ -351,10 +354,8 @@ class Tracker:
         for name in names if isinstance(names, list) else [names]:
             self._targets.pop(text(name, "ALTracker: target"), None)
 
-    @offers("ALTracker.setMode", partly="Head and Move; in Move the head rests while the robot walks")
+    @offers("ALTracker.setMode", partly="WholeBody is as Head; in Move the head rests while the robot walks")
     def _set_mode(self, mode: Annotated[str, OneOf("mode", MODES)]) -> None:
-        if mode == "WholeBody":
-            raise NaoqiRefused("ALTracker.setMode: WholeBody is not offered; Head and Move are.")
         self._mode, self._following.walks = mode, mode == "Move"
 
     @offers(
@@ -376,6 +377,10 @@ class Tracker:
     @offers("ALTracker.setMaximumDistanceDetection", partly=KEPT)
     def _set_distance(self, distance: Annotated[float, Range(0.0, 1e3)]) -> None:
         self._distance = distance
+
+    @offers("ALTracker.toggleSearch", partly="without effect: nothing searches")
+    def _search(self, on: bool) -> None:
+        """Without effect."""
 
     @offers("ALTracker.getTargetPosition")
     def _get_target_position(self, space: Any = 0) -> Any:
@@ -438,12 +443,11 @@ class OldTracker:
 
 def _target(name: str, parameters: Any) -> FollowedTarget:
     """A target by its name and the parameter of `registerTarget`: a diameter, or that and numbers of marks."""
-    if name not in _KINDS:
-        raise NaoqiRefused(f"ALTracker.registerTarget: {name} cannot be perceived; {', '.join(_KINDS)} can.")
-    kind = _KINDS[name]
+    if name in ("People", "Sound"):  # these are registered without a size
+        return FollowedTarget(name, _KINDS.get(name), _HEAD)
     size, marks = parameters, []
     if isinstance(parameters, list) and parameters:
         size = parameters[0]
         marks = parameters[1] if len(parameters) > 1 and isinstance(parameters[1], list) else []
     diameter = number(size, f"ALTracker.registerTarget: size of {name}", 0.001, 10.0)
-    return FollowedTarget(name, kind, diameter, tuple(str(mark) for mark in marks))
+    return FollowedTarget(name, _KINDS[name], diameter, tuple(str(mark) for mark in marks))

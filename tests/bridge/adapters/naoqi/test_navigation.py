@@ -67,6 +67,12 @@ def test_such_a_walk_has_the_conditions_of_any(robot: Robot, call: str, argument
         robot.call(*call.split("."), *arguments)
 
 
+@pytest.mark.parametrize("call", ["move", "moveToward"])
+def test_a_walk_without_all_three_numbers_is_refused_in_a_sentence(robot: Robot, call: str) -> None:
+    with pytest.raises(NaoqiRefused, match=rf"ALNavigation\.{call}\b"):
+        robot.call("ALNavigation", call, 0.1, 0.0)
+
+
 def test_the_compass_turns_goes_ahead_and_turns(robot: Robot, walks: Walks) -> None:
     robot.call("ALVisualCompass", "moveTo", 0.0, 1.0, math.pi)
     robot.call("ALVisualCompass", "moveTo", 1.0, 0.0, 0.0)
