@@ -335,6 +335,7 @@ class Live {
         list.replaceChildren(...Object.entries(sizes).map(([name, size]) => el("div", { className: "field" }, `${name}, ${(1e-6 * size).toFixed(1)} MB`, el("span", {}, link(name, "mcap"), " · ", link(name, "html")))));
       };
       parts.push(el("h2", { textContent: "Save" }), el("p", { className: "faint", textContent: "Every recording of this run; a reset begins another one. The page plays in any browser." }), list, this.row(this.button("Look for recordings", look)));
+      this.look = look;
       look();
     }
     if (live.supervised) {

@@ -297,6 +297,7 @@ function controls(player) {
     player.tab = name;
     for (const tab of document.querySelectorAll(".tab")) tab.hidden = tab.dataset.name !== name;
     for (const button of document.querySelector("nav").children) button.setAttribute("aria-selected", button.textContent === name);
+    if (name === "Run") player.live?.look?.(); // the recordings have grown
   };
   player.tabs = () => {
     const names = [...document.querySelectorAll(".tab")].map((tab) => tab.dataset.name);
