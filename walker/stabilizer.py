@@ -2,7 +2,7 @@
 
 In order: the leg admittances move the planned feet up or down; inverse kinematics; the bend of the hips in a
 capture step back; joint compliance compensation; torso control turns the ankles of the stance leg, the ankle
-admittances those of the swing leg; joint ranges.
+admittances those of the swing leg; joint ranges; an arm as a counterweight.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from walker.mechanisms.capture_step import HipBend
 from walker.mechanisms.compliance import JointCompliance
 from walker.mechanisms.stance_ankle import StanceAnkle
 from walker.mechanisms.swing_foot import SwingFootCorrection, SwingFootOrientation
+from walker.mechanisms.tipping import ArmCounterweight
 from walker.mechanisms.torso_control import TorsoControl
 from walker.parameters import ControllerParameters
 
@@ -55,13 +56,15 @@ class Stabilizer:
         self._compliance = JointCompliance(parameters.compliance, body, cycle)
         self._compensates = on.joint_compliance
         self._ranges = {side: AnkleRange(body, side) for side in SIDES}
-        self._legs = self._ankles = self._orientation = None
+        self._legs = self._ankles = self._orientation = self._arm = None
         if on.leg_admittance:
             self._legs = LegAdmittances(parameters.leg, body.lengths.FootHeight)
         if on.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in SIDES}
         if on.swing_foot_orientation:
             self._orientation = SwingFootOrientation(parameters.swing_foot_orientation, parameters.landed_foot)
+        if on.arm_counterweight:
+            self._arm = ArmCounterweight(parameters.arm_counterweight, body)
         self._common_rate = parameters.ground.common_rate if on.common_ankle_tilt else 0.0
         self._ground_rate = parameters.ground.max_rate if on.ground_tilt else 0.0
         self._ground: Vec2 = (0.0, 0.0)
@@ -137,6 +140,8 @@ class Stabilizer:
             self._turn_ankle(side, angles, swing[side], (offsets.roll[i], torso[i]), support_state, frame, dt)
             for i, side in enumerate(SIDES)
         ]
+        if self._arm is not None:
+            self._arm.update(angles, plan, support_state.support, feedback.tipping, dt)
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
         if self._compensates:
             self._compliance.sent(angles)

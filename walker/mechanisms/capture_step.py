@@ -11,8 +11,9 @@
    both hips bend by one angle, the torso turns ahead by it, and the legs stay as they are: the stop is as much
    farther away. The bend must begin with the step. It goes back where the capture point shows within the first
    cycles that the push is weak or goes to a side.
-4. Landing. The swing foot is level as it lands, the other one comes after it (`walker.mechanisms.swing_foot`).
-5. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
+4. Arms. In a step back both swing up (`walker.mechanisms.tipping.ArmCounterweight`).
+5. Landing. The swing foot is level as it lands, the other one comes after it (`walker.mechanisms.swing_foot`).
+6. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
    Reads joint angles, lean, gyroscope, contacts. Gives the turn of the landed sole, and the damping of both
    soles. The foot that stayed hangs in the air for up to half a second, since the torso leans towards the
    landed foot. Meanwhile the robot is an inverted pendulum on one sole. An ankle that keeps its angle pushes
