@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from types import TracebackType
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, ClassVar, Final, Literal, TypeVar
 
 from bridge.errors import FrameError, LinkError, NaoHilError, RobotSilent, WalkRefused
 from bridge.link import keys
@@ -27,20 +27,27 @@ class Client:
     Args:
         robot: id of the robot.
         connect: Zenoh endpoint of the robot.
-        connect_timeout: s to wait for somebody to listen there.
-        role: whose certificate an encrypted link is opened with.
+        connect_timeout: s to wait for somebody to listen there; None: `CONNECT_TIMEOUT`.
 
     Raises:
         ConfigurationError: bad id, endpoint or time.
         RobotSilent: nobody listens there.
     """
 
+    ROLE: ClassVar[Literal["controller", "world"]] = "controller"
+    """Whose certificate an encrypted link is opened with."""
+    CONNECT_TIMEOUT: ClassVar[float] = 10.0
+
     def __init__(
-        self, robot: str, connect: str, connect_timeout: float, role: Literal["controller", "world"]
+        self,
+        robot: str = keys.DEFAULT_ROBOT,
+        connect: str = keys.DEFAULT_ENDPOINT,
+        connect_timeout: float | None = None,
     ) -> None:
         self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
-        require_seconds("connect_timeout", connect_timeout)
-        self._session = open_client(connect, connect_timeout, role)
+        timeout = self.CONNECT_TIMEOUT if connect_timeout is None else connect_timeout
+        require_seconds("connect_timeout", timeout)
+        self._session = open_client(connect, timeout, self.ROLE)
 
     def _ask(self, suffix: str, payload: bytes, timeout: float, refused: type[NaoHilError]) -> bytes | None:
         """As `ask`, of a key below the robot's."""
@@ -70,25 +77,9 @@ _RETRY: Final = 0.05
 
 
 class GuardClient(Client):
-    """Asks the guard of one robot; close it, or use it as a context manager.
+    """Asks the guard of one robot; close it, or use it as a context manager."""
 
-    Args:
-        robot: id of the robot.
-        connect: Zenoh endpoint of the robot.
-        connect_timeout: s to wait for somebody to listen there.
-
-    Raises:
-        ConfigurationError: bad id or endpoint.
-        RobotSilent: nobody listens there.
-    """
-
-    def __init__(
-        self,
-        robot: str = keys.DEFAULT_ROBOT,
-        connect: str = keys.DEFAULT_ENDPOINT,
-        connect_timeout: float = 3.0,
-    ) -> None:
-        super().__init__(robot, connect, connect_timeout, "controller")
+    CONNECT_TIMEOUT = 3.0
 
     def status(self) -> GuardStatus:
         """State of the guard.
@@ -134,24 +125,7 @@ class WalkClient(Client):
     Example:
         with nao_hil.WalkClient() as walker:
             print(walker.walk((0.015, 0.0, 0.0), distance=0.1).text)
-
-    Args:
-        robot: id of the robot.
-        connect: Zenoh endpoint of the robot.
-        connect_timeout: s to wait for somebody to listen there.
-
-    Raises:
-        ConfigurationError: bad id or endpoint.
-        RobotSilent: nobody listens there.
     """
-
-    def __init__(
-        self,
-        robot: str = keys.DEFAULT_ROBOT,
-        connect: str = keys.DEFAULT_ENDPOINT,
-        connect_timeout: float = 10.0,
-    ) -> None:
-        super().__init__(robot, connect, connect_timeout, "controller")
 
     def walk(
         self,
@@ -237,10 +211,6 @@ class WalkClient(Client):
         )
 
 
-_CONNECT_TIMEOUT: Final = 10.0
-"""s to wait for somebody to listen there."""
-
-
 class WorldClient(Client):
     """Commands the world of one emulated robot; close it, or use it as a context manager.
 
@@ -248,14 +218,9 @@ class WorldClient(Client):
         from bridge.messages.world import Push
         with nao_hil.WorldClient() as world:
             print(world.send(Push(impulse=(0.0, 1.5, 0.0), duration=0.1)).text)
-
-    Args:
-        robot: Id of the robot.
-        connect: Zenoh endpoint of the robot.
     """
 
-    def __init__(self, robot: str = keys.DEFAULT_ROBOT, connect: str = keys.DEFAULT_ENDPOINT) -> None:
-        super().__init__(robot, connect, _CONNECT_TIMEOUT, "world")
+    ROLE = "world"
 
     def send(self, command: WorldCommand, timeout: float = 5.0) -> WorldReply:
         """Carry out a command, and say how the world is then.

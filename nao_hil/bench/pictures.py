@@ -141,6 +141,7 @@ def _states(_session: Any, motion: Any, memory: Any) -> Callable[[], int]:
     joints = [joint for joint in motion.getBodyNames("Body") if not joint.endswith("Hand")]
 
     def read() -> int:
+        """One cycle of a driver; 1, for the count of readings."""
         torso = motion.getPosition("Torso", 1, True, _async=True)
         motion.getAngles("Body", True)
         torso.value()

@@ -211,6 +211,7 @@ class Setting:
         service = self.service or owner.service
 
         def put(*arguments: Any) -> Any:
+            """Keep the last argument; the ones before it name the part."""
             if (
                 self.partly == KEPT
                 and arguments[-1] not in (False, None)
