@@ -51,6 +51,8 @@ class OutageWalk(msgspec.Struct, frozen=True, kw_only=True):
     """In the end all steps were made and the robot stands."""
     fell: bool
     """At any time."""
+    walker: str
+    """The walker's last words; empty: it ended as it was told."""
     notices: list[str]
     """Codes of the notices in order, without the routine ones."""
     recordings: list[int]
@@ -195,6 +197,7 @@ def _walk(context: Context, task: OutageTask, folder: Path) -> OutageWalk:
         moment=moment,
         walked=end.done,
         fell=end.fell,
+        walker=end.walker,
         notices=[code for _, codes in heard for code in codes],
         recordings=[count for count, _ in heard],
         seconds=seconds,

@@ -40,6 +40,8 @@ class NetworkWalk(msgspec.Struct, frozen=True, kw_only=True):
     cycles: int
     missed: int
     """Cycles whose answer came late or not at all."""
+    walker: str
+    """The walker's last words; empty: it ended as it was told."""
 
     @property
     def success(self) -> bool:
@@ -123,6 +125,7 @@ class Pair:
             torso_max=float(robot.result["torso_max"]),
             cycles=int(robot.result["cycles"]),
             missed=int(robot.result["cycles_missed"]),
+            walker=walker.error if walker.code else "",
         )
 
     def __enter__(self) -> Pair:

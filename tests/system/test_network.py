@@ -66,7 +66,7 @@ def test_a_dynamic_walk_with_an_outage_stays_upright_and_is_walked_to_its_end(
     monkeypatch.setattr(outages, "STEPS", {"dynamic": 24})
     monkeypatch.setattr(outages, "EVENTS", ("outage of 2 s",))
     (walk,) = outages.experiment(context).figures["walks"]
-    assert walk.walked and not walk.fell
+    assert walk.walked and not walk.fell and not walk.walker
     assert "guard-hold" in walk.notices and "guard-crouch" in walk.notices
     assert all(count > 1000 for count in walk.recordings)
     log = (context.out / "walks/dynamic-outage-of-2-s-3/walker/walker.log").read_text()
