@@ -146,7 +146,7 @@ class Estimator:
         self._landed = LandedFootEstimator(parameters.capture, base)
         self._heading_error = HeadingError(parameters.deviation.latency, cycle) if on.heading_hold else None
         self._velocity_hold = VelocityHold(parameters.velocity_hold) if on.velocity_hold else None
-        self._tipping = TippingDetector(parameters.tipping, hold=on.step_hold, counterweight=on.counterweight)
+        self._tipping = TippingDetector(parameters.tipping) if on.step_hold else None
         self._lean = Lean(parameters.lean)
         self._planned: float | None = None
         """Heading of the plan in the last cycle, rad."""
@@ -196,7 +196,8 @@ class Estimator:
             feedback = feedback._replace(heading=self._heading_error.update(here.yaw, plan))
         if self._velocity_hold is not None:
             feedback = feedback._replace(velocity=self._velocity_hold.update(here, plan, dt))
-        feedback = self._tipping.update(feedback, plan, dt)
+        if self._tipping is not None:
+            feedback = self._tipping.update(feedback, plan, dt)
         return Estimate(
             contacts,
             zmp,

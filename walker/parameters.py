@@ -19,11 +19,10 @@ from walker.estimation.contact import TouchDownParameters
 from walker.estimator import EstimatorParameters
 from walker.gaits.catalogue import gait_file
 from walker.mechanisms.admittance import AnkleParameters, LegParameters
-from walker.mechanisms.capture_step import HipBendParameters, LandedFootParameters
+from walker.mechanisms.capture_step import BackwardStepParameters, LandedFootParameters
 from walker.mechanisms.compliance import JointComplianceParameters
 from walker.mechanisms.stance_ankle import DampingParameters, LeanFeedbackParameters
 from walker.mechanisms.swing_foot import SwingFootOrientationParameters
-from walker.mechanisms.tipping import ArmCounterweightParameters
 from walker.mechanisms.torso_control import TorsoDesigns, TorsoLimits
 from walker.switches import Switches
 
@@ -41,28 +40,25 @@ _TABLE: Final = (
     (60.0, "s", "torso_design.robust.controller.reset_time"),
     (600.0, "s", "compliance.adaptation_time"),
     (0.5, "m", "deviation.max_innovation deviation.max_placement deviation.max_placement_change"),
-    (0.5, "m", "tipping.hold_deviation tipping.counterweight_deviation arm_counterweight.deviation"),
+    (0.5, "m", "tipping.hold_deviation"),
     (0.5, "m", "leg.k_a leg.k_b"),
     (0.5, "m", "foresight.ahead foresight.behind foresight.capture_ahead foresight.capture_behind"),
     (0.5, "m", "foresight.outside_stance foresight.outside_swing leg.target_depth leg.max_ankle_z"),
-    (0.5, "m", "hip_bend.min_behind hip_bend.max_beside landed_foot.max_offset touch_down.search_depth"),
+    (0.5, "m", "backward_step.hip_behind backward_step.arm_behind backward_step.max_beside"),
+    (0.5, "m", "landed_foot.max_offset touch_down.search_depth"),
     (2.0, "m/s", "leg.max_rate touch_down.search_rate velocity_hold.max_correction"),
-    (5.0, "m/s", "tipping.counterweight_rate foresight.push"),
+    (5.0, "m/s", "foresight.push"),
     (0.2, "rad", "compliance.half_backlash"),
     (math.pi, "rad", "ground.max_tilt fall.angle fall.capture_angle torso_limits.offset damping.max_offset"),
-    (math.pi, "rad", "swing_foot_orientation.max_angle swing_foot_orientation.level_angle hip_bend.angle"),
-    (math.pi, "rad", "arm_counterweight.max_angle landed_foot.max_damping"),
-    (2.0 * math.pi, "rad", "arm_counterweight.backward_angle"),
-    (
-        20.0,
-        "rad/s",
-        "ground.common_rate ground.max_rate torso_limits.rate damping.max_rate",
-    ),
+    (math.pi, "rad", "swing_foot_orientation.max_angle swing_foot_orientation.level_angle"),
+    (math.pi, "rad", "landed_foot.max_damping backward_step.hip_angle"),
+    (2.0 * math.pi, "rad", "backward_step.arm_angle"),
+    (20.0, "rad/s", "ground.common_rate ground.max_rate torso_limits.rate damping.max_rate"),
     (20.0, "rad/s", "ankle.max_rate swing_foot_orientation.max_rate swing_foot_orientation.return_rate"),
-    (20.0, "rad/s", "swing_foot_orientation.capture_roll_return_rate hip_bend.rate hip_bend.return_rate"),
-    (20.0, "rad/s", "swing_foot_orientation.standing_roll_return_rate arm_counterweight.max_rate"),
-    (20.0, "rad/s", "swing_foot_orientation.capture_pitch_return_rate arm_counterweight.backward_rate"),
-    (20.0, "rad/s", "arm_counterweight.return_rate torso_limits.bleed_rate"),
+    (20.0, "rad/s", "swing_foot_orientation.capture_roll_return_rate torso_limits.bleed_rate"),
+    (20.0, "rad/s", "swing_foot_orientation.standing_roll_return_rate backward_step.hip_rate"),
+    (20.0, "rad/s", "swing_foot_orientation.capture_pitch_return_rate backward_step.hip_return_rate"),
+    (20.0, "rad/s", "backward_step.arm_rate backward_step.arm_return_rate"),
     (20.0, "N", "ankle.force_tolerance"),
     (200.0, "N", "contact.on contact.off ground.min_force leg.k_c leg.k_d leg.force_tolerance"),
     (2000.0, "N s/m", "leg.D"),
@@ -71,17 +67,12 @@ _TABLE: Final = (
     (20.0, "N m/rad", "ankle.K_roll ankle.K_pitch"),
     (0.5, "rad/(N m)", "compliance.coefficient"),
     (10.0, "N m", "compliance.backlash_torque"),
-    (300.0, "rad/m", "arm_counterweight.gain"),
     (50.0, "rad/m", "landed_foot.turn"),
     (50.0, "1/s", "attitude.proportional"),
     (5.0, "1/s^2", "attitude.integral"),
     (100.0, "1/s", "torso_design.thesis.controller.integral_gain"),
     (100.0, "1/s", "torso_design.robust.controller.integral_gain"),
-    (
-        1.0,
-        "",
-        "velocity_hold.gain tipping.along hip_bend.decision ankle.relative_force_tolerance",
-    ),
+    (1.0, "", "velocity_hold.gain backward_step.decision ankle.relative_force_tolerance"),
     (1.0, "", "lean_feedback.roll lean_feedback.pitch lean_feedback.pattern_gain deviation.velocity_gain"),
     (1.0, "", "deviation.position_gain deviation.mean_gain deviation.first_mean_gain deviation.placement_gain"),
     (
@@ -93,7 +84,7 @@ _TABLE: Final = (
     (1.0, "", "torso_design.robust.specification.spread leg.start ankle.start"),
     (10.0, "", "landed_foot.gain torso_design.robust.specification.noise_gain"),
     (20.0, "", "compliance.max_ratio torso_design.robust.specification.gain_margin"),
-    (50.0, "", "tipping.counterweight_gain torso_design.thesis.specification.notch_factor"),
+    (50.0, "", "torso_design.thesis.specification.notch_factor"),
 )
 BOUNDS: Final = {name: (bound, unit) for bound, unit, names in _TABLE for name in names.split()}
 """Largest absolute value, and its unit, of each parameter by its path."""
@@ -145,9 +136,8 @@ class ControllerParameters(EstimatorParameters, frozen=True, kw_only=True, forbi
     leg: LegParameters = LegParameters()
     ankle: AnkleParameters = AnkleParameters()
     swing_foot_orientation: SwingFootOrientationParameters = SwingFootOrientationParameters()
-    hip_bend: HipBendParameters = HipBendParameters()
+    backward_step: BackwardStepParameters = BackwardStepParameters()
     landed_foot: LandedFootParameters = LandedFootParameters()
-    arm_counterweight: ArmCounterweightParameters = ArmCounterweightParameters()
     touch_down: TouchDownParameters = TouchDownParameters()
     max_gap: Positive = 0.1
     """Time without an answer that reached the robot, beyond the usual delay, after which the walk goes

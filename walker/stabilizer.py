@@ -2,7 +2,7 @@
 
 In order: the leg admittances move the planned feet up or down; inverse kinematics; the bend of the hips in a
 capture step back; joint compliance compensation; torso control turns the ankles of the stance leg, the ankle
-admittances those of the swing leg; joint ranges; an arm as a counterweight.
+admittances those of the swing leg; joint ranges.
 """
 
 from __future__ import annotations
@@ -20,14 +20,13 @@ from bridge.types import SIDES, Side, Vec2
 from walker.estimation.contact import SupportState
 from walker.estimation.ground import Corrections
 from walker.estimator import Estimate
-from walker.gaits.plan import Plan, SolePose
+from walker.gaits.plan import Foothold, Plan, SolePose
 from walker.gaits.pose import PoseMaker
 from walker.mechanisms.admittance import AnkleAdmittance, AnkleLimits, LegAdmittances
-from walker.mechanisms.capture_step import HipBend
+from walker.mechanisms.capture_step import BackwardStep
 from walker.mechanisms.compliance import JointCompliance
 from walker.mechanisms.stance_ankle import StanceAnkle
 from walker.mechanisms.swing_foot import SwingFootCorrection, SwingFootOrientation
-from walker.mechanisms.tipping import ArmCounterweight
 from walker.mechanisms.torso_control import TorsoControl
 from walker.parameters import ControllerParameters
 
@@ -51,20 +50,17 @@ class Stabilizer:
     def __init__(self, body: Body, parameters: ControllerParameters, pose: PoseMaker, cycle: float) -> None:
         self._pose = pose
         on = parameters.switches
-        self._hip_bend = HipBend(parameters.hip_bend, body)
-        self._hips = {INDEX[name]: body.joints[name].lower for name in ("LHipPitch", "RHipPitch")}
+        self._backward_step = BackwardStep(parameters.backward_step, body)
         self._compliance = JointCompliance(parameters.compliance, body, cycle)
         self._compensates = on.joint_compliance
         self._ranges = {side: AnkleRange(body, side) for side in SIDES}
-        self._legs = self._ankles = self._orientation = self._arm = None
+        self._legs = self._ankles = self._orientation = None
         if on.leg_admittance:
             self._legs = LegAdmittances(parameters.leg, body.lengths.FootHeight)
         if on.ankle_admittance:
             self._ankles = {side: AnkleAdmittance(parameters.ankle, body, side) for side in SIDES}
         if on.swing_foot_orientation:
             self._orientation = SwingFootOrientation(parameters.swing_foot_orientation, parameters.landed_foot)
-        if on.arm_counterweight:
-            self._arm = ArmCounterweight(parameters.arm_counterweight, body)
         self._common_rate = parameters.ground.common_rate if on.common_ankle_tilt else 0.0
         self._ground_rate = parameters.ground.max_rate if on.ground_tilt else 0.0
         self._ground: Vec2 = (0.0, 0.0)
@@ -104,8 +100,8 @@ class Stabilizer:
         """
         lean = estimate.angle if estimate.lean is None else estimate.lean
         feedback = estimate.feedback
-        bend = self._hip_bend.update(plan, feedback.capture_step, dt)
-        lean = lean[0], lean[1] - bend  # of the legs: the torso is bent ahead of them
+        self._backward_step.update(plan, feedback.capture_step, dt)
+        lean = lean[0], lean[1] - self._backward_step.bend  # of the legs: the torso is bent ahead of them
         swing = dict.fromkeys(SIDES, SwingFootCorrection())
         if self._orientation is not None:
             swing = self._orientation.update(
@@ -129,19 +125,23 @@ class Stabilizer:
         ground_alignment_active = self._align_to_ground(estimate, dt)
         common = self._release_common(dt)
         angles = self._solve(plan, lift)
-        if bend:
-            for slot, lower in self._hips.items():
-                angles[slot] = max(angles[slot] - bend, lower)
+        self._backward_step.add(angles)
         if self._compensates:
             if self._pose.by_pose:  # slow: the encoders lag by deflection, not by delay
                 self._compliance.adapt(frame.position, dt)
             self._compliance.compensate(angles, plan)
         turns = [
-            self._turn_ankle(side, angles, swing[side], (offsets.roll[i], torso[i]), support_state, frame, dt)
+            self._turn_ankle(
+                side,
+                angles,
+                in_foot_axes(plan, side, (swing[side].roll, swing[side].pitch)),
+                in_foot_axes(plan, side, (offsets.roll[i], torso[i])),
+                support_state,
+                frame,
+                dt,
+            )
             for i, side in enumerate(SIDES)
         ]
-        if self._arm is not None:
-            self._arm.update(angles, plan, support_state.support, feedback.tipping, dt)
         (left_roll, left_pitch), (right_roll, right_pitch) = turns
         if self._compensates:
             self._compliance.sent(angles)
@@ -204,7 +204,7 @@ class Stabilizer:
         self,
         side: Side,
         angles: list[float],
-        swing: SwingFootCorrection,
+        swing: Vec2,
         torso: Vec2,
         support_state: SupportState,
         frame: SensorFrame,
@@ -212,13 +212,22 @@ class Stabilizer:
     ) -> Vec2:
         """Add the corrections to one ankle's joints, in place.
 
+        Args:
+            side: of the ankle.
+            angles: of the joints, 25 slots, rad.
+            swing: turn of the swing foot, roll and pitch, rad.
+            torso: offsets by torso control and damping, likewise.
+            support_state: roles of the legs.
+            frame: newest sensor frame.
+            dt: time since the last cycle, s.
+
         Returns:
             What was added to roll and pitch, torso control left aside, rad.
         """
         pitch_slot, roll_slot = INDEX[f"{side}AnklePitch"], INDEX[f"{side}AnkleRoll"]
         ankle = self._ranges[side]
-        pitch = ankle.clip_pitch(angles[pitch_slot] + swing.pitch + torso[1])
-        roll = ankle.clip_roll(angles[roll_slot] + swing.roll + torso[0], pitch)
+        pitch = ankle.clip_pitch(angles[pitch_slot] + swing[1] + torso[1])
+        roll = ankle.clip_roll(angles[roll_slot] + swing[0] + torso[0], pitch)
         turn = (0.0, 0.0)
         if self._ankles is not None:
             # The ranges less what is planned: an offset of zero is always allowed, so that a plan which its
@@ -231,7 +240,12 @@ class Stabilizer:
             )
         angles[pitch_slot] = ankle.clip_pitch(pitch + turn[1])
         angles[roll_slot] = ankle.clip_roll(roll + turn[0], angles[pitch_slot])
-        return swing.roll + turn[0], swing.pitch + turn[1]
+        return swing[0] + turn[0], swing[1] + turn[1]
+
+
+def in_foot_axes(plan: Plan, side: Side, turn: Vec2) -> Vec2:
+    """A small turn about the torso's axes, which head along the mean of both soles, about those of a foot."""
+    return Foothold(yaw=plan.middle.yaw - plan.foot(side).yaw).point(*turn)
 
 
 def _common(left: float, right: float, bound: float) -> float:

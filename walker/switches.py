@@ -50,10 +50,6 @@ class Switches(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Footholds make up for the velocity by which the robot is off its command, in gaits that can."""
     step_hold: bool = False
     """A step ends later while the robot tips over the outer edge of its stance foot, in gaits that can."""
-    counterweight: bool = False
-    """The swing foot goes farther out then, in gaits that can."""
-    arm_counterweight: bool = False
-    """The arm on its side goes out then, with gaits whose plans have a pendulum."""
 
 
 StabilizerName = Literal["own", "thesis", "none"]

@@ -24,7 +24,7 @@ NONE: Final = "none"
 DEPENDENT: Final = (
     *("common_ankle_tilt", "attitude_correction", "gyroscope_lean"),
     *("foothold_feedback", "foot_placement", "capture_step", "heading_hold", "velocity_hold", "lean_feedback"),
-    *("step_hold", "counterweight", "arm_counterweight"),
+    "step_hold",
 )
 """Switches that alone do nothing here: they act on another mechanism's offsets or input, or on `Plan.pendulum`,
 which neither gait gives, or have no gains in these gaits."""

@@ -215,10 +215,6 @@ class Feedback(NamedTuple):
     """To add to the command so that the robot walks at the commanded one, forward and to the left, m/s."""
     extend_step: bool = False
     """The step under way is not to end: the robot stands on the outer edge of its stance foot."""
-    tipping: float = 0.0
-    """Deviation to the outside of the stance foot, less a part of that along it, m; 0 with both feet."""
-    counterweight: float = 0.0
-    """Way by which the swing foot goes farther to its side, m."""
     capture_step: CaptureStep | None = None
     """While the robot makes a capture step; when this cycle's command is carried out."""
     landed: LandedFoot | None = None

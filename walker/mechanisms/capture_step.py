@@ -5,15 +5,14 @@
    says where they should be. The row "capture step" of `walker.transitions` begins the step.
 2. Foothold. The gait puts the swing foot where the measured capture point needs it: `_begin_capture_step`
    (which foot), `_follow` and `_target` (where) in `walker/gaits/omni/gait.py`.
-3. Bend of the hips (`HipBend`). Reads plan and capture point. Gives the angle by which both hips bend in a step
-   back. A robot that tips over its heels leans back as a whole. Its HipPitch then comes to its stop (27.7
-   degrees, data sheet) while the foot that steps is still ahead of where the capture point asks for it. Where
-   both hips bend by one angle, the torso turns ahead by it, and the legs stay as they are: the stop is as much
-   farther away. The bend must begin with the step. It goes back where the capture point shows within the first
-   cycles that the push is weak or goes to a side.
-4. Arms. In a step back both swing up (`walker.mechanisms.tipping.ArmCounterweight`).
-5. Landing. The swing foot is level as it lands, the other one comes after it (`walker.mechanisms.swing_foot`).
-6. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
+3. Hips and arms in a step back (`BackwardStep`). Reads plan and capture point. Bends both hips by one angle and
+   swings both arms ahead and up. A robot that tips over its heels leans back as a whole. Its HipPitch then
+   comes to its stop (27.7 degrees, data sheet) while the foot that steps is still ahead of where the capture
+   point asks for it. Where both hips bend by one angle, the torso turns ahead by it, and the legs stay as they
+   are: the stop is as much farther away. Both must begin with the step. They go back where the capture point
+   shows within the first cycles that the push is weak, the hips also where it goes to a side.
+4. Landing. The swing foot is level as it lands, the other one comes after it (`walker.mechanisms.swing_foot`).
+5. Balance over the foot that landed, about the foot's long axis (`LandedFootEstimator`, `LandedFootBalance`).
    Reads joint angles, lean, gyroscope, contacts. Gives the turn of the landed sole, and the damping of both
    soles. The foot that stayed hangs in the air for up to half a second, since the torso leans towards the
    landed foot. Meanwhile the robot is an inverted pendulum on one sole. An ankle that keeps its angle pushes
@@ -34,6 +33,7 @@ import msgspec
 import numpy as np
 
 from bridge.body import Body
+from bridge.body.joints import INDEX
 from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import GRAVITY, total_mass
 from bridge.body.sole import sole_hull
@@ -129,63 +129,92 @@ class CaptureEstimator:
         return CaptureStep(base.point(c_x, c_y), base.point(x, y))
 
 
-class HipBendParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far, how fast and for which pushes the hips bend."""
+class BackwardStepParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How far, how fast and for which pushes hips and arms help a step back."""
 
-    angle: NotNegative = 0.35
-    """Of the torso against the legs, rad."""
-    rate: Positive = 4.0
+    hip_angle: NotNegative = 0.35
+    """Bend of the torso against the legs, rad."""
+    hip_rate: Positive = 4.0
     """Of the bend, rad/s: HipPitch turns at 7 rad/s at most (no-load speed)."""
-    return_rate: Positive = 2.0
+    hip_return_rate: Positive = 2.0
     """Of the way back, rad/s: as the leg that landed rights the torso."""
-    min_behind: NotNegative = 0.081
+    hip_behind: NotNegative = 0.081
     """Capture point behind the stance ankle beyond which the bend goes on, m."""
+    arm_angle: NotNegative = 3.4
+    """Swing of both arms, rad: from hanging beyond straight up."""
+    arm_rate: Positive = 8.8
+    """Of that, rad/s: over ShoulderPitch's no-load speed, 7.9 to 8.3 rad/s, so it goes as fast as it can."""
+    arm_return_rate: Positive = 1.0
+    """Of the way back, rad/s: a fast one throws the robot again."""
+    arm_behind: NotNegative = 0.072
+    """Capture point behind the stance ankle beyond which the arms swing on, m."""
     decision: NotNegative = 0.15
     """Fraction of the step at which the capture point must have been that far behind."""
     max_beside: NotNegative = 0.02
     """Capture point beside the middle between the feet beyond which the hips stay as they are, m."""
 
 
-class HipBend:
-    """Bends both hips in a capture step straight back.
+class BackwardStep:
+    """Bends both hips and swings both arms up in a capture step straight back.
 
     Args:
         parameters: how far and when.
         body: data sheet.
     """
 
-    def __init__(self, parameters: HipBendParameters, body: Body) -> None:
+    def __init__(self, parameters: BackwardStepParameters, body: Body) -> None:
         self._p = parameters
         self._half_width = body.lengths.HipOffsetY
-        self._angle = 0.0
+        self._lower = {
+            INDEX[side + name]: body.joints[side + name].lower
+            for side in SIDES
+            for name in ("HipPitch", "ShoulderPitch")
+        }
+        self.bend = 0.0
+        """Of the torso ahead against the legs, rad."""
+        self._arms = 0.0
+        """Swing of the arms ahead and up, rad."""
+        self._rises = False
         self._behind = self._beside = 0.0
         """Farthest places of the capture point before the decision, m."""
 
-    def update(self, plan: Plan, measured: CaptureStep | None, dt: float) -> float:
+    def update(self, plan: Plan, measured: CaptureStep | None, dt: float) -> None:
         """One cycle.
 
         Args:
             plan: in force.
             measured: centre of mass and capture point in the walk frame.
             dt: time since the last cycle, s.
-
-        Returns:
-            Angle by which the torso is turned ahead against the legs, rad.
         """
-        p, goal, rate = self._p, 0.0, self._p.return_rate
+        p, goal, rate = self._p, 0.0, self._p.hip_return_rate
         if plan.captures_backward and plan.support != "both":
-            rate = p.rate
+            rate = p.hip_rate
             undecided = plan.progress <= p.decision
             if undecided and measured is not None:
                 x, y = plan.foot(plan.support).foothold.local(*measured.xi)
                 self._behind = max(self._behind, -x)
                 self._beside = max(self._beside, abs(abs(y) - self._half_width))
-            needed = undecided or self._behind > p.min_behind
-            goal = p.angle if needed and self._beside <= p.max_beside else 0.0
+            needed = undecided or self._behind > p.hip_behind
+            goal = p.hip_angle if needed and self._beside <= p.max_beside else 0.0
+            self._rises = undecided or self._behind > p.arm_behind
         else:
             self._behind = self._beside = 0.0
-        self._angle += clip(goal - self._angle, -rate * dt, rate * dt)
-        return self._angle
+            self._rises = self._rises and self._arms < p.arm_angle
+        self.bend += clip(goal - self.bend, -rate * dt, rate * dt)
+        swing = p.arm_rate if self._rises else -p.arm_return_rate
+        self._arms = clip(self._arms + swing * dt, 0.0, p.arm_angle)
+
+    def add(self, angles: list[float]) -> None:
+        """Add bend and swing to the joint angles, within the joints' ranges.
+
+        Args:
+            angles: 25 slots, rad; changed in place.
+        """
+        for name, by in (("HipPitch", self.bend), ("ShoulderPitch", self._arms)):
+            if by:
+                for side in SIDES:
+                    slot = INDEX[side + name]
+                    angles[slot] = max(angles[slot] - by, self._lower[slot])
 
 
 class LandedFootEstimator:

@@ -205,23 +205,35 @@ def test_bounded_walk_makes_its_steps_and_no_more(steps):
         assert plans[-1].step == steps
 
 
-def test_foothold_follows_the_capture_point_and_the_walk_goes_on_from_there():
-    """A deviation that grows like the pendulum moves the foothold by its share; then the walk is as before."""
-    gait, calm = make_gait("omni", gait_parameters("omni", {"v_x": 0.1}), BODY), walk((0.1, 0.0, 0.0), 16)
-    omega, gain = math.sqrt(GRAVITY / P.z), P.foothold_gain[0]
+@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
+def test_foothold_follows_the_capture_point_and_the_walk_goes_on_from_there(turn):
+    """A deviation that grows like the pendulum moves the foothold by its share; then the walk is as before.
+
+    The share goes from `foothold_gain` straight ahead to `turning_foothold_gain` in the fastest turn.
+    """
+    gain = (1.0 - turn) * P.foothold_gain[0] + turn * P.turning_foothold_gain[0]
+    velocity = (0.0, 0.0, turn * P.max_velocity[2]) if turn else (0.1, 0.0, 0.0)
+    gait, calm = make_gait("omni", P.with_velocity(velocity), BODY), walk(velocity, 16)
+    omega = math.sqrt(GRAVITY / P.z)
     state, plans = gait.initial(), []
     for before in calm:
         off = 0.0
         if before.step == 8:  # as it grows in this step to 0.03 m at its end
             off = 0.03 * math.exp(-omega * (1.0 - before.progress) * P.T)
-        asked = GaitCommand(not plans or plans[-1].step < 16, (0.1, 0.0, 0.0), feedback=Feedback((off, 0.0)))
+        yaw = before.foot(before.support).yaw if before.support != "both" else 0.0
+        asked = GaitCommand(
+            not plans or plans[-1].step < 16,
+            velocity,
+            feedback=Feedback((off * math.cos(yaw), off * math.sin(yaw))),
+        )
         plan, state = gait.step(state, DT, asked)
         plans.append(plan)
     last = max(k for k, p in enumerate(plans) if p.step == 8)
-    swing = "right" if plans[last].support == "L" else "left"
-    moved = getattr(plans[last], swing).x - getattr(calm[last], swing).x
+    side = "R" if plans[last].support == "L" else "L"
+    moved = math.dist(plans[last].foot(side)[:2], calm[last].foot(side)[:2])
     assert 0.5 * gain * 0.03 < moved < gain * 0.03
     for a, b in itertools.pairwise(plans):
         assert math.dist(a.com, b.com) < 0.6 * DT
-    end = plans[-1].middle.x - calm[-1].middle.x
+    a, b = plans[-1].middle, calm[-1].middle
+    end = math.dist((a.x, a.y), (b.x, b.y))
     assert end == pytest.approx(moved, abs=4e-3)

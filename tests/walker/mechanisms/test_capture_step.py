@@ -1,4 +1,4 @@
-"""The capture step: trigger and footholds by the inverted pendulum, bend of the hips, balance after it."""
+"""The capture step: trigger and footholds by the inverted pendulum, hips and arms, balance after it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bridge.body import load_body
-from bridge.body.joints import INDEX
+from bridge.body.joints import INDEX, JOINTS
 from bridge.body.kinematics import CentreOfMass, FloatingBase
 from bridge.body.quantities import GRAVITY
 from bridge.body.sole import foot_centre
@@ -20,12 +20,12 @@ from tests.plans import supported_plan
 from walker.estimation.contact import Contacts, SupportState
 from walker.gaits import GaitCommand, gait_parameters, make_gait, standing_plan
 from walker.gaits.plan import CaptureStep, Feedback, Foothold, LandedFoot, SolePose
-from walker.gaits.pose import PoseMaker
+from walker.gaits.pose import ARMS, PoseMaker
 from walker.mechanisms.capture_step import (
+    BackwardStep,
+    BackwardStepParameters,
     CaptureEstimator,
     CaptureParameters,
-    HipBend,
-    HipBendParameters,
     LandedFootBalance,
     LandedFootEstimator,
     LandedFootParameters,
@@ -131,8 +131,8 @@ def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_clos
 
 DT = 0.01
 DURATION = 0.2
-P_BEND = HipBendParameters()
-BEHIND, NEARER = -P_BEND.min_behind - 0.02, -P_BEND.min_behind + 0.01
+P_BACK = BackwardStepParameters()
+BEHIND, NEARER = -P_BACK.hip_behind - 0.02, -P_BACK.arm_behind + 0.01
 
 
 def step(x, progress):
@@ -140,17 +140,28 @@ def step(x, progress):
     return replace(STAND, phase="SSL", support="L", capture="R", progress=progress, right=SolePose(x, -0.05))
 
 
-def bends(xi, x=-0.1, cycles=60):
-    """Angles by cycle of a step of 0.2 s and what follows; the stance foot stands at (0, 0.05)."""
-    hips, found = HipBend(P_BEND, BODY), []
+def moves(xi, x=-0.1, cycles=60, body=BODY):
+    """Bend of the hips and swing of the arms by cycle, rad, in a step of 0.2 s and after it.
+
+    The stance foot stands at (0, 0.05); the arms hang at first.
+    """
+    mechanism, bends, swings = BackwardStep(P_BACK, body), [], []
     for k in range(cycles):
         time = k * DT
         plan = step(x, time / DURATION)
         if time >= DURATION:
             plan = replace(plan, phase="stop", support="both")
-        measured = CaptureStep((0.0, 0.0), xi) if time < DURATION else None
-        found.append(hips.update(plan, measured, DT))
-    return found
+        mechanism.update(plan, CaptureStep((0.0, 0.0), xi) if time < DURATION else None, DT)
+        angles = [ARMS["LShoulderPitch"] if "ShoulderPitch" in name else 0.0 for name in JOINTS]
+        before = angles.copy()
+        mechanism.add(angles)
+        change = {name: before[slot] - angles[slot] for name, slot in INDEX.items()}
+        for joint, of in (("HipPitch", bends), ("ShoulderPitch", swings)):
+            left, right = change.pop(f"L{joint}"), change.pop(f"R{joint}")
+            assert left == right
+            of.append(left)
+        assert not any(change.values())
+    return bends, swings
 
 
 def test_both_hips_that_bend_by_one_angle_leave_the_feet_as_they_are_to_each_other():
@@ -166,46 +177,62 @@ def test_both_hips_that_bend_by_one_angle_leave_the_feet_as_they_are_to_each_oth
 
     left, right = feet(angles)
     for name in ("LHipPitch", "RHipPitch"):
-        angles[INDEX[name]] -= P_BEND.angle
+        angles[INDEX[name]] -= P_BACK.hip_angle
     bent_left, bent_right = feet(angles)
     assert np.linalg.solve(bent_left, bent_right) == pytest.approx(np.linalg.solve(left, right), abs=1e-9)
     # The torso has turned ahead by it, seen from a foot: nose down is positive about y.
     turn = np.linalg.solve(left.T, bent_left.T).T[:3, :3]
-    assert math.atan2(-turn[0, 2], turn[0, 0]) == pytest.approx(P_BEND.angle)
+    assert math.atan2(-turn[0, 2], turn[0, 0]) == pytest.approx(P_BACK.hip_angle)
 
 
 def test_a_strong_push_straight_back_bends_the_hips_until_the_foot_lands():
-    found = bends((BEHIND, 0.0))
+    found, _ = moves((BEHIND, 0.0))
     at = round(DURATION / DT)
     changes = [b - a for a, b in itertools.pairwise([0.0, *found])]
-    assert max(found[:at]) == found[at - 1] == P_BEND.angle
-    assert found.index(P_BEND.angle) == pytest.approx(P_BEND.angle / P_BEND.rate / DT, abs=1.0)
-    assert max(changes) <= P_BEND.rate * DT + 1e-12 and min(changes) >= -P_BEND.return_rate * DT - 1e-12
+    assert max(found[:at]) == found[at - 1] == pytest.approx(P_BACK.hip_angle)
+    assert np.argmax(found) == pytest.approx(P_BACK.hip_angle / P_BACK.hip_rate / DT, abs=1.0)
+    assert max(changes) <= P_BACK.hip_rate * DT + 1e-12 and min(changes) >= -P_BACK.hip_return_rate * DT - 1e-12
     assert found[-1] == 0.0
 
 
-def test_a_weaker_push_ends_the_bend_when_it_is_known():
-    found = bends((NEARER, 0.0))
-    decided = math.floor(P_BEND.decision * DURATION / DT)
-    assert found[decided] == pytest.approx(P_BEND.rate * DT * (decided + 1)) == max(found)
-    assert found[decided + 10] == 0.0
+@pytest.mark.parametrize("name", ["nao-v3", "nao-v6"])
+def test_a_strong_push_straight_back_swings_both_arms_ahead_and_up_and_they_come_back_slowly(name):
+    """Data sheet: ShoulderPitch is 0 with the arm straight ahead and negative above."""
+    body = load_body(name)
+    _, swings = moves((BEHIND, 0.0), cycles=500, body=body)
+    highest = min(P_BACK.arm_angle, ARMS["LShoulderPitch"] - body.joints["LShoulderPitch"].lower)
+    assert max(swings) == pytest.approx(highest)
+    changes = [b - a for a, b in itertools.pairwise([0.0, *swings])]
+    assert max(changes) <= P_BACK.arm_rate * DT + 1e-9 and min(changes) >= -P_BACK.arm_return_rate * DT - 1e-9
+    assert np.argmax(swings) * DT == pytest.approx(highest / P_BACK.arm_rate, abs=0.03)
+    assert swings[-1] == 0.0
+
+
+def test_a_weaker_push_ends_bend_and_swing_when_it_is_known():
+    bends, swings = moves((NEARER, 0.0), cycles=100)
+    decided = math.floor(P_BACK.decision * DURATION / DT)
+    for found, rate in ((bends, P_BACK.hip_rate), (swings, P_BACK.arm_rate)):
+        assert found[decided] == pytest.approx(rate * DT * (decided + 1)) == max(found)
+        assert found[-1] == 0.0
+    assert bends[decided + 10] == 0.0
 
 
 @pytest.mark.parametrize("side", [-0.05, 0.05])
 def test_a_push_to_a_side_leaves_the_hips(side):
-    assert not any(bends((BEHIND, side)))
+    assert not any(moves((BEHIND, side))[0])
 
 
-def test_a_step_ahead_leaves_the_hips():
-    assert not any(bends((0.2, 0.0), x=0.1))
+def test_a_step_ahead_leaves_hips_and_arms():
+    bends, swings = moves((0.2, 0.0), x=0.1)
+    assert not any(bends) and not any(swings)
 
 
 def test_what_the_capture_point_does_late_in_the_step_changes_nothing():
-    hips = HipBend(P_BEND, BODY)
+    mechanism = BackwardStep(P_BACK, BODY)
     for k in range(20):
         xi = (BEHIND, 0.0) if k < 5 else (NEARER, 0.05)
-        found = hips.update(step(-0.1, k * DT / DURATION), CaptureStep((0.0, 0.0), xi), DT)
-    assert found == P_BEND.angle
+        mechanism.update(step(-0.1, k * DT / DURATION), CaptureStep((0.0, 0.0), xi), DT)
+    assert mechanism.bend == P_BACK.hip_angle
 
 
 OMEGA_LANDED = 6.1

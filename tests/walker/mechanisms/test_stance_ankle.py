@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bridge.types import Side, Vec2
+from bridge.body import load_body
+from bridge.body.joints import INDEX
+from bridge.body.kinematics import FloatingBase
+from bridge.types import SIDES, Side, Vec2
+from walker.gaits import gait_parameters, make_gait, standing_plan
+from walker.gaits.pose import PoseMaker
 from walker.mechanisms.stance_ankle import DampingParameters, LeanFeedbackParameters, StanceAnkle, StridePattern
+from walker.stabilizer import in_foot_axes
 
 DT = 0.01
 
@@ -57,3 +65,22 @@ def test_the_pattern_of_a_stride_is_what_alternates_between_the_feet() -> None:
                 left[side, progress] = pattern.without((lean[0], lean[1]), side, progress)
     for each in left.values():
         assert each == pytest.approx(common, abs=1e-4)
+
+
+@pytest.mark.parametrize("turn", [(0.02, 0.0), (0.0, 0.02), (-0.01, 0.015)])
+def test_in_a_turn_the_ankles_turn_the_soles_about_the_axes_of_the_torso(turn: Vec2) -> None:
+    """By the kinematics of the body: both soles point 0.3 rad outward, the torso between them."""
+    body = load_body("nao-v6")
+    base, gait = FloatingBase(body), make_gait("omni", gait_parameters("omni"), body)
+    stand = standing_plan(gait)
+    plan = replace(stand, left=stand.left._replace(yaw=0.3), right=stand.right._replace(yaw=-0.3))
+    angles = list(PoseMaker(body, plan).unlimited_angles(plan))
+    before = base.place(base.in_torso(angles), np.eye(4)).feet
+    for side in SIDES:
+        roll, pitch = in_foot_axes(plan, side, turn)
+        angles[INDEX[f"{side}AnkleRoll"]] += roll
+        angles[INDEX[f"{side}AnklePitch"]] += pitch
+    after = base.place(base.in_torso(angles), np.eye(4)).feet
+    for side in SIDES:
+        turned = (after[side] @ np.linalg.inv(before[side]))[:3, :3]
+        assert (turned[2, 1], turned[0, 2]) == pytest.approx(turn, abs=1e-3)

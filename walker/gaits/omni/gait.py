@@ -264,18 +264,17 @@ class OmniGait:
         return first.yaw, zmps[0], bounded_capture_point(self._omega, self._p.T, self._rho, [zmps[0], *zmps])
 
     def _adjustment(self, state: OmniState, target: Foothold, feedback: Feedback) -> Vec2:
-        """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m.
-
-        With the counterweight of a robot that tips over its stance foot.
-        """
+        """Way of the foothold by which it takes up what the deviation will have grown to at touch-down, m."""
         p = self._p
         grow = math.exp(self._omega * max(p.T - state.t, 0.0))
         dx, dy = Foothold(yaw=-state.stance.yaw).point(*feedback.deviation)
+        turning = abs(state.velocity[2]) / p.max_velocity[2]
         wished = [
-            gain * grow * math.copysign(max(abs(d) - band, 0.0), d)
-            for d, gain, band in zip((dx, dy), p.foothold_gain, p.foothold_deadband, strict=True)
+            (straight + turning * (turned - straight)) * grow * math.copysign(max(abs(d) - band, 0.0), d)
+            for d, straight, turned, band in zip(
+                (dx, dy), p.foothold_gain, p.turning_foothold_gain, p.foothold_deadband, strict=True
+            )
         ]
-        wished[1] += SIGN[state.swing] * feedback.counterweight
         x, y = Foothold(yaw=state.stance.yaw).point(wished[0], wished[1])
         wish = Foothold(target.x + x, target.y + y, target.yaw)
         moved = clip_foothold(p, state.stance, state.swing, wish)

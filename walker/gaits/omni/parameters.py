@@ -58,6 +58,9 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     """Largest one, m."""
     foothold_gain: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     """Share of the capture point's deviation at touch-down by which the foothold is moved, along x and y."""
+    turning_foothold_gain: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    """The same at the largest turn rate, with a linear change in between: in a turn on the spot a larger share
+    rocks the robot from step to step."""
     foothold_deadband: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     """Deviation now that is left alone, m."""
     catch_up_time: Positive = 0.15
