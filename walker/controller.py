@@ -80,6 +80,8 @@ class Controller:
         self.upper_body = UpperBodyOrders()
         self.interruptions = 0
         """How often the walk went on from a stand, after a gap that was too long to go on in stride."""
+        self.fall_cause = ""
+        """Why the robot was taken for falling, the last time."""
         self._kinematics = FloatingBase(body)
         self._odometry = Odometry(self._kinematics, gyroscope=GyroscopeHeading.of(body))
         self._walk_end = WalkEnd(p.deviation.latency, cycle)
@@ -88,7 +90,7 @@ class Controller:
         self.odometry_pose = Foothold()
         """Middle between the feet by the odometry since the first tick."""
         self._estimator = self._make_estimator()
-        self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), False)
+        self._estimate = Estimate(Contacts(False, False), None, (0.0, 0.0), "")
         self._seq: int | None = None
         self.lying_side: Lying = "upright"
         """Side on which the robot lies."""
@@ -148,7 +150,7 @@ class Controller:
     @property
     def lies(self) -> bool:
         """The robot fell, and has not been put on its feet."""
-        return self._state.name == "fallen" and self._estimate.falling
+        return self._state.name == "fallen" and bool(self._estimate.fall)
 
     @property
     def delay(self) -> float:
@@ -308,6 +310,7 @@ class Controller:
     def _fall(self, frame: SensorFrame) -> None:
         """Give way, and drop what was ordered; a walk under way may go on later."""
         state, self._next, self._player = self._state, None, None
+        self.fall_cause = self._estimate.fall
         self._resumes = state.name == "walk" or (isinstance(state, Approaching) and not state.to_stand)
         self._state = Fallen(frame, self._walk.parameters.fall, braces=self._recovery.after_falls)
 

@@ -92,7 +92,8 @@ class Estimate(NamedTuple):
     """Measured zero moment point in the walk frame, m; None without load."""
     angle: Vec2
     """Torso roll and pitch, rad."""
-    falling: bool
+    fall: str
+    """Why the robot falls; empty: it does not."""
     ground: Vec2 = (0.0, 0.0)
     """Roll and pitch of the ground under the standing feet, rad."""
     delay: float = 0.0
@@ -176,7 +177,7 @@ class Estimator:
         angle = self._attitude.update(frame, dt)
         zmp = self._zmp(frame, contacts, plan)
         capturing = plan.capture is not None
-        falling = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
+        fall = self._fall.update(angle, contacts, dt, walking=walking, capturing=capturing)
         moves = plan.phase != "stand"
         ground = self._ground.update(frame, angle, corrections, dt, walking=moves, capturing=capturing)
         self._delay.update(frame)
@@ -186,7 +187,7 @@ class Estimator:
         lean = self._lean.update(frame.gyroscope, angle, turn, dt)
         if self._fall_predictor is not None:
             predicted = self._fall_predictor.update(frame, lean, plan, dt)
-            falling = falling or (predicted and not contacts.none)
+            fall = fall or (predicted if not contacts.none else "")
         feedback = self._deviation.update(frame.position, lean, plan, dt)
         if self._capture is not None:
             measured = self._capture.update(frame.position, lean, frame.gyroscope, sum(frame.fsr), plan, dt)
@@ -202,7 +203,7 @@ class Estimator:
             contacts,
             zmp,
             angle,
-            falling,
+            fall,
             ground,
             self._delay.mean,
             self._delay.gap,

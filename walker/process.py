@@ -51,6 +51,8 @@ class WalkResult(msgspec.Struct, frozen=True, kw_only=True):
     """By the odometry since the robot was taken: forward and to the left, m, and turn, rad."""
     fell: bool
     """By the fused torso angle."""
+    fall_cause: str
+    """Why the walker took the robot for falling, the last time; empty: never."""
     late: bool
     """Stopped because answers came later than the gait bears, see `walker.estimator`."""
     interruptions: int
@@ -282,11 +284,13 @@ class WalkerProcess:
         if self._service is not None and not self._closes:
             self._service.before(controller, frame.seq)
         self._take_upper_body(controller)
-        before = controller.interruptions
+        before, state = controller.interruptions, controller.state
         began = time.perf_counter()
         self._last = controller.tick(frame)
         tick = time.perf_counter() - began
         self._ticks.add(tick)
+        if controller.state == "fallen" != state:
+            logger.warning("the robot falls: %s", controller.fall_cause)
         if controller.interruptions > before:
             self._interruptions += 1
             logger.warning(
@@ -364,6 +368,7 @@ class WalkerProcess:
             displacement=controller.odometry_pose if controller else (0.0, 0.0, 0.0),
             late=self._late,
             fell=controller is not None and controller.state == "fallen",
+            fall_cause=controller.fall_cause if controller else "",
             done=controller is not None and controller.done and not self._late,
             ticks=ticks.count,
             interruptions=self._interruptions,

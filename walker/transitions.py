@@ -111,7 +111,7 @@ def _may_begin(s: Situation) -> bool:
         return False
     if isinstance(s.state, Approaching):
         return s.state.to_stand and s.waits_for_orders and not s.fell and s.state.near
-    return s.state.name == "stand" or not s.estimate.falling
+    return s.state.name == "stand" or not s.estimate.fall
 
 
 WALKING: Final[tuple[StateName, ...]] = ("walk", "stopping")
@@ -121,7 +121,7 @@ TRANSITIONS: Final = (
     Transition(("approach",), _begins_down, "get up"),
     Transition(WALKING, lambda s: s.hold_over, "stop"),
     # Ends the cycle: the pose in which the robot meets the ground must not wait for an order's.
-    Transition(("approach", *WALKING, "stand"), lambda s: s.estimate.falling, "fall", last=True),
+    Transition(("approach", *WALKING, "stand"), lambda s: bool(s.estimate.fall), "fall", last=True),
     # Before the ends of motions, so that a motion that ends rests for a cycle before another begins.
     Transition(("fallen", "rest"), lambda s: s.recovery.due(s.state, ordered=s.walk_ordered), "get up"),
     # A get-up is judged by itself, before the rows for any motion.

@@ -355,6 +355,7 @@ STOOD = WalkResult(
     steps=4,
     displacement=(0.072, -0.011, -0.0227),
     fell=False,
+    fall_cause="",
     late=False,
     interruptions=0,
     ticks=800,

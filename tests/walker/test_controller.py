@@ -258,6 +258,7 @@ def test_a_fallen_robot_goes_limp_in_the_pose_it_has(angle: tuple[float, float])
     fall = frame(200, angle=angle)
     command = controller.tick(fall)
     assert controller.state == "fallen"
+    assert ("rolled" if angle[0] else "pitched") in controller.fall_cause
     assert command.position == fall.position
     assert max(command.stiffness) <= 0.2
     for seq in range(201, 400):  # upright again, as someone lifts it: it stays limp
@@ -273,7 +274,7 @@ def test_a_robot_lifted_off_the_ground_in_its_walk_goes_limp() -> None:
         seq += 1
     for k in range(100):
         controller.tick(frame(seq + k, fsr=(0.0,) * 8))
-    assert controller.state == "fallen"
+    assert controller.state == "fallen" and "no foot" in controller.fall_cause
 
 
 def test_a_robot_that_hangs_while_it_is_made_ready_is_not_falling() -> None:

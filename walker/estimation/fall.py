@@ -103,7 +103,7 @@ class FallDetector:
 
     def update(
         self, angle: Vec2, contacts: Contacts, dt: float, *, walking: bool, capturing: bool = False
-    ) -> bool:
+    ) -> str:
         """One cycle.
 
         Args:
@@ -114,11 +114,17 @@ class FallDetector:
             capturing: whether it makes a capture step, or made one and does not stand yet.
 
         Returns:
-            Whether it falls.
+            Why it falls; empty: it does not.
         """
         self._unsupported = self._unsupported + dt if walking and contacts.none else 0.0
-        bound = self._p.capture_angle if capturing else self._p.angle
-        return max(map(abs, angle)) > bound or self._unsupported > self._p.no_support
+        name = "capture_angle" if capturing else "angle"
+        bound, leans = getattr(self._p, name), max(angle, key=abs)
+        if abs(leans) > bound:
+            axis = "rolled" if leans == angle[0] else "pitched"
+            return f"the torso {axis} beyond fall.{name}, {math.degrees(bound):.0f} deg"
+        if self._unsupported > self._p.no_support:
+            return f"no foot touched the ground for over fall.no_support, {self._p.no_support:g} s"
+        return ""
 
 
 FREQUENCY: Final = math.sqrt(GRAVITY / 0.25)
@@ -166,7 +172,7 @@ class FallPredictor:
         self._velocity: dict[Side, Array] = {}
         self._push: Array = np.zeros(2)
 
-    def update(self, frame: SensorFrame, lean: Vec2, plan: Plan, dt: float) -> bool:
+    def update(self, frame: SensorFrame, lean: Vec2, plan: Plan, dt: float) -> str:
         """One cycle.
 
         Args:
@@ -176,8 +182,8 @@ class FallPredictor:
             dt: time since the last frame, s.
 
         Returns:
-            Whether the capture point is beyond the bounds, or a walk was pushed too hard. A push in a stand is
-            left to the capture step.
+            Why it will fall: the capture point is beyond the bounds, or a walk was pushed too hard. Empty: it
+            will not. A push in a stand is left to the capture step.
         """
         p = self._p
         self._push = self._push + dt * (rotation(*lean, 0.0) @ frame.accelerometer)[:2]
@@ -185,7 +191,6 @@ class FallPredictor:
         walks = plan.phase not in ("stand", "stop") and plan.capture is None
         captures = not walks and plan.pendulum is not None
         toes, heels = (p.capture_ahead, p.capture_behind) if captures else (p.ahead, p.behind)
-        pushed = walks and math.hypot(*self._push) > p.push
         pose = self._base.place(self._base.in_torso(frame.position), np.eye(4))
         share = min(dt / p.acceleration_time, 1.0)
         x: list[float] = []
@@ -199,4 +204,9 @@ class FallPredictor:
             x.append(ahead)
             bound = p.outside_stance if plan.support in (side, "both") else p.outside_swing
             outside = outside or SIGN[side] * left > bound
-        return bool(pushed or outside or min(x) > toes or max(x) < -heels)
+        if walks and math.hypot(*self._push) > p.push:
+            return f"a push was harder than foresight.push, {p.push:g} m/s"
+        if outside or min(x) > toes or max(x) < -heels:
+            where = "beside" if outside else "ahead of" if min(x) > toes else "behind"
+            return f"the capture point was too far {where} the soles (the bounds of foresight)"
+        return ""

@@ -130,11 +130,13 @@ def test_a_short_flight_is_no_fall() -> None:
     assert not detector.update((0.0, 0.0), LEFT, DT, walking=True)
     for _ in range(45):
         assert not detector.update((0.0, 0.0), NEITHER, DT, walking=True)
+    causes = [detector.update((0.0, 0.0), NEITHER, DT, walking=True) for _ in range(10)]
+    assert "no foot" in causes[-1] and "fall.no_support, 0.5 s" in causes[-1]
 
 
 def test_a_capture_step_may_lean_farther_before_it_counts_as_a_fall() -> None:
     p = FallParameters()
     leans = 0.5 * (p.angle + p.capture_angle)
-    assert FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True)
+    assert "pitched beyond fall.angle, 30 deg" in FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True)
     assert not FallDetector(p).update((0.0, -leans), LEFT, DT, walking=True, capturing=True)
     assert FallDetector(p).update((0.0, -p.capture_angle - 0.01), LEFT, DT, walking=True, capturing=True)
