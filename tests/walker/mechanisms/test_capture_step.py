@@ -106,7 +106,7 @@ def test_the_foot_that_bears_less_lands_over_the_capture_point_and_the_feet_clos
     assert plans[0].support == ("L" if side > 0.0 else "R")
     landed = next(plan for plan in plans if plan.step == 1)
     foot = landed.right if side > 0.0 else landed.left
-    xi = edge + beyond * math.exp(OMEGA * P.T_capture)
+    xi = edge + beyond * math.exp(OMEGA * (P.T_capture if edge > 0.0 else P.T_backward_capture))
     assert foot.x + HEEL < xi < foot.x + TOE
     inset = P.backward_capture_inset if edge == HEEL else 0.0
     assert abs(landed.left.y - landed.right.y) == pytest.approx(P.l_FA - inset, abs=0.02)

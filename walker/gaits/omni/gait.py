@@ -157,7 +157,9 @@ class OmniGait:
 
     def _duration(self, state: OmniState) -> float:
         if state.single:
-            return self._p.T_capture if state.capture_step else self._p.T
+            if state.capture_step:
+                return self._p.T_backward_capture if state.backward else self._p.T_capture
+            return self._p.T
         return self._p.T_start * (_SETTLING if state.phase == "stop" else 1.0)
 
     def _advance(self, state: OmniState, dt: float, feedback: Feedback) -> OmniState:
@@ -201,7 +203,7 @@ class OmniGait:
         com_offset = c_x + state.com_offset[0] - x, c_y + state.com_offset[1] - y
         zmp = self._edge(state, measured.xi)
         state = state._replace(com=measured.com, xi=measured.xi, zmp=zmp, com_offset=com_offset, t=state.t + dt)
-        if state.t < p.T_capture - _LANDING:
+        if state.t < self._duration(state) - _LANDING:
             target = self._target(state)
             if state.backward:
                 inwards = -SIGN[state.swing] * p.backward_capture_inset

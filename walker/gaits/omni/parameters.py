@@ -70,7 +70,9 @@ class OmniParameters(GaitParameters, frozen=True, kw_only=True, forbid_unknown_f
     max_heading_correction: NotNegative = 0.5
     """Largest turn rate by which a step does so, rad/s."""
     T_capture: Positive
-    """Duration of a capture step, s."""
+    """Duration of a capture step ahead, s."""
+    T_backward_capture: Positive
+    """The same of one back, s."""
     backward_capture_lift: ShortLength
     """Lift of the foot in a capture step back, m: the leg that swings back lifts it too."""
     backward_capture_inset: ShortLength
