@@ -16,8 +16,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.types import Array
-from nao_hil.arguments import whole_seed
-from nao_hil.commands import UnreachableAngles
+from nao_hil.arguments import UnreachableAngles, whole_seed
 from nao_hil.robot import Robot
 
 

@@ -1,4 +1,4 @@
-"""`nao-hil config`: what a run would be made with, and whether a file is right before anything runs."""
+"""`nao-hil config`: a run's configuration, shown or checked; `robots`, `gaits`, `scenarios`: its names."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ from typing import Annotated, Any, Final
 
 import msgspec
 import typer
+from rich.table import Table
 
-from bridge.body import Body
+from bridge.body import BODIES, Body, load_body
+from bridge.body.quantities import total_mass
 from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
+from emulator.scenarios import SCENARIOS, load_scenario
 from emulator.scenarios.model import Scenario
 from emulator.wear import WearProfile, load_wear
 from nao_hil.cli import options
 from nao_hil.cli.added_options import takes_run
-from nao_hil.cli.console import print_json
+from nao_hil.cli.console import open_console, print_json
 from nao_hil.runs.config import RunConfig, run_config
 
 
@@ -152,3 +155,50 @@ def _table(kind: msgspec.inspect.Type) -> bool:
     if isinstance(kind, msgspec.inspect.UnionType):
         return any(map(_table, kind.types))
     return isinstance(kind, (msgspec.inspect.StructType, msgspec.inspect.DictType))
+
+
+def robots(as_json: options.Json = False) -> int:
+    """List the robot bodies there are data sheets for."""
+    bodies = [load_body(name) for name in BODIES]
+    if as_json:
+        rows = {
+            b.name: {"title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle}
+            for b in bodies
+        }
+        print_json(rows)
+        return 0
+    table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
+    for b in bodies:
+        table.add_row(b.name, b.title, f"{total_mass(b):.3f}", f"{1e3 * b.cycle:.0f}")
+    open_console(stderr=False).print(table)
+    return 0
+
+
+def gaits(as_json: options.Json = False) -> int:
+    """List the gaits and their shipped parameters."""
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from walker.gaits import GAITS, gait_parameters
+
+    rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
+    if as_json:
+        print_json(rows)
+        return 0
+    table = Table("name", "parameter", "value (SI units)", title="Gaits")
+    for name, parameters in rows.items():
+        for i, (key, value) in enumerate(parameters.items()):
+            table.add_row(name if i == 0 else "", key, str(value))
+    open_console(stderr=False).print(table)
+    return 0
+
+
+def scenarios(as_json: options.Json = False) -> int:
+    """List the worlds that come with the program."""
+    rows = {name: load_scenario(name).title for name in SCENARIOS}
+    if as_json:
+        print_json(rows)
+        return 0
+    table = Table("name", "what happens", title="Scenarios")
+    for name, title in rows.items():
+        table.add_row(name, title)
+    open_console(stderr=False).print(table)
+    return 0

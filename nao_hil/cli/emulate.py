@@ -25,8 +25,7 @@ from nao_hil.cli.added_options import takes_run
 from nao_hil.cli.console import chosen_engine, open_console, print_json
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.description import robot_scene
-from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.summary import RunStatistics, starved
 
 

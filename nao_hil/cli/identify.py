@@ -55,9 +55,8 @@ def identify(
     """
     # imported late: the fit and the figures are for those who identify
     from emulator.wear import load_wear
-    from nao_hil.identification.identification import identify, result
+    from nao_hil.identification.identification import identify, result, write_profile
     from nao_hil.identification.identification_page import in_words, write_identification
-    from nao_hil.identification.profile import write_profile
     from nao_hil.identification.recorded import read_signals
 
     options.check_stretch(begin, end)

@@ -30,7 +30,7 @@ _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
 
 _COMMANDS: Final = {
-    "demo": "demo:demo",
+    "demo": "up:demo",
     "up": "up:up",
     "emulate": "emulate:emulate",
     "walk": "walk:walk",
@@ -55,10 +55,10 @@ _COMMANDS: Final = {
     "map": "campaign:map_",
     "tune": "tune:tune",
     "results": "campaign:results",
-    "robots": "catalogue:robots",
-    "gaits": "catalogue:gaits",
+    "robots": "config:robots",
+    "gaits": "config:gaits",
     "experiments": "experiment:experiments",
-    "scenarios": "catalogue:scenarios",
+    "scenarios": "config:scenarios",
     "stop": "guard:stop",
     "arm": "guard:arm",
     "keys": "keys:keys",

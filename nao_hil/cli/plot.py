@@ -10,7 +10,7 @@ import typer
 
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from nao_hil.analysis.plots.names import PLOTS
+from nao_hil.analysis.plots import PLOTS
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console, print_json
 

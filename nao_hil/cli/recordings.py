@@ -18,7 +18,7 @@ from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.console import open_console, print_json
 from nao_hil.cli.signals import stop_event
-from nao_hil.runs.description import robot_scene
+from nao_hil.runs.folder import robot_scene
 
 _TAKE = 0.2
 """s between two looks whether to end."""

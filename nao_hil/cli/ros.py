@@ -14,7 +14,7 @@ from bridge.link.session import try_client
 from nao_hil.cli import options
 from nao_hil.cli.console import log_to_stderr, open_console, print_json
 from nao_hil.cli.signals import stop_event
-from nao_hil.runs.description import describe
+from nao_hil.runs.folder import describe
 
 RETRY = 0.1
 """s between two looks for a router"""

@@ -1,10 +1,12 @@
-"""`nao-hil up`: both sides at once, watched."""
+"""`nao-hil up` and `demo`: both sides at once, watched."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
+import typer
 
 from bridge.body import load_body
 from bridge.config import from_dict
@@ -18,10 +20,9 @@ from nao_hil.cli.added_options import takes_run
 from nao_hil.cli.console import chosen_engine, open_console, own_command
 from nao_hil.cli.progress import WalkProgress, conclude
 from nao_hil.cli.signals import stop_event
-from nao_hil.runs.config import RunConfig
-from nao_hil.runs.demo import Demo
-from nao_hil.runs.description import robot_scene
-from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.demo import GAIT, ROBOT, Demo
+from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.monitor import Monitor
 from nao_hil.runs.supervisor import Child, ChildResult
 from nao_hil.view.child import DEFAULT_PORT, LivePage
@@ -262,3 +263,43 @@ def _failure(name: str, outcome: ChildResult) -> NaoHilError:
     sentence = f"the {name}'s process failed: {outcome.error}"
     error = ConfigurationError(outcome.error) if outcome.code == 2 else LinkError(sentence)
     return error
+
+
+def demo(
+    view: Annotated[
+        bool, typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does.")
+    ] = True,
+    port: options.Port = DEFAULT_PORT,
+    engine: options.Engine = None,
+    mode: options.Mode = None,
+    seed: options.Seed = None,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    as_json: options.Json = False,
+) -> int:
+    """Show a walk in all directions, a push and a stop in under a minute, with what to look at.
+
+    Example: nao-hil demo --seed 3
+    """
+    settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
+    settings = chosen_engine(settings, open_console())
+    check_free(listen)  # the demo would command the robot that is there
+    directory = new_folder(settings, out, overwrite=overwrite)
+    with Demo(DEFAULT_ROBOT, listen) as play:
+        code = both_sides(
+            settings,
+            directory,
+            DEFAULT_ROBOT,
+            listen,
+            serve=True,
+            port=port if view else None,
+            as_json=as_json,
+            demo=play,
+        )
+    open_console().print(
+        f"walk it, push it: {own_command()} up --serve --view --robot {ROBOT} --gait {GAIT}\n"
+        f"the thesis' experiments: {own_command()} experiment all --out DIR",
+        highlight=False,
+    )
+    return code

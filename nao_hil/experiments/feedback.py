@@ -15,7 +15,7 @@ from nao_hil.analysis.statistics import Paired, few_words
 from nao_hil.experiments.conditions import Condition, condition, pairs
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.terrain import TerrainSetup, ground_walks
-from nao_hil.experiments.velocity_measure import MeanInterval, Straight, cell, straight
+from nao_hil.experiments.velocity import MeanInterval, Straight, cell, straight
 from nao_hil.runs.build import check_run
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.events import StridePush

@@ -29,9 +29,9 @@ from nao_hil.experiments.conditions import (
     condition,
     conditions_table,
     falls_finding,
+    soles_in_world,
 )
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.geometry import soles_in_world
 from nao_hil.runs.ground import known_ground
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome

@@ -24,6 +24,7 @@ from nao_hil.experiments.conditions import (
     MAJORITY,
     Comparison,
     Condition,
+    ankle_in_hip,
     conditions_table,
     falls_claim,
     falls_finding,
@@ -31,7 +32,6 @@ from nao_hil.experiments.conditions import (
     survives_claim,
 )
 from nao_hil.experiments.context import Context, Plates
-from nao_hil.experiments.geometry import ankle_in_hip
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.switches import NAMED

@@ -21,9 +21,14 @@ from bridge.body import Body, load_body
 from bridge.types import SIDES, Side
 from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
-from nao_hil.experiments.conditions import condition, conditions_table, falls_finding
+from nao_hil.experiments.conditions import (
+    ankle_in_hip,
+    condition,
+    conditions_table,
+    falls_finding,
+    soles_in_world,
+)
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.geometry import ankle_in_hip, soles_in_world
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait

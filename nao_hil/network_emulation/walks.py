@@ -12,8 +12,7 @@ import msgspec
 from bridge.body import load_body
 from bridge.errors import ConfigurationError, LinkError
 from emulator.wear import load_wear
-from nao_hil.network_emulation.channel import NetworkConditions
-from nao_hil.network_emulation.site import ROBOT_ADDRESS, Site
+from nao_hil.network_emulation.site import ROBOT_ADDRESS, NetworkConditions, Site
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import PROCESSES, fingerprint
 from nao_hil.runs.supervisor import Child

@@ -16,9 +16,8 @@ from emulator.robot import EmulatedRobot
 from nao_hil.runs import in_process
 from nao_hil.runs.build import controller_maker
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.fall_watch import FallWatch
-from nao_hil.runs.heading_motion import SETTLING, HeadingMotion
 from nao_hil.runs.summary import RunStatistics
+from nao_hil.runs.walk_figures import SETTLING, FallWatch, HeadingMotion
 from tests.frames import walk_telemetry
 from walker.controller import Controller, WalkOrder
 from walker.gaits import gait_parameters, make_gait

@@ -12,7 +12,7 @@ from typing import BinaryIO, Final
 
 import msgspec
 
-from nao_hil.runs.dataset.row import Row
+from nao_hil.runs.store import Row
 
 SUFFIX: Final = ".jsonl"
 
@@ -84,5 +84,5 @@ class Abandoned:
             yield path, file
 
     def __exit__(self, *_: object) -> None:
-        for _, file in self._held:
+        for _path, file in self._held:
             file.close()

@@ -12,7 +12,7 @@ from bridge.messages import SensorFrame, TruthFrame
 from bridge.messages.world import PlaceBox, PlateUnderFoot
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
-from nao_hil.experiments.geometry import soles_in_world
+from nao_hil.experiments.conditions import soles_in_world
 from nao_hil.runs import campaign as campaign_module
 from nao_hil.runs import store
 from nao_hil.runs.campaign import Campaign

@@ -12,7 +12,7 @@ from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
 from nao_hil.experiments.push_map import ThresholdSearch
 from nao_hil.experiments.terrain import TerrainSetup, _grounds
-from nao_hil.experiments.velocity_measure import cell, heading_velocity, mean, straight
+from nao_hil.experiments.velocity import cell, heading_velocity, mean, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track

@@ -11,10 +11,10 @@ from bridge.body.postures import POSTURES
 from bridge.body.quantities import absent_joints
 from bridge.guard import Guard
 from emulator.start import START_POSES
+from nao_hil.arguments import actuator_frame
 from nao_hil.cli.main import run
-from nao_hil.commands import actuator_frame
+from nao_hil.identification.comparison_run import HANG
 from nao_hil.identification.excitation import excitation
-from nao_hil.identification.replay import HANG
 from tests.frames import standing_frame
 
 LEGS = [INDEX[joint] for joint in JOINTS if "Hip" in joint or "Knee" in joint or "Ankle" in joint]

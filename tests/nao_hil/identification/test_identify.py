@@ -15,8 +15,8 @@ from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import total_mass
 from bridge.recording.recorder import Recorder
 from emulator.wear import load_wear
+from nao_hil.arguments import actuator_frame
 from nao_hil.cli.main import run
-from nao_hil.commands import actuator_frame
 from nao_hil.identification.servo_model import GRAVITY, joint_loads
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import run_config
