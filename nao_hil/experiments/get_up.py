@@ -207,8 +207,7 @@ def dropped_courses(context: Context) -> list[Course]:
     Raises:
         Interrupted: none is done.
     """
-    configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    return context.map("get-up", get_up, configs)
+    return context.map("get-up", get_up, context.configs())
 
 
 def experiment(context: Context) -> Outcome:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -53,18 +52,14 @@ EXPECTED: Final = {
 """Consequences of e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 and d_0 = 0.05 m, SI units."""
 
 
-@dataclass(frozen=True)
-class StaticWalkSetup:
-    """The experiment's numbers."""
-
-    duration: float = 21.0
-    """s: three double steps."""
-    runs: int = 5
-    """Most seeds that are used: the plan is the same for all."""
-    T_DSP: float = 2.0
-    T_SSP: float = 1.5
-    l_lift: float = 0.035
-    l_GH: float = 0.170
+STATIC: Final = 21.0
+"""s of the static walk: three double steps."""
+DYNAMIC: Final = 12.0
+"""s of the dynamic walk."""
+RUNS: Final = 5
+"""Most seeds that are used: the plan is the same for all."""
+ASKED: Final = {"T_DSP": 2.0, "T_SSP": 1.5, "l_lift": 0.035, "l_GH": 0.170}
+"""Design values of the static gait (figure 3.4), s and m."""
 
 
 def plan(gait: Gait[Any], seconds: float, dt: float = 0.01) -> list[Plan]:
@@ -97,16 +92,15 @@ def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> d
     }
 
 
-def static_walk(context: Context, setup: StaticWalkSetup | None = None) -> Outcome:
+def static_walk(context: Context) -> Outcome:
     """Figure 3.4 planned and measured, and the design values."""
-    setup = setup or StaticWalkSetup()
-    context = context.first(setup.runs)
+    context = context.first(RUNS)
     body = load_body(context.robot)
     bare = msgspec.to_builtins(NAMED["none"])
-    (results,) = context.run(context.walks("static-walk", "static", setup.duration, bare))
+    (results,) = context.run(context.walks("static-walk", "static", STATIC, bare))
     changes = context.config("static", 0, bare)
     gait = make_gait("static", gait_parameters("static", changes.parameters), body)
-    values = design_values(plan(gait, setup.duration), body)
+    values = design_values(plan(gait, STATIC), body)
     errors = [_foot_error(result.track, body) for result in results]
     lifts = [lift for result in results for lift in _lifts(result.track, body)]
     feet_rms = float(np.sqrt(np.mean(np.square(errors))))
@@ -116,16 +110,15 @@ def static_walk(context: Context, setup: StaticWalkSetup | None = None) -> Outco
         "static-walk",
         "R7: the statically stable gait",
         "Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
-        setup=[("gait", "static, no controllers"), ("length", f"{setup.duration:g} s")],
+        setup=[("gait", "static, no controllers"), ("length", f"{STATIC:g} s")],
         claims=[
             *(
                 Claim(
-                    f"{name} = {asked:g} {'s' if name.startswith('T') else 'm'} (within 1 %)",
+                    f"{name} = {ASKED[name]:g} {'s' if name.startswith('T') else 'm'} (within 1 %)",
                     f"{value:.4g}",
-                    _near(value, asked),
+                    _near(value, ASKED[name]),
                 )
                 for name, value in values.items()
-                for asked in (getattr(setup, name),)
             ),
             Claim("The robot walks it on flat ground", walked.words(), walked.survived == walked.n),
         ],
@@ -201,16 +194,6 @@ def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
     return np.column_stack([ahead - ahead[0], foot[:, 1] - com[:, 1] - hip, foot[:, 2] - height])
 
 
-@dataclass(frozen=True)
-class DynamicWalkSetup:
-    """The experiment's numbers."""
-
-    duration: float = 12.0
-    """s"""
-    runs: int = 5
-    """Most seeds that are used: the plan is the same for all."""
-
-
 def read_plan(references: Sequence[Plan], dt: float) -> dict[str, float]:
     """The values of `EXPECTED` from a steady part of a plan.
 
@@ -246,12 +229,11 @@ def read_plan(references: Sequence[Plan], dt: float) -> dict[str, float]:
     }
 
 
-def dynamic_walk(context: Context, setup: DynamicWalkSetup | None = None) -> Outcome:
+def dynamic_walk(context: Context) -> Outcome:
     """Figures 3.6 and 3.7 planned and walked, and the design values."""
-    setup = setup or DynamicWalkSetup()
-    context = context.first(setup.runs)
+    context = context.first(RUNS)
     body = load_body(context.robot)
-    (results,) = context.run(context.walks("dynamic-walk", "dynamic", setup.duration))
+    (results,) = context.run(context.walks("dynamic-walk", "dynamic", DYNAMIC))
     parameters = gait_parameters("dynamic", context.config("dynamic", 0, {}).parameters)
     references = plan(make_gait("dynamic", parameters, body), 5.0, DT)
     values = read_plan(references, DT)
@@ -265,7 +247,7 @@ def dynamic_walk(context: Context, setup: DynamicWalkSetup | None = None) -> Out
         "R7: the dynamically stable gait",
         "Thesis 3.3.2, figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 m; a mean speed "
         "of 0.15 m/s, start-up included.",
-        setup=[("gait", "dynamic, with its own controllers"), ("length", f"{setup.duration:g} s")],
+        setup=[("gait", "dynamic, with its own controllers"), ("length", f"{DYNAMIC:g} s")],
         claims=[
             *(
                 Claim(

@@ -87,22 +87,20 @@ def test_falls_are_told_by_their_way() -> None:
 @pytest.mark.parametrize(("survived", "holds"), [(18, True), (17, False)])
 def test_the_bound_of_the_interval_decides(survived: int, holds: bool) -> None:
     """Wilson's lower bound of 18 of 20 is 0.699, of 17 of 20 0.640; two thirds are asked."""
-    setup = torso_control.DynamicTorsoSetup()
-    claims = torso_control.torso_claims(setup, condition_of(20, survived), condition_of(20, 20 - survived))
+    claims = torso_control.torso_claims(condition_of(20, survived), condition_of(20, 20 - survived))
     assert [claim.holds for claim in claims] == [holds, holds, True]
 
 
 def test_dynamic_torso_asks_for_speed() -> None:
     slow = condition_of(20, 20, speed=0.149)
-    claims = torso_control.torso_claims(torso_control.DynamicTorsoSetup(), slow, condition_of(20, 0))
+    claims = torso_control.torso_claims(slow, condition_of(20, 0))
     assert [claim.holds for claim in claims] == [True, True, False]
 
 
 def test_torso_drift_asks_for_growth_falls_and_survival() -> None:
-    setup = torso_control.TorsoDriftSetup()
-    good = torso_control.drift_claims(setup, (condition_of(20, 20), condition_of(20, 0)), (0.01, 0.8))
+    good = torso_control.drift_claims((condition_of(20, 20), condition_of(20, 0)), (0.01, 0.8))
     assert all(claim.holds for claim in good)
-    bad = torso_control.drift_claims(setup, (condition_of(20, 17), condition_of(20, 3)), (0.5, 0.1))
+    bad = torso_control.drift_claims((condition_of(20, 17), condition_of(20, 3)), (0.5, 0.1))
     assert not any(claim.holds for claim in bad)
 
 
