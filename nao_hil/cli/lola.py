@@ -16,7 +16,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.realtime import CONTROLLER_PRIORITY, ROBOT_PRIORITY
 from nao_hil import __version__
 from nao_hil.cli import options
-from nao_hil.cli.console import log_to_stderr, print_json
+from nao_hil.cli.console import Answer, log_to_stderr
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import run_config
 
@@ -37,8 +37,7 @@ def serve(
         str, typer.Option("--head-id", help="The robot's head id, 20 characters.", metavar="ID")
     ] = _ANYBODY.head_id,
     realtime_priority: options.RealtimePriority = True,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Let any robot on the link pose as a V6: programs written for LoLA connect to the socket.
 
     Example: nao-hil serve lola --socket /tmp/robocup
@@ -53,9 +52,7 @@ def serve(
             served = LolaServer(link, listener, identity, stop, priority).run()
         finally:
             remove(address)
-    if as_json:
-        print_json(served)
-    return 0
+    return Answer(served)
 
 
 def bridge(
@@ -67,8 +64,7 @@ def bridge(
     dry_run: options.DryRun = False,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Put a real V6 on the link: it starts disarmed, see `nao-hil arm`. LoLA's socket may be relayed over TCP.
 
     Example: nao-hil bridge lola --socket 192.168.1.7:10000
@@ -88,6 +84,4 @@ def bridge(
     log_to_stderr()
     stop = stop_event()
     bridged = LolaBridge(address, settings, stop).run()
-    if as_json:
-        print_json(bridged)
-    return 0
+    return Answer(bridged)

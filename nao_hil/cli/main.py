@@ -21,7 +21,7 @@ from typer.core import TyperGroup
 from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
 from nao_hil import __version__
-from nao_hil.cli.added_options import with_keys_option
+from nao_hil.cli.added_options import with_shared_options
 from nao_hil.cli.console import end_log
 from nao_hil.cli.signals import loading
 from nao_hil.files import FULL
@@ -165,7 +165,7 @@ def _application(arguments: list[str]) -> typer.Typer:
 
 def _add(app: typer.Typer, name: str, place: str) -> None:
     module, _, function = place.partition(":")
-    run = with_keys_option(getattr(import_module(f"nao_hil.cli.{module}"), function))
+    run = with_shared_options(getattr(import_module(f"nao_hil.cli.{module}"), function))
     app.command(name, context_settings={"allow_interspersed_args": name != "run-naoqi"})(run)
 
 

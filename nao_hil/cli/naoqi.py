@@ -20,7 +20,7 @@ from bridge.types import Vec3
 from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
-from nao_hil.cli.console import log_to_stderr, print_json
+from nao_hil.cli.console import Answer, log_to_stderr
 from nao_hil.cli.signals import on_signals, stop_event
 from nao_hil.runs.config import run_config
 from nao_hil.runs.supervisor import Child
@@ -65,8 +65,7 @@ def serve(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
 
     Example: nao-hil serve naoqi --listen tcp://127.0.0.1:9559
@@ -100,9 +99,7 @@ def serve(
             CONTROLLER_PRIORITY if realtime_priority else None,
         )
         server.run()
-    if as_json:
-        print_json({"calls": server.calls})
-    return 0
+    return Answer({"calls": server.calls})
 
 
 def _full(gait: str) -> Vec3:
@@ -133,8 +130,7 @@ def bridge(
     dry_run: options.DryRun = False,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Put a real V3, V4 or V5 on the link: it starts disarmed, see `nao-hil arm`.
 
     Example: nao-hil bridge naoqi --url tcp://192.168.1.7:9559
@@ -154,6 +150,4 @@ def bridge(
     log_to_stderr()
     stop = stop_event()
     bridged = NaoqiBridge(url, look_ahead / 1000.0, settings, stop).run()
-    if as_json:
-        print_json(bridged)
-    return 0
+    return Answer(bridged)
