@@ -28,6 +28,7 @@ from nao_hil.experiments.conditions import (
     soles_in_world,
 )
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
@@ -176,7 +177,7 @@ def _plot_feet(path: Path, result: WalkOutcome, body: Body, height: float) -> Pa
         axes.feet(panel, track["time"], left, right)
         axes.phase_line(panel, track, 30.0)
         axes.finish(panel, "t / s", "p_i,0^i,8 / mm", title)
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
@@ -320,7 +321,7 @@ def _plot_time(path: Path, result: WalkOutcome, body: Body) -> Path:
         panel.plot(track["time"], track["plan_com"][:, i], axes.BLUE, label="planned")
         panel.plot(track["time"], walked[:, i], axes.RED, linewidth=0.9, label="walked")
         axes.finish(panel, "t / s", f"{name}_W^CoG / m")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def _plot_path(path: Path, result: WalkOutcome, body: Body) -> Path:
@@ -331,4 +332,4 @@ def _plot_path(path: Path, result: WalkOutcome, body: Body) -> Path:
     panel.plot(track["plan_com"][:, 0], track["plan_com"][:, 1], axes.BLUE, label="planned")
     panel.plot(walked[:, 0], walked[:, 1], axes.RED, linewidth=0.9, label="walked")
     axes.finish(panel, "x_W^CoG / m", "y_W^CoG / m")
-    return axes.save(figure, path)
+    return save_figure(figure, path)

@@ -18,6 +18,7 @@ from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.walk import Walk
 
@@ -244,4 +245,4 @@ def _plot(path: Path, walking: Sequence[PushCell], standing: Sequence[PushCell])
     right.set_theta_zero_location("N")
     right.set_ylim(0.0)
     right.legend(fontsize=8, loc="lower left", bbox_to_anchor=(-0.15, -0.1))
-    return axes.save(figure, path)
+    return save_figure(figure, path)

@@ -11,6 +11,7 @@ import numpy as np
 from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context, seed_words
+from nao_hil.files import save_figure
 from walker.mechanisms.admittance import LegAdmittance, LegParameters
 
 THESIS_POLE: Final = math.pi**2 / 300.0
@@ -102,4 +103,4 @@ def _plot(path: Path, p: LegParameters) -> Path:
         )
     panel.set_ylim(-15.0, 15.0)
     axes.finish(panel, "e_n / m", "F_Foot,d / N")
-    return axes.save(figure, path)
+    return save_figure(figure, path)

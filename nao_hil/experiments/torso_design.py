@@ -18,6 +18,7 @@ from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import closed_loop, thesis_plant
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 
 TOLERANCE: Final = 0.01
 """Relative tolerance of a design value against the one recomputed from the thesis' own numbers."""
@@ -74,7 +75,7 @@ def plot_bode(path: Path, design: TorsoDesign) -> Path:
     gain.axhline(0.0, color="k", linestyle=":", linewidth=0.9)
     axes.finish(gain, "", "magnitude / dB")
     axes.finish(phase, "Omega / rad/s", "phase / deg")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_nyquist(path: Path, design: TorsoDesign) -> Path:
@@ -88,7 +89,7 @@ def plot_nyquist(path: Path, design: TorsoDesign) -> Path:
     panel.plot(circle.real, circle.imag, "k:", linewidth=0.8)
     panel.set(xlim=(-2.5, 1.5), ylim=(-2.0, 2.0))
     axes.finish(panel, "Re", "Im")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_steps(path: Path, designs: dict[str, TorsoDesign]) -> Path:
@@ -102,7 +103,7 @@ def plot_steps(path: Path, designs: dict[str, TorsoDesign]) -> Path:
         closed = closed_loop(design.controller_z, design.plant_z)
         panel.plot(*control.step_response(closed, time), label=name)
     axes.finish(panel, "t / s", "torso angle / reference")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 class Design(msgspec.Struct, frozen=True, kw_only=True):

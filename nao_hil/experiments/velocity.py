@@ -17,6 +17,7 @@ from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable,
 from nao_hil.analysis.statistics import Share, few_words, mean_of, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 from nao_hil.runs.walk_figures import SETTLING
@@ -370,4 +371,4 @@ def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkO
     right.set_title(f"{len(ahead)} walks straight ahead", fontsize=9)
     for panel in (left, right):
         panel.grid(alpha=0.3)
-    return axes.save(figure, context.out / "velocity.png")
+    return save_figure(figure, context.out / "velocity.png")

@@ -26,7 +26,7 @@ from nao_hil.analysis.plots.motion_figures import (
 )
 from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
-from nao_hil.files import atomic_path
+from nao_hil.files import save_figure
 
 FIGURES: Final[dict[str, tuple[Callable[[Tables, Figure], None], tuple[float, float], tuple[str, ...]]]] = {
     "torso": (torso, (10.0, 6.0), ("sensors",)),
@@ -90,8 +90,7 @@ def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
         _overlay(figure, beside, dashes)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
-    with atomic_path(file) as temporary:
-        figure.savefig(temporary, dpi=110)
+    save_figure(figure, file)
 
 
 def _overlay(figure: Figure, other: Figure, dashes: str) -> None:
