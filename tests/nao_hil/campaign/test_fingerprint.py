@@ -73,6 +73,7 @@ def test_another_kernel_of_blas_or_libm_changes_the_key(kernel: str, monkeypatch
 
 def test_the_key_has_the_whole_configuration_and_not_the_name(tmp_path: Path) -> None:
     assert key(msgspec.structs.replace(WALK, name="b")) == key(WALK)
+    assert key(msgspec.structs.replace(WALK, duration=2.0)) != key(WALK)
     other = {
         "robot": "nao-v4",
         "wear": "ideal",

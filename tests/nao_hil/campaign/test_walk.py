@@ -121,15 +121,6 @@ def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     assert ((right - left)[after] > 0.008).all()
 
 
-def test_the_key_is_what_the_walk_depends_on() -> None:
-    key = store.key(bare())
-    assert store.key(bare(name="other")) == key
-    assert store.key(bare(seed=1)) != key
-    assert store.key(bare(duration=2.0)) != key
-    changed = msgspec.structs.replace(bare().config, controller={"switches": {"torso": "thesis"}})
-    assert store.key(msgspec.structs.replace(bare(), config=changed)) != key
-
-
 def test_a_walk_that_cannot_be_walked_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuses(task: Walk) -> WalkOutcome:
         raise ConfigurationError("too long a leg")

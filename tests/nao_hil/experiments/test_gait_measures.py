@@ -16,8 +16,9 @@ from nao_hil.experiments.velocity import cell, heading_velocity, mean, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track
-from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from nao_hil.runs.walk import Walk, WalkOutcome
 from tests.frames import walk_telemetry
+from tests.made_walks import walk_end
 
 FULL = (0.35, 0.2, 1.5)
 STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
@@ -38,8 +39,9 @@ def on_an_arc(velocity, duration=12.0, heading=0.7, odometry=1.0) -> WalkOutcome
     rows[:, STARTS["orientation"] + 2], rows[:, STARTS["orientation"] + 3] = np.sin(yaw / 2), np.cos(yaw / 2)
     place = STARTS["place"]
     rows[:, place], rows[:, place + 1], rows[:, place + 2] = odometry * x, odometry * y, yaw
-    end = WalkEnd(ending="walked", time=duration, roll=0.0, pitch=0.0, steps=1, distance=1.0, tilt_max=0.1)
-    return WalkOutcome(Walk(name="", config=RunConfig(), duration=duration), end, Track(rows))
+    return WalkOutcome(
+        Walk(name="", config=RunConfig(), duration=duration), walk_end(time=duration), Track(rows)
+    )
 
 
 def test_the_velocity_is_that_in_the_torsos_heading():
