@@ -165,6 +165,7 @@ class Context:
         *,
         figures: dict[str, Any],
         setup: Sequence[tuple[str, str]] = (),
+        walks: bool = True,
         claims: Sequence[Claim] = (),
         pictures: Sequence[Picture] = (),
         tables: Sequence[ReportTable] = (),
@@ -177,7 +178,8 @@ class Context:
             title: Of the page.
             source: Claim of the thesis or another source.
             figures: Measured quantities by their key in the JSON.
-            setup: Name and value; robot, wear, seeds and changed parameters are added.
+            setup: Name and value.
+            walks: A robot walks in it: its wear, the seeds and the changed parameters are added to the setup.
             claims: With their verdicts: all of them decide.
             pictures: Of the page.
             tables: Of the page.
@@ -187,7 +189,7 @@ class Context:
             name=name,
             title=title,
             source=source,
-            setup=setup_rows(self, setup),
+            setup=setup_rows(self, setup) if walks else tuple(setup),
             claims=tuple(claims),
             pictures=tuple(pictures),
             tables=tuple(tables),

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context, seed_words
 from nao_hil.files import save_figure
@@ -55,10 +55,11 @@ def experiment(context: Context) -> Outcome:
         "deflection_max": worst,  # largest |e| over the pole, of all force histories
         "n": len(context.seeds),
     }
-    page = ReportPage(
-        name="spring",
-        title="R7: the spring of the leg admittance",
-        source="Thesis (4.4), figure 4.7: k_a = 1/300, k_b = 0, k_c = 0.5, k_d = 0.",
+    return context.outcome(
+        "spring",
+        "R7: the spring of the leg admittance",
+        "Thesis (4.4), figure 4.7: k_a = 1/300, k_b = 0, k_c = 0.5, k_d = 0.",
+        walks=False,
         setup=(
             ("spring", "k_a = 1/300 m, k_b = 0, k_c = 0.5 N, k_d = 0"),
             ("force histories", f"random sizes and swings, seeds {seed_words(context.seeds)}"),
@@ -88,8 +89,8 @@ def experiment(context: Context) -> Outcome:
                 "Force over deflection between the poles, with the slope at zero.",
             ),
         ),
+        figures=figures,
     )
-    return Outcome(page, figures)
 
 
 def _plot(path: Path, p: LegParameters) -> Path:

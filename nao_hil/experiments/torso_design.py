@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from bridge.types import Array
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.design.torso.analysis import bode, frequency_response
 from nao_hil.design.torso.assembly import TorsoDesign
 from nao_hil.design.torso.robust import robust_design
@@ -156,14 +156,15 @@ def experiment(context: Context) -> Outcome:
             robust.gain_margin >= GAIN_MARGIN,
         ),
     )
-    page = ReportPage(
-        name="torso-design",
-        title="R4: the torso controllers",
-        source=(
+    return context.outcome(
+        "torso-design",
+        "R4: the torso controllers",
+        (
             "Thesis 4.2.2, figures 4.11 to 4.15: a notch and a PI controller by the frequency-response "
             "method for a rise time of 0.563 s (static gait) and 0.29 s (dynamic gait) and an overshoot of "
             "10 %."
         ),
+        walks=False,
         setup=(
             ("plant", "(4.12), sampled at 10 ms"),
             ("robust", "bounds hold for natural frequency, damping and zero 20 % off"),
@@ -176,8 +177,8 @@ def experiment(context: Context) -> Outcome:
             f"{100 * figures['static'].overshoot:.1f} % (static), {100 * figures['dynamic'].overshoot:.1f} % "
             f"(dynamic), which settles in {figures['dynamic'].settling_time_s:.1f} s.",
         ),
+        figures=dict(figures),
     )
-    return Outcome(page, dict(figures))
 
 
 def off(value: float | tuple[float, ...], expected: float | tuple[float, ...]) -> float:
