@@ -15,7 +15,7 @@ from bridge.errors import ConfigurationError
 from bridge.types import Array
 from nao_hil.analysis.statistics import Sprt, wilson
 from nao_hil.campaigns.file import with_seed
-from nao_hil.campaigns.quantities import UNITS, changed
+from nao_hil.campaigns.quantities import UNITS, changed_all
 from nao_hil.files import save_figure
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.walk import Walk
@@ -143,7 +143,7 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
         ConfigurationError: an unknown quantity or an impossible value.
     """
     cells = {
-        (i, j): changed(changed(task, x.name, a), y.name, b)
+        (i, j): changed_all(task, {x.name: a, y.name: b})
         for i, a in enumerate(x.values)
         for j, b in enumerate(y.values)
     }

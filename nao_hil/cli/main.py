@@ -67,9 +67,12 @@ _COMMANDS: Final = {
 _GROUPS: Final = {
     "serve": (
         "Let a robot on the link pose as a NAO for programs written for one.",
-        {"lola": "lola:serve", "naoqi": "naoqi:serve"},
+        {"lola": "adapters:serve_lola", "naoqi": "adapters:serve_naoqi"},
     ),
-    "bridge": ("Put a real NAO on the link.", {"lola": "lola:bridge", "naoqi": "naoqi:bridge"}),
+    "bridge": (
+        "Put a real NAO on the link.",
+        {"lola": "adapters:bridge_lola", "naoqi": "adapters:bridge_naoqi"},
+    ),
     "design": (
         "Compute the numbers that the walker and the robot load.",
         {"torso": "design:torso", "ensemble": "design:ensemble"},
