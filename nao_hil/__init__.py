@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from nao_hil.batch import Batch
     from nao_hil.connection import connect
     from nao_hil.recording import load
-    from nao_hil.robot import Robot
-    from nao_hil.simulation import walk
+    from nao_hil.robot import Robot, walk
 
     __version__: str
 
@@ -34,7 +33,7 @@ _HOME: Final = {
     "WorldClient": "bridge.link.client",
     "connect": "nao_hil.connection",
     "load": "nao_hil.recording",
-    "walk": "nao_hil.simulation",
+    "walk": "nao_hil.robot",
 }
 """Public name to the module that defines it; imported at the first use, so that `import nao_hil` is quick."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from types import TracebackType
 from typing import Any
 
 import msgspec
@@ -17,8 +16,7 @@ from bridge.errors import ConfigurationError, FrameError
 from bridge.guard.output import require_numbers
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.types import Array
-from nao_hil.arguments import whole_seed
-from nao_hil.commands import UnreachableAngles
+from nao_hil.arguments import UnreachableAngles, whole_seed
 from nao_hil.robot import Robot
 
 
@@ -234,9 +232,7 @@ class Batch:
     def __enter__(self) -> Batch:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -10,7 +10,7 @@ from bridge.errors import LinkError, RobotSilent
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.link.session import require_seconds
 from bridge.messages import Info, SensorFrame
-from nao_hil.commands import JointValues, UnreachableAngles, actuator_frame
+from nao_hil.arguments import JointValues, UnreachableAngles, actuator_frame
 
 
 class Connection:

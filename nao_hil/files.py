@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from bridge.errors import ConfigurationError
 
@@ -21,7 +21,7 @@ def atomic_path(file: Path) -> Iterator[Path]:
 
     Example:
         with atomic_path(file) as temporary:
-            figure.savefig(temporary)
+            model.save(temporary)
 
     Args:
         file: To write; one that is there stays as it is until then. A device or a pipe is written to at once.
@@ -70,3 +70,15 @@ def write_bytes(file: Path, data: bytes) -> None:
     """
     with atomic_path(file) as temporary:
         temporary.write_bytes(data)
+
+
+def save_figure(figure: Any, file: Path) -> Path:
+    """Write a figure of Matplotlib as PNG, or in the format that the file's name has; gives its path.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_path(file) as temporary:
+        figure.savefig(temporary, dpi=110)
+    return file

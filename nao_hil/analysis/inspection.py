@@ -16,7 +16,7 @@ from bridge.recording.playback import read_recording, recorded_config, recording
 from bridge.rotations import tilt
 from bridge.stance import FALLEN_TILT
 from nao_hil.analysis.diagnosis import diagnose
-from nao_hil.runs.fall_watch import FallWatch
+from nao_hil.runs.walk_figures import FallWatch
 
 
 class Contents(msgspec.Struct, frozen=True, kw_only=True):

@@ -14,7 +14,7 @@ from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from emulator.scenarios import load_scenario
 from nao_hil.analysis.statistics import wilson
-from nao_hil.campaigns.quantities import changed
+from nao_hil.campaigns.quantities import changed_all
 from nao_hil.runs.build import with_engine
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
@@ -55,11 +55,10 @@ class CampaignFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
                 scenario=load_scenario(config.scenario),
                 keep_track=self.keep_track,
             )
-            for name, value in point.items():
-                try:
-                    task = changed(task, name, value)
-                except ConfigurationError as error:
-                    raise ConfigurationError(f"axes: {error}") from None
+            try:
+                task = changed_all(task, point)
+            except ConfigurationError as error:
+                raise ConfigurationError(f"axes: {error}") from None
             found.append((point, task))
         return found
 

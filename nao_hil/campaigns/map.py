@@ -15,8 +15,8 @@ from bridge.errors import ConfigurationError
 from bridge.types import Array
 from nao_hil.analysis.statistics import Sprt, wilson
 from nao_hil.campaigns.file import with_seed
-from nao_hil.campaigns.quantities import UNITS, changed
-from nao_hil.files import atomic_path
+from nao_hil.campaigns.quantities import UNITS, changed_all
+from nao_hil.files import save_figure
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.walk import Walk
 
@@ -143,7 +143,7 @@ def survey(campaign: Campaign, task: Walk, x: Axis, y: Axis, first_seed: int, mo
         ConfigurationError: an unknown quantity or an impossible value.
     """
     cells = {
-        (i, j): changed(changed(task, x.name, a), y.name, b)
+        (i, j): changed_all(task, {x.name: a, y.name: b})
         for i, a in enumerate(x.values)
         for j, b in enumerate(y.values)
     }
@@ -223,6 +223,4 @@ def draw(found: Survey, x: Axis, y: Axis, title: str, path: Path) -> Path:
     walked = np.array([(x.values[i], y.values[j]) for i, j in found.tried])
     share.plot(*walked.T, "k.", markersize=2)
     figure.suptitle(title, fontsize=10)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    return path
+    return save_figure(figure, path)

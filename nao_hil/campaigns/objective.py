@@ -12,7 +12,7 @@ import msgspec
 from emulator.scenarios import load_scenario
 from nao_hil.analysis.statistics import score_bounds
 from nao_hil.campaigns.file import with_seed
-from nao_hil.campaigns.quantities import changed
+from nao_hil.campaigns.quantities import changed_all
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
 
@@ -61,9 +61,7 @@ class Ensemble(msgspec.Struct, frozen=True, kw_only=True):
                 scenario=load_scenario(scenario),
                 keep_track=False,
             )
-            for name, value in point.items():
-                task = changed(task, name, value)
-            tasks.append(task)
+            tasks.append(changed_all(task, point))
         return [with_seed(task, first + k) for k in range(self.seeds) for task in tasks]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Final
 
 import msgspec
@@ -64,6 +64,13 @@ def changed(task: Walk, name: str, value: Any) -> Walk:
     return msgspec.structs.replace(task, config=config)
 
 
+def changed_all(task: Walk, point: Mapping[str, Any]) -> Walk:
+    """A walk with several quantities changed, by name; arguments and errors as of `changed`."""
+    for name, value in point.items():
+        task = changed(task, name, value)
+    return task
+
+
 def _checked(name: str, value: Any, kind: Any) -> Any:
     try:
         return convert(value, kind)
@@ -89,18 +96,6 @@ def _push(task: Walk, impulse: float) -> Walk:
     return msgspec.structs.replace(task, scenario=msgspec.structs.replace(task.scenario, pushes=pushes))
 
 
-def _slope(task: Walk, degrees: float) -> Walk:
-    return changed(task, "scenario.floor.pitch", -degrees)
-
-
-def _friction(task: Walk, coefficient: float) -> Walk:
-    return changed(task, "scenario.floor.friction", coefficient)
-
-
-def _delay(task: Walk, seconds: float) -> Walk:
-    return changed(task, "wear.servo.delay", seconds)
-
-
 def _backlash(task: Walk, factor: float) -> Walk:
     profile = task.wear or load_wear(task.config.wear, task.body or load_body(task.config.robot))
     table = {name: factor * width for name, width in msgspec.to_builtins(profile.servo.backlash).items()}
@@ -109,9 +104,9 @@ def _backlash(task: Walk, factor: float) -> Walk:
 
 QUANTITIES: Final[dict[str, Callable[[Walk, Any], Walk]]] = {
     "push": _push,
-    "slope": _slope,
-    "friction": _friction,
-    "delay": _delay,
+    "slope": lambda task, degrees: changed(task, "scenario.floor.pitch", -degrees),
+    "friction": lambda task, friction: changed(task, "scenario.floor.friction", friction),
+    "delay": lambda task, seconds: changed(task, "wear.servo.delay", seconds),
     "backlash": _backlash,
 }
 """Short names. `push`: impulse forward at 4 s, N s; `slope`: uphill, degrees; `friction`: of the floor;

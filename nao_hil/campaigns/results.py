@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from bridge.errors import ConfigurationError
-from nao_hil.runs.dataset.row import Row
+from nao_hil.runs.store import Row
 
 _SQL: Final = {"str": "VARCHAR", "int": "BIGINT", "float": "DOUBLE", "bool": "BOOLEAN"}
 COLUMNS: Final = {name: _SQL.get(kind, "VARCHAR") for name, kind in Row.__annotations__.items()}

@@ -16,8 +16,9 @@ from bridge.errors import ConfigurationError
 from nao_hil.analysis.statistics import few_words, paired, score_bounds, wilson
 from nao_hil.campaigns.objective import Ensemble, score
 from nao_hil.campaigns.study import Range, table
-from nao_hil.files import atomic_path, write_bytes
+from nao_hil.files import save_figure, write_bytes
 from nao_hil.runs.walk import Walk, WalkEnd
+from walker.parameters import merged
 
 
 def read_space(texts: Sequence[str], file: Path | None) -> dict[str, Range]:
@@ -79,16 +80,8 @@ def write_tuned(path: Path, ensemble: Ensemble, point: dict[str, float]) -> None
     base = msgspec.to_builtins(ensemble.base)
     data: dict[str, Any] = {"gait": base["gait"]}
     for name, tables in (("parameters", base["parameters"]), ("controller", base["controller"])):
-        data[name] = _merged(tables, table(point).get(name, {}))
+        data[name] = merged(tables, table(point).get(name, {}))
     write_bytes(path, msgspec.toml.encode({key: value for key, value in data.items() if value}))
-
-
-def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    both = dict(base)
-    for name, value in changes.items():
-        at = both.get(name)
-        both[name] = _merged(at, value) if isinstance(at, dict) and isinstance(value, dict) else value
-    return both
 
 
 def compare(
@@ -144,6 +137,4 @@ def draw(study: optuna.Study, shares: dict[str, float], path: Path) -> Path:
     history.legend()
     bars.barh(list(shares), list(shares.values()))
     bars.set(xlabel="importance")
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    return path
+    return save_figure(figure, path)

@@ -13,9 +13,8 @@ from rich.table import Table
 
 from bridge.errors import ConfigurationError, NaoHilError
 from nao_hil.cli import options
-from nao_hil.cli.console import chosen_engine, open_console, print_json
-from nao_hil.cli.progress import CampaignProgress
-from nao_hil.cli.signals import stop_event
+from nao_hil.cli.console import Answer, chosen_engine, open_console
+from nao_hil.cli.progress import running_campaign
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
 
@@ -29,8 +28,7 @@ def campaign(
     file: Annotated[Path, typer.Argument(help="TOML: `seeds`, `duration`, tables `base` and `axes`.")],
     cluster: options.Cluster = "local",
     out: options.Out = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Walk every combination of the axes in a file with every seed, and count who walks on.
 
     The same command with the same --out goes on where it was stopped. Exit code 130: it was stopped. A walk
@@ -40,21 +38,14 @@ def campaign(
     """
     from nao_hil.analysis.statistics import few_words
     from nao_hil.campaigns.file import CampaignCell, load_campaign
-    from nao_hil.runs.campaign import Campaign
 
     asked = load_campaign(file)
     cells = asked.cells()
     directory = RunDirectory(out)
     directory.write_config(msgspec.to_builtins(asked))
-    stop = stop_event()
-    console = open_console()
     counts = [CampaignCell(point) for point, _ in cells]
     failure: NaoHilError | None = None
-    with (
-        CampaignProgress(console) as progress,
-        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as running,
-    ):
-        progress.begin(file.stem)
+    with running_campaign(file.stem, directory, cluster) as (running, progress):
         progress.expect(len(cells) * asked.seeds)
         try:
             for place, result in running.stream(asked.walks(cells)):
@@ -67,20 +58,14 @@ def campaign(
     data: dict[str, Any] = {
         "name": title,
         "config": msgspec.to_builtins(asked.with_defaults()),
-        "interrupted": stop.is_set(),
+        "interrupted": running.interrupted,
         "error": None if failure is None else str(failure),
         "cells": [cell.summary() for cell in counts],
     }
     directory.write_summary(data)
-    if as_json:
-        print_json(data)
-    else:
-        open_console(stderr=False).print(_table(title, data["cells"]))
-    if failure is not None:
-        raise failure
-    if stop.is_set():
-        console.print(f"Stopped; the same command with --out {directory.path} goes on.", highlight=False)
-    return 130 if stop.is_set() else 0
+    if running.interrupted and failure is None:
+        open_console().print(f"Stopped; the same command with --out {directory.path} goes on.", highlight=False)
+    return Answer(data, _table(title, data["cells"]), 130 if running.interrupted else 0, failure)
 
 
 def _table(title: str, cells: list[dict[str, Any]]) -> Table:
@@ -99,8 +84,7 @@ def _table(title: str, cells: list[dict[str, Any]]) -> Table:
 def results(
     query: Annotated[str, typer.Argument(help="SQL about the view `walks`; docs/results.md has ten of them.")],
     folder: Annotated[Path, typer.Argument(help="Searched with all below it.")] = Path("runs"),
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Ask the walks of all campaigns below a folder, in DuckDB's SQL; each walk is a row.
 
     Example: nao-hil results "SELECT gait, count(*) n, avg(survived::int) share FROM walks GROUP BY gait"
@@ -110,18 +94,13 @@ def results(
     if query and Path(query).is_dir():
         raise ConfigurationError(f"{query}: is a folder; the query comes first, then the folder.")
     answer = ask(query, folder)
-    if as_json:
-        rows = [
-            {name: _in_json(value) for name, value in zip(answer.columns, row, strict=True)}
-            for row in answer.rows
-        ]
-        print_json({"columns": answer.columns, "rows": rows})
-        return 0
+    rows = [
+        {name: _in_json(value) for name, value in zip(answer.columns, row, strict=True)} for row in answer.rows
+    ]
     table = Table(*answer.columns)
     for row in answer.rows:
         table.add_row(*(f"{value:.6g}" if isinstance(value, float) else str(value) for value in row))
-    open_console(stderr=False).print(table)
-    return 0
+    return Answer({"columns": answer.columns, "rows": rows}, table)
 
 
 def _in_json(value: object) -> object:
@@ -144,8 +123,7 @@ def map_(
     duration: Annotated[float, typer.Option("--duration", help="Of a walk, s.", min=0.1, metavar="S")] = 10.0,
     cluster: options.Cluster = "local",
     out: options.Out = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Survival over two quantities, as a heat map; most walks are spent where the verdict changes.
 
     Example: nao-hil map push=0:8 slope=-8:8 --gait dynamic --out runs/push-slope
@@ -153,7 +131,6 @@ def map_(
     from emulator.scenarios import load_scenario
     from nao_hil.analysis.statistics import few_words
     from nao_hil.campaigns.map import draw, parse_axis, summary, survey
-    from nao_hil.runs.campaign import Campaign
     from nao_hil.runs.walk import Walk
 
     axes = parse_axis(x), parse_axis(y)
@@ -166,12 +143,7 @@ def map_(
     task = Walk(name="map", config=settings, duration=duration, scenario=world, keep_track=False)
     directory = RunDirectory(out)
     directory.write_config(settings)
-    stop = stop_event()
-    with (
-        CampaignProgress(console) as progress,
-        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
-    ):
-        progress.begin("map")
+    with running_campaign("map", directory, cluster) as (campaign, _):
         found = survey(campaign, task, *axes, first_seed, seeds)
     title = f"{settings.robot}, {settings.wear}, {settings.gait} gait, {duration:g} s{few_words(seeds)}"
     data = {
@@ -179,7 +151,7 @@ def map_(
         "config": msgspec.to_builtins(settings),
         "duration": duration,
         "first_seed": first_seed,
-        "interrupted": stop.is_set(),
+        "interrupted": campaign.interrupted,
         **summary(found, *axes),
     }
     directory.write_summary(data)
@@ -190,6 +162,4 @@ def map_(
         f"{data['walks']} walks, {100 * data['share']:.0f} % of the full grid's {data['full_grid']}.",
         highlight=False,
     )
-    if as_json:
-        print_json(data)
-    return 130 if stop.is_set() else 0
+    return Answer(data, code=130 if campaign.interrupted else 0)

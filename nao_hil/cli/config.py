@@ -1,4 +1,4 @@
-"""`nao-hil config`: what a run would be made with, and whether a file is right before anything runs."""
+"""`nao-hil config`: a run's configuration, shown or checked; `robots`, `gaits`, `scenarios`: its names."""
 
 from __future__ import annotations
 
@@ -10,21 +10,23 @@ from typing import Annotated, Any, Final
 
 import msgspec
 import typer
+from rich.table import Table
 
-from bridge.body import Body
+from bridge.body import BODIES, Body, load_body
+from bridge.body.quantities import total_mass
 from bridge.config import read_toml
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
+from emulator.scenarios import SCENARIOS, load_scenario
 from emulator.scenarios.model import Scenario
 from emulator.wear import WearProfile, load_wear
-from nao_hil.cli import options
 from nao_hil.cli.added_options import takes_run
-from nao_hil.cli.console import print_json
+from nao_hil.cli.console import Answer
 from nao_hil.runs.config import RunConfig, run_config
 
 
 @takes_run()
-def show(settings: RunConfig, as_json: options.Json = False) -> int:
+def show(settings: RunConfig) -> Answer:
     """Print every number that a run with these options would have, as TOML that --config takes back.
 
     Example: nao-hil config show --gait dynamic --torso thesis > my.toml
@@ -32,11 +34,8 @@ def show(settings: RunConfig, as_json: options.Json = False) -> int:
     Example: nao-hil config show --config my.toml --json
     """
     whole = _whole(settings)
-    if as_json:
-        print_json(whole)
-    else:
-        print(msgspec.toml.encode(_without_none(whole)).decode(), end="")
-    return 0
+    text: str = msgspec.toml.encode(_without_none(whole)).decode()
+    return Answer(whole, text.rstrip("\n"))
 
 
 def _without_none(table: dict[str, Any]) -> dict[str, Any]:
@@ -95,8 +94,7 @@ def check(
             autocompletion=lambda incomplete: [k for k in KINDS if k.startswith(incomplete)],
         ),
     ] = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Check a file that a command will be given: of a run (--config), a scenario, a wear profile or a body.
 
     Whether a run's gait can be walked by its body is checked as well. Exit code 2, and one sentence, if not.
@@ -109,11 +107,7 @@ def check(
         raise ConfigurationError(unknown_name("kind", kind, KINDS))
     found = kind or kind_of(file)
     KINDS[found][1](file)
-    if as_json:
-        print_json({"file": str(file), "kind": found, "ok": True})
-    else:
-        print(f"{file}: a good {found} file")
-    return 0
+    return Answer({"file": str(file), "kind": found, "ok": True}, f"{file}: a good {found} file")
 
 
 def kind_of(file: Path) -> str:
@@ -152,3 +146,37 @@ def _table(kind: msgspec.inspect.Type) -> bool:
     if isinstance(kind, msgspec.inspect.UnionType):
         return any(map(_table, kind.types))
     return isinstance(kind, (msgspec.inspect.StructType, msgspec.inspect.DictType))
+
+
+def robots() -> Answer:
+    """List the robot bodies there are data sheets for."""
+    bodies = [load_body(name) for name in BODIES]
+    rows = {
+        b.name: {"title": b.title, "model": b.model, "mass": total_mass(b), "cycle": b.cycle} for b in bodies
+    }
+    table = Table("name", "what it is", "mass, kg", "cycle, ms", title="Robot bodies")
+    for b in bodies:
+        table.add_row(b.name, b.title, f"{total_mass(b):.3f}", f"{1e3 * b.cycle:.0f}")
+    return Answer(rows, table)
+
+
+def gaits() -> Answer:
+    """List the gaits and their shipped parameters."""
+    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    from walker.gaits import GAITS, gait_parameters
+
+    rows = {name: msgspec.to_builtins(gait_parameters(name)) for name in GAITS}
+    table = Table("name", "parameter", "value (SI units)", title="Gaits")
+    for name, parameters in rows.items():
+        for i, (key, value) in enumerate(parameters.items()):
+            table.add_row(name if i == 0 else "", key, str(value))
+    return Answer(rows, table)
+
+
+def scenarios() -> Answer:
+    """List the worlds that come with the program."""
+    rows = {name: load_scenario(name).title for name in SCENARIOS}
+    table = Table("name", "what happens", title="Scenarios")
+    for name, title in rows.items():
+        table.add_row(name, title)
+    return Answer(rows, table)

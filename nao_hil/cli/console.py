@@ -8,14 +8,17 @@ import os
 import queue
 import shutil
 import sys
+from collections.abc import Callable
 from logging.handlers import QueueHandler, QueueListener
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 from rich.console import Console
 from rich.logging import RichHandler
+from rich.table import Table
 
+from bridge.errors import NaoHilError
 from nao_hil.runs.config import RunConfig
 
 _listeners: list[QueueListener] = []
@@ -82,6 +85,38 @@ def chosen_engine(settings: RunConfig, console: Console) -> RunConfig:
     if settings.engine == "auto" and chosen.engine != ENGINES[0]:
         console.print(WITHOUT_PYBULLET, highlight=False)
     return chosen
+
+
+class Answer(NamedTuple):
+    """Value of a command: one JSON object with `--json`, else what people read."""
+
+    data: Any
+    """For `--json`; None: there is none."""
+    show: Table | str | Callable[[], object] = ""
+    """Without `--json`: a table or a line for stdout, or a function that prints."""
+    code: int = 0
+    """Exit code."""
+    error: NaoHilError | None = None
+    """Raised after the value is printed."""
+
+    def give(self, *, as_json: bool) -> int:
+        """Print it; gives the exit code.
+
+        Raises:
+            NaoHilError: the one that it has.
+        """
+        if as_json:
+            if self.data is not None:
+                print_json(self.data)
+        elif callable(self.show):
+            self.show()
+        elif isinstance(self.show, Table):
+            open_console(stderr=False).print(self.show)
+        elif self.show:
+            print(self.show, flush=True)
+        if self.error is not None:
+            raise self.error
+        return self.code
 
 
 def print_json(value: Any) -> None:

@@ -10,14 +10,12 @@ from rich.table import Table
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.cli.options import Assignments, assignments
-from nao_hil.cli.progress import CampaignProgress
-from nao_hil.cli.signals import stop_event
+from nao_hil.cli.progress import running_campaign
 from nao_hil.runs.config import run_config
 
 if TYPE_CHECKING:
-    from emulator.wear.ensemble import RobotEnsemble
     from nao_hil.design.torso.assembly import TorsoDesign
 
 Cycle = Annotated[
@@ -36,8 +34,7 @@ def torso(
     values: Assignments = None,
     cycle: Cycle = None,
     out: OutFile = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Design the torso controllers of a gait: by the thesis' method (4.2.2), and for uncertain plants.
 
     The plant and the specifications are those of the gait's shipped designs. --set changes plant.numerator,
@@ -71,9 +68,7 @@ def torso(
     if out is not None:
         command = " ".join(("nao-hil design torso --gait", gait, *(f"--set {v}" for v in values or [])))
         records.write_designs(out, designed.records, command)
-    if as_json:
-        print_json({"gait": gait, "file": out and str(out), "designs": rows})
-    return 0
+    return Answer({"gait": gait, "file": out and str(out), "designs": rows})
 
 
 def ensemble(
@@ -85,8 +80,7 @@ def ensemble(
         Path | None,
         typer.Option("--out", help="TOML file; default: ensemble.toml, here.", metavar="FILE"),
     ] = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Draw robots that agree with measurements of real ones: torso step, tracking errors, a knee held out.
 
     The unknowns of the nominal wear profile are drawn from their ranges. The file is written after each
@@ -96,46 +90,31 @@ def ensemble(
     """
     # imported late: physics is for those who draw
     from nao_hil.experiments.calibration import design_ensemble, write_ensemble
-    from nao_hil.runs.campaign import Campaign
 
     console = open_console()
     settings = chosen_engine(run_config(None, engine=engine), console)
     file = out or Path("ensemble.toml")
     command = f"nao-hil design ensemble --members {members} --seed {seed}"
     command += f" --engine {settings.engine}"
-    stop = stop_event()
-
-    def keep(so_far: RobotEnsemble) -> None:
-        write_ensemble(file, so_far)
-
-    with (
-        CampaignProgress(console) as progress,
-        Campaign(None, cluster=cluster, stop=stop, progress=progress) as campaign,
-    ):
-        progress.begin("ensemble")
+    with running_campaign("ensemble", None, cluster) as (campaign, _):
         found = design_ensemble(
             members,
             seed,
             settings.engine,
             command,
             lambda function, draws: campaign.map("robot", function, draws),
-            keep,
+            lambda so_far: write_ensemble(file, so_far),
         )
     accepted = len(found.members)
     console.print(f"{accepted} robots of {found.tried} tried: {file}", highlight=False, soft_wrap=True)
-    if as_json:
-        print_json(
-            {
-                "file": str(file),
-                "tried": found.tried,
-                "accepted": found.accepted,
-                "members": accepted,
-                "seed": seed,
-            }
-        )
-    if stop.is_set():
-        return 130
-    return 0 if accepted == members else 1
+    data = {
+        "file": str(file),
+        "tried": found.tried,
+        "accepted": found.accepted,
+        "members": accepted,
+        "seed": seed,
+    }
+    return Answer(data, code=130 if campaign.interrupted else int(accepted < members))
 
 
 def _row(method: str, cycle: float, design: TorsoDesign) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import typer
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 
 SAME_TIME: Final = 0.05
 """Robot time within which two events are one, s."""
@@ -28,8 +28,7 @@ def diff(
             callback=options.recordings_of,
         ),
     ],
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Print configurations, figures and events in which two recorded runs differ; ends with 1 if they do.
 
     Example: nao-hil diff runs/20260101T120000Z runs/20260101T120500Z
@@ -37,14 +36,7 @@ def diff(
     if len(runs) != 2:
         raise ConfigurationError(f"diff compares two runs, {len(runs)} given; name two.")
     found = differences(*runs)
-    console = open_console(stderr=False)
-    if as_json:
-        print_json(found)
-    elif not any(found.values()):
-        console.print("The runs are the same.")
-    else:
-        _print(found, console)
-    return 1 if any(found.values()) else 0
+    return Answer(found, lambda: _print(found), code=1 if any(found.values()) else 0)
 
 
 def differences(first: Path, second: Path) -> dict[str, Any]:
@@ -99,8 +91,12 @@ def _alone(events: list[tuple[float, str]], others: list[tuple[float, str]]) -> 
     return [[round(time, 3), text] for time, text in events if not shared(time, text)]
 
 
-def _print(found: dict[str, Any], console: Any) -> None:
+def _print(found: dict[str, Any]) -> None:
     from rich.table import Table
+
+    console = open_console(stderr=False)
+    if not any(found.values()):
+        console.print("The runs are the same.")
 
     for title in ("config", "figures"):
         if found[title]:

@@ -21,8 +21,7 @@ from rich.text import Text
 from bridge.adapters.naoqi import qi_library
 from bridge.realtime import CONTROLLER_PRIORITY, quiet_process, request_real_time
 from emulator.timing import CycleTimer, CycleTimes
-from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer
 
 T = TypeVar("T")
 Verdict = Literal["good", "warning", "bad"]
@@ -68,24 +67,14 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     """What it means, and what to do when it is not good."""
 
 
-def doctor(as_json: options.Json = False) -> int:
-    """Say what of this machine matters: cores, timer, permissions, port, packages.
+def doctor() -> Answer:
+    """Say what of this machine matters: cores, timer, permissions, port, packages. Exit code 3: it cannot work.
 
     Example: nao-hil doctor --json
     """
-    return run(as_json)
-
-
-def run(as_json: bool) -> int:
-    """Print the findings; the exit code is 0, or 3 when one of them keeps nao-hil from working."""
     findings = diagnose()
     bad = any(f.verdict == "bad" for f in findings)
-    if as_json:
-        result = {"healthy": not bad, "findings": findings}
-        print_json(result)
-    else:
-        _print(findings)
-    return 3 if bad else 0
+    return Answer({"healthy": not bad, "findings": findings}, _table(findings), code=3 if bad else 0)
 
 
 def diagnose() -> list[Finding]:
@@ -218,8 +207,8 @@ def in_child(work: Callable[[], T]) -> T | None:
         return None
 
 
-def _print(findings: list[Finding]) -> None:
+def _table(findings: list[Finding]) -> Table:
     table = Table("", "what", "found", "what it means", title="nao-hil doctor")
     for f in findings:
         table.add_row(Text(f.verdict, _STYLES[f.verdict]), f.name, f.value, f.advice)
-    open_console(stderr=False).print(table)
+    return table

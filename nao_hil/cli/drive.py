@@ -14,7 +14,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.client import WalkClient
 from bridge.types import Vec3
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.signals import stop_event
 from nao_hil.drive.driver import HELP
 from nao_hil.drive.inputs import Inputs
@@ -37,8 +37,7 @@ def drive(
     ] = None,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Walk a robot by the keys of this terminal; its walker was started with --serve.
 
     The robot stops three seconds after the driver's last word, should this terminal or the line break.
@@ -62,9 +61,7 @@ def drive(
             finally:
                 session.end()
             live.update(picture(session), refresh=True)
-    if as_json:
-        print_json(outcome(session, name, connect, gamepad))
-    return 0
+    return Answer(outcome(session, name, connect, gamepad))
 
 
 def outcome(session: Session, name: str, connect: str, gamepad: Path | None) -> dict[str, Any]:

@@ -22,11 +22,10 @@ from bridge.recording.recorder import Recorder
 from nao_hil import __version__
 from nao_hil.cli import options
 from nao_hil.cli.added_options import takes_run
-from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.description import robot_scene
-from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.summary import RunStatistics, starved
 
 
@@ -44,8 +43,7 @@ def emulate(
     ] = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Run the emulated robot until Ctrl-C; a controller may come and go.
 
     Example: nao-hil emulate --robot nao-v6 --mode lockstep --seed 7
@@ -61,9 +59,7 @@ def emulate(
     body = check_robot(settings)
     guard = Guard(body, settings.guard, armed=not disarmed, dry_run=dry_run)
     summary = _run(settings, body, guard, name, listen, realtime_priority, out, overwrite, stop, console)
-    if as_json:
-        print_json(summary | {"config": msgspec.to_builtins(settings)})
-    return 0
+    return Answer(summary | {"config": msgspec.to_builtins(settings)})
 
 
 def _run(

@@ -12,9 +12,8 @@ import typer
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 from nao_hil.cli import options
-from nao_hil.cli.console import chosen_engine, open_console, print_json
-from nao_hil.cli.progress import CampaignProgress
-from nao_hil.cli.signals import stop_event
+from nao_hil.cli.console import Answer, chosen_engine, open_console
+from nao_hil.cli.progress import running_campaign
 from nao_hil.experiments.catalogue import ALL, EXPERIMENTS
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory
@@ -77,8 +76,7 @@ def experiment(
     cluster: options.Cluster = "local",
     duration: Duration = None,
     out: options.Out = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Run an experiment over many seeds; figures, JSON and report.html go to the run's folder.
 
     Walks are kept there too: the same command with the same --out goes on where it was stopped. Exit code 1:
@@ -101,18 +99,14 @@ def experiment(
     changes = chosen_engine(_changes(config, robot, wear, engine, gait), open_console())
     directory = RunDirectory(out)
     directory.write_config(changes)
-    stop = stop_event()
     # Imported late: physics, figures and the template are for those who run one.
     from nao_hil.experiments.runner import Runner
-    from nao_hil.runs.campaign import Campaign
 
     console = open_console()
-    with (
-        CampaignProgress(console) as progress,
-        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
-    ):
+    names = [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]
+    with running_campaign(names[0], directory, cluster) as (campaign, progress):
         runner = Runner(campaign, console, directory.path, changes, seeds, first_seed, duration, gait)
-        for each in [n for n, entry in EXPERIMENTS.items() if entry.thesis] if name == ALL else [name]:
+        for each in names:
             progress.begin(each)
             runner.run(each, directory.path / each if name == ALL else directory.path)
     data = runner.summary(name)
@@ -121,11 +115,7 @@ def experiment(
     if runner.interrupted:
         console.print("Interrupted: the report has what is there.")
     console.print(f"report: {report}", highlight=False, soft_wrap=True)
-    if as_json:
-        print_json(data)
-    if runner.interrupted:
-        return 130
-    return 0 if runner.passed else 1
+    return Answer(data, code=130 if runner.interrupted else int(not runner.passed))
 
 
 def _changes(
@@ -138,12 +128,8 @@ def _changes(
     return settings
 
 
-def experiments(as_json: options.Json = False) -> int:
+def experiments() -> Answer:
     """List the experiments there are."""
-    if as_json:
-        print_json({name: entry.what for name, entry in EXPERIMENTS.items()})
-        return 0
-    for name, entry in EXPERIMENTS.items():
-        print(f"{name:14} {entry.what}")
-    print(f"{ALL:14} those of the thesis, in one report")
-    return 0
+    listed = {name: entry.what for name, entry in EXPERIMENTS.items()}
+    lines = (listed | {ALL: "those of the thesis, in one report"}).items()
+    return Answer(listed, "\n".join(f"{name:14} {what}" for name, what in lines))

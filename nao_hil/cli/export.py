@@ -10,7 +10,7 @@ import typer
 from bridge.errors import ConfigurationError
 from bridge.recording.playback import recorded_config
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 from nao_hil.files import write_text
 
 File = Annotated[Path, typer.Option("--out", help="File to write.", metavar="FILE")]
@@ -23,26 +23,22 @@ body and in its wear profile.
 """
 
 
-def mjcf(
-    out: File, robot: options.Body = None, wear: options.Wear = None, as_json: options.Json = False
-) -> int:
+def mjcf(out: File, robot: options.Body = None, wear: options.Wear = None) -> Answer:
     """Write the robot as a MuJoCo model: drives with backlash, delay, rotor inertia and friction, soft soles.
 
     It loads in MuJoCo 3.7 or later without this project (docs/how-to/export.md).
 
     Example: nao-hil export mjcf --robot nao-v6 --wear worn --out nao.xml
     """
-    return _export("mjcf", out, robot, wear, as_json)
+    return _export("mjcf", out, robot, wear)
 
 
-def urdf(
-    out: File, robot: options.Body = None, wear: options.Wear = None, as_json: options.Json = False
-) -> int:
+def urdf(out: File, robot: options.Body = None, wear: options.Wear = None) -> Answer:
     """Write the robot as URDF: links, masses, joints and shapes, which is all that URDF can say.
 
     Example: nao-hil export urdf --robot nao-v3 --out nao.urdf
     """
-    return _export("urdf", out, robot, wear, as_json)
+    return _export("urdf", out, robot, wear)
 
 
 def folder(
@@ -51,8 +47,7 @@ def folder(
     ],
     robot: options.Body = None,
     wear: options.Wear = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Write the robot with its shell as MuJoCo Menagerie and robot_descriptions lay models out.
 
     MJCF, a scene, URDF, meshes, a picture where MuJoCo can draw, licence, README and a test.
@@ -77,19 +72,15 @@ def folder(
         + ("" if picture else " No picture: MuJoCo cannot draw."),
         highlight=False,
     )
-    if as_json:
-        found = sorted([*files, *([picture] if picture else [])])
-        print_json({"robot": body.name, "wear": profile, "folder": str(out), "files": found})
-    return 0
+    found = sorted([*files, *([picture] if picture else [])])
+    return Answer({"robot": body.name, "wear": profile, "folder": str(out), "files": found})
 
 
-def _export(form: str, out: Path, robot: str | None, wear: str | None, as_json: bool) -> int:
+def _export(form: str, out: Path, robot: str | None, wear: str | None) -> Answer:
     body, profile, text = _text(form, robot, wear)
     write_text(out, text)
     open_console().print(f"{body.name} with {profile} drives is in {out}.", highlight=False)
-    if as_json:
-        print_json({"format": form, "robot": body.name, "wear": profile, "file": str(out)})
-    return 0
+    return Answer({"format": form, "robot": body.name, "wear": profile, "file": str(out)})
 
 
 def _text(form: str, robot: str | None, wear: str | None) -> tuple[Any, str, str]:
@@ -131,8 +122,7 @@ def export_run(
     speed: Annotated[
         float, typer.Option("--speed", help="Of the video: robot time per second.", min=0.01, max=100.0)
     ] = 1.0,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Write a recorded run as one file: robot, charts, events. The page has a timeline and slow motion.
 
     Of two recordings the page has two robots side by side, and their charts over each other.
@@ -174,7 +164,5 @@ def export_run(
     for file in written.values():
         size = 1e-6 * file.stat().st_size
         open_console().print(f"written to {file}, {size:.1f} MB", highlight=False, soft_wrap=True)
-    if as_json:
-        files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
-        print_json({**files, "config": recorded_config(recordings[0])})
-    return 0
+    files = {kind: {"file": str(file), "bytes": file.stat().st_size} for kind, file in written.items()}
+    return Answer({**files, "config": recorded_config(recordings[0])})

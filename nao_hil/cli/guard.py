@@ -12,7 +12,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.client import GuardClient
 from bridge.messages.guard import GuardStatus
 from nao_hil.cli import options
-from nao_hil.cli.console import print_json
+from nao_hil.cli.console import Answer
 
 _WHO = "nao-hil on the command line"
 
@@ -24,22 +24,20 @@ def stop(
     ] = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Emergency stop: the robot crouches, lets go, and takes no command until `nao-hil arm`. Needs no lease.
 
     Example: nao-hil stop --connect tcp/192.168.1.7:7447
     """
     with GuardClient(name, connect) as guard:
-        return _show(guard.stop("limp" if limp else "crouch", _WHO), as_json)
+        return _show(guard.stop("limp" if limp else "crouch", _WHO))
 
 
 def arm(
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask; for scripts.")] = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Let a robot take commands: a real one after its start, any one after an emergency stop.
 
     Example: nao-hil arm --yes --connect tcp/192.168.1.7:7447
@@ -47,7 +45,7 @@ def arm(
     with GuardClient(name, connect) as guard:
         if not yes:
             _confirm(guard, name)
-        return _show(guard.arm(_WHO), as_json)
+        return _show(guard.arm(_WHO))
 
 
 def _confirm(guard: GuardClient, name: str) -> None:
@@ -65,8 +63,6 @@ def _confirm(guard: GuardClient, name: str) -> None:
         raise ConfigurationError("not armed.")
 
 
-def _show(status: GuardStatus, as_json: bool) -> int:
+def _show(status: GuardStatus) -> Answer:
     typer.echo(status.text, err=True)
-    if as_json:
-        print_json(status)
-    return 0
+    return Answer(status)

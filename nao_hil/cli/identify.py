@@ -11,7 +11,7 @@ import typer
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ROBOT
 from nao_hil.cli import options
-from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.files import write_bytes
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory, recording_of
@@ -42,8 +42,7 @@ def identify(
     begin: options.Begin = 0.0,
     end: options.End = None,
     columns: options.Columns = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Fit backlash, delay, stiffness and friction to a recording of `nao-hil excite`.
 
     The file loads with --wear, and says which values were identified, with intervals, and which were assumed.
@@ -55,9 +54,8 @@ def identify(
     """
     # imported late: the fit and the figures are for those who identify
     from emulator.wear import load_wear
-    from nao_hil.identification.identification import identify, result
+    from nao_hil.identification.identification import identify, result, write_profile
     from nao_hil.identification.identification_page import in_words, write_identification
-    from nao_hil.identification.profile import write_profile
     from nao_hil.identification.recorded import read_signals
 
     options.check_stretch(begin, end)
@@ -70,8 +68,7 @@ def identify(
         found, signals = identify(recorded, profile, lambda n: status.update(f"fitting: simulation {n}"))
     values = result(recorded, found, signals, profile, str(recording), str(out))
     write_profile(out, values, profile)
-    encoded = msgspec.json.encode(values)
-    write_bytes(out.with_suffix(".json"), msgspec.json.format(encoded))
+    write_bytes(out.with_suffix(".json"), msgspec.json.format(msgspec.json.encode(values)))
     page = out.with_name(f"{out.stem}-report.html")
     write_identification(page, values, found, signals)
     for note in values.notes:
@@ -80,9 +77,7 @@ def identify(
         value, interval = in_words(name, each)
         console.print(f"{name:26} {value:>20}   {interval}", highlight=False)
     console.print(f"profile: {out}\nreport: {page}", highlight=False, soft_wrap=True)
-    if as_json:
-        print(encoded.decode(), flush=True)
-    return 0
+    return Answer(values)
 
 
 def compare(
@@ -98,8 +93,7 @@ def compare(
     columns: options.Columns = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Replay a recording's commands through the emulated robot, and report what differs.
 
     Body, world and start are those that the recording names, unless options say otherwise; drives and sensors
@@ -138,9 +132,7 @@ def compare(
     for note in result.notes:
         console.print(note, highlight=False, soft_wrap=True)
     console.print(f"{result.sentence}\nreport: {page}", highlight=False, soft_wrap=True)
-    if as_json:
-        print_json(result)
-    return 0
+    return Answer(result)
 
 
 def excite(
@@ -166,8 +158,7 @@ def excite(
     seed: options.Seed = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Move joint after joint, slowly and in small steps, and record it for `nao-hil identify`.
 
     A robot that hangs by its shoulders moves all joints, one that stands only head and arms. It takes the
@@ -206,6 +197,4 @@ def excite(
     console.print(
         f"{result.seconds:.1f} s of {result.robot} in {result.recording}", highlight=False, soft_wrap=True
     )
-    if as_json:
-        print_json(result)
-    return 0
+    return Answer(result)

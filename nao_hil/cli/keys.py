@@ -12,8 +12,7 @@ from rich.text import Text
 
 from bridge.errors import ConfigurationError
 from bridge.link.certificates import ROLES
-from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 
 
 def keys(
@@ -32,8 +31,7 @@ def keys(
     renew: Annotated[
         bool, typer.Option("--renew", help="New certificates of the same authority for the ones there.")
     ] = False,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Make a certificate authority and a certificate for each role, or show the ones that are there.
 
     Example: nao-hil keys keys --host robot.local --days 90
@@ -64,7 +62,4 @@ def keys(
         left = f"{one.days_left:.1f}" if one.days_left > 0.0 else Text("expired", "red")
         table.add_row(one.role, one.expires[:16].replace("T", " "), left, ", ".join(one.hosts))
     console.print(table)
-    if as_json:
-        result = {"folder": str(folder), "made": wanted, "certificates": msgspec.to_builtins(state)}
-        print_json(result)
-    return 0
+    return Answer({"folder": str(folder), "made": wanted, "certificates": msgspec.to_builtins(state)})

@@ -21,7 +21,7 @@ from typer.core import TyperGroup
 from bridge.errors import ConfigurationError, NaoHilError
 from bridge.validation import unknown_name
 from nao_hil import __version__
-from nao_hil.cli.added_options import with_keys_option
+from nao_hil.cli.added_options import with_shared_options
 from nao_hil.cli.console import end_log
 from nao_hil.cli.signals import loading
 from nao_hil.files import FULL
@@ -30,7 +30,7 @@ _ClickException: Any = typer.BadParameter.__mro__[2]
 """Base of all errors of usage; typer may carry a copy of click of its own, or use the installed one."""
 
 _COMMANDS: Final = {
-    "demo": "demo:demo",
+    "demo": "up:demo",
     "up": "up:up",
     "emulate": "emulate:emulate",
     "walk": "walk:walk",
@@ -55,10 +55,10 @@ _COMMANDS: Final = {
     "map": "campaign:map_",
     "tune": "tune:tune",
     "results": "campaign:results",
-    "robots": "catalogue:robots",
-    "gaits": "catalogue:gaits",
+    "robots": "config:robots",
+    "gaits": "config:gaits",
     "experiments": "experiment:experiments",
-    "scenarios": "catalogue:scenarios",
+    "scenarios": "config:scenarios",
     "stop": "guard:stop",
     "arm": "guard:arm",
     "keys": "keys:keys",
@@ -67,9 +67,12 @@ _COMMANDS: Final = {
 _GROUPS: Final = {
     "serve": (
         "Let a robot on the link pose as a NAO for programs written for one.",
-        {"lola": "lola:serve", "naoqi": "naoqi:serve"},
+        {"lola": "adapters:serve_lola", "naoqi": "adapters:serve_naoqi"},
     ),
-    "bridge": ("Put a real NAO on the link.", {"lola": "lola:bridge", "naoqi": "naoqi:bridge"}),
+    "bridge": (
+        "Put a real NAO on the link.",
+        {"lola": "adapters:bridge_lola", "naoqi": "adapters:bridge_naoqi"},
+    ),
     "design": (
         "Compute the numbers that the walker and the robot load.",
         {"torso": "design:torso", "ensemble": "design:ensemble"},
@@ -165,7 +168,7 @@ def _application(arguments: list[str]) -> typer.Typer:
 
 def _add(app: typer.Typer, name: str, place: str) -> None:
     module, _, function = place.partition(":")
-    run = with_keys_option(getattr(import_module(f"nao_hil.cli.{module}"), function))
+    run = with_shared_options(getattr(import_module(f"nao_hil.cli.{module}"), function))
     app.command(name, context_settings={"allow_interspersed_args": name != "run-naoqi"})(run)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import msgspec
 import typer
@@ -12,7 +12,7 @@ from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ROBOT
 from bridge.link.client import WalkClient
 from nao_hil.cli import options
-from nao_hil.cli.console import chosen_engine, open_console, print_json
+from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.runs.config import run_config
 
 _LONGEST: Final = 120.0
@@ -44,8 +44,7 @@ def motion(
         ),
     ] = None,
     name_on_link: options.Name = DEFAULT_ROBOT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Play a key-frame motion on an emulated robot in this process, and tell whether it stands.
 
     Without --start the robot lies as the motion begins; another way is refused. `get-up` plays the motion for
@@ -63,7 +62,7 @@ def motion(
                 raise ConfigurationError(
                     f"{option} is for a robot in this process; the one at {connect} has its own."
                 )
-        return _on_link(name, name_on_link, connect, as_json=as_json)
+        return _on_link(name, name_on_link, connect)
     # imported late: help and completion need neither physics nor SciPy
     from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion, lying
     from bridge.motion.get_up import TRIES
@@ -96,15 +95,13 @@ def motion(
             if wanted.bodies and body.body.base not in wanted.bodies:
                 console.print(f"{name} works on {', '.join(wanted.bodies)}; it failed on {body.body.name}")
         result = play(body, name, player)
-    if not as_json:
-        word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
-        console.print(f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}")
-    else:
-        print_json(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)})
-    return 0 if result.stands else 1
+    word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
+    said = f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}"
+    data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}
+    return Answer(data, lambda: console.print(said), code=0 if result.stands else 1)
 
 
-def _on_link(motion: str, robot: str, connect: str, *, as_json: bool) -> int:
+def _on_link(motion: str, robot: str, connect: str) -> Answer:
     """Order a motion, and wait until the robot stands, rests or lies."""
     with WalkClient(robot, connect) as walker:
         first = walker.motion(motion)
@@ -116,9 +113,7 @@ def _on_link(motion: str, robot: str, connect: str, *, as_json: bool) -> int:
             if state in ("stand", "rest", "fallen") and (seen or status.seq > first.seq + _BEGINS):
                 break
             time.sleep(_LOOK)
-    result: dict[str, Any] = {"motion": motion, "state": state, "stands": state == "stand"}
-    if as_json:
-        print_json(result)
-    else:
-        open_console().print(f"{motion}: the robot is in state `{state}`")
-    return 0 if state in ("stand", "rest") else 1
+    said = f"{motion}: the robot is in state `{state}`"
+    code = 0 if state in ("stand", "rest") else 1
+    data = {"motion": motion, "state": state, "stands": state == "stand"}
+    return Answer(data, lambda: open_console().print(said), code)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -44,43 +45,20 @@ def assignments(values: list[str]) -> dict[str, Any]:
     return table
 
 
-def _among(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
-    """What completes a name; the names are asked for when somebody presses the tab key, not before."""
+def _among(*names: str, of: str = "") -> Callable[[str], list[str]]:
+    """Completes one of some names.
+
+    Args:
+        names: To choose from.
+        of: `module:NAMES` that has them; imported when somebody presses the tab key, not before.
+    """
 
     def complete(incomplete: str) -> list[str]:
-        return [name for name in names() if name.startswith(incomplete)]
+        module, _, attribute = of.partition(":")
+        known = getattr(import_module(module), attribute) if of else names
+        return [name for name in known if name.startswith(incomplete)]
 
     return complete
-
-
-def _bodies() -> Iterable[str]:
-    from bridge.body import BODIES
-
-    return BODIES
-
-
-def _wear() -> Iterable[str]:
-    from emulator.wear import WEAR
-
-    return WEAR
-
-
-def _scenarios() -> Iterable[str]:
-    from emulator.scenarios import SCENARIOS
-
-    return SCENARIOS
-
-
-def _starts() -> Iterable[str]:
-    from emulator.scenarios import START_NAMES
-
-    return START_NAMES
-
-
-def _gaits() -> Iterable[str]:
-    from walker.gaits import GAITS
-
-    return GAITS
 
 
 Body = Annotated[
@@ -89,7 +67,7 @@ Body = Annotated[
         "--robot",
         help="Body: a name of `nao-hil robots`, or a data sheet's path.",
         metavar="BODY",
-        autocompletion=_among(_bodies),
+        autocompletion=_among(of="bridge.body:BODIES"),
     ),
 ]
 
@@ -100,7 +78,7 @@ Wear = Annotated[
         "--wear",
         help="Drives and sensors: ideal, nominal, worn, ensemble:K, or a profile's path.",
         metavar="WEAR",
-        autocompletion=_among(_wear),
+        autocompletion=_among(of="emulator.wear:WEAR"),
     ),
 ]
 
@@ -111,7 +89,7 @@ Engine = Annotated[
         "--engine",
         help="Physics; default: PyBullet where it is installed, else MuJoCo.",
         metavar="pybullet|mujoco",
-        autocompletion=_among(lambda: ("pybullet", "mujoco")),
+        autocompletion=_among("pybullet", "mujoco"),
     ),
 ]
 
@@ -122,7 +100,7 @@ Scenario = Annotated[
         "--scenario",
         help="World: a name of `nao-hil scenarios`, or a path.",
         metavar="NAME|FILE",
-        autocompletion=_among(_scenarios),
+        autocompletion=_among(of="emulator.scenarios:SCENARIOS"),
     ),
 ]
 
@@ -133,7 +111,7 @@ Start = Annotated[
         "--start",
         help="Pose to begin in: stand, sit, crouch, lie-back, lie-front, lie-side, hang.",
         metavar="POSE",
-        autocompletion=_among(_starts),
+        autocompletion=_among(of="emulator.scenarios:START_NAMES"),
     ),
 ]
 
@@ -150,7 +128,7 @@ Gait = Annotated[
         "--gait",
         help="Gait: a name of `nao-hil gaits`.",
         metavar="GAIT",
-        autocompletion=_among(_gaits),
+        autocompletion=_among(of="walker.gaits:GAITS"),
     ),
 ]
 
@@ -161,7 +139,7 @@ Stabilizer = Annotated[
         "--stabilizer",
         help="Mechanisms that are on: the gait's own, the thesis' alone (admittances, torso control), or none.",
         metavar="own|thesis|none",
-        autocompletion=_among(lambda: ("own", "thesis", "none")),
+        autocompletion=_among("own", "thesis", "none"),
     ),
 ]
 
@@ -172,7 +150,7 @@ Torso = Annotated[
         "--torso",
         help="Torso control; default: the gait's own choice.",
         metavar="none|thesis|robust",
-        autocompletion=_among(lambda: ("none", "thesis", "robust")),
+        autocompletion=_among("none", "thesis", "robust"),
     ),
 ]
 
@@ -228,7 +206,7 @@ Mode = Annotated[
         help="`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer; "
         "`in-process` (`up` alone): one process, no link.",
         metavar="real-time|lockstep|in-process",
-        autocompletion=_among(lambda: ("real-time", "lockstep", "in-process")),
+        autocompletion=_among("real-time", "lockstep", "in-process"),
     ),
 ]
 
@@ -265,9 +243,6 @@ Cluster = Annotated[
         metavar="local[:N]|inline|tcp://HOST:PORT",
     ),
 ]
-
-
-Json = Annotated[bool, typer.Option("--json", help="End with one JSON object on the last line of stdout.")]
 
 
 Name = Annotated[str, typer.Option("--name", help="Robot id: all keys are under nao/<id>/.", metavar="ID")]

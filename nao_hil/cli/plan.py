@@ -14,7 +14,7 @@ from rich.table import Table
 from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.options import Assignments, assignments
 from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.folder import RunDirectory
@@ -56,8 +56,7 @@ def plan(
     config: options.Config = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Search the hip motion with the largest stability margin. Exit code 1: the ZMP leaves the soles.
 
     --out writes config.toml, which --config of the other commands takes.
@@ -105,9 +104,7 @@ def plan(
         with console.status("figures"):
             result["figures"] = [file.name for file in draw(p, body, found.choice, directory.path)]
     _show(console, p, result, directory)
-    if as_json:
-        print_json(result)
-    return 0 if found.margin > 0.0 else 1
+    return Answer(result, code=0 if found.margin > 0.0 else 1)
 
 
 def _result(p: HuangParameters, body: Body, found: CyclePlan, seconds: float) -> dict[str, Any]:

@@ -10,9 +10,9 @@ import typer
 
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from nao_hil.analysis.plots.names import PLOTS
+from nao_hil.analysis.plots import PLOTS
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 
 
 def plot(
@@ -36,8 +36,7 @@ def plot(
         Path | None,
         typer.Option("--out", help="Folder for the files; default: the recording's.", metavar="DIR"),
     ] = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Draw plots of a recording, one file each, FILE-NAME.png; of several, later ones dashed over the first.
 
     Three of them, or what --what names. Bands mark single supports (blue on the left foot, red on the right),
@@ -79,9 +78,7 @@ def plot(
             draw(runs, name, written[-1])
     for path in written:
         console.print(f"written to {path}", soft_wrap=True)
-    if as_json:
-        print_json({"files": [str(path) for path in written]})
-    return 0
+    return Answer({"files": [str(path) for path in written]})
 
 
 def chosen(what: str) -> list[str]:

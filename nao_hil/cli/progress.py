@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rich.console import Console
 from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from nao_hil.cli.console import print_json
+from nao_hil.cli.console import open_console
+from nao_hil.cli.signals import stop_event
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
+
+if TYPE_CHECKING:
+    from nao_hil.runs.campaign import Campaign
 
 LINE_INTERVAL = 5.0
 """s between lines where there is no terminal to redraw."""
@@ -94,9 +98,7 @@ class WalkProgress:
             self._live.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._live is not None:
             self._live.stop()
 
@@ -161,10 +163,30 @@ class CampaignProgress:
         self._bar.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._bar.stop()
+
+
+@contextmanager
+def running_campaign(
+    title: str, directory: RunDirectory | None, cluster: str
+) -> Iterator[tuple[Campaign, CampaignProgress]]:
+    """A campaign that ends with Ctrl-C, its progress on the terminal.
+
+    Args:
+        title: Of the progress.
+        directory: Folder of the run, in which walks are kept; None: they are kept nowhere.
+        cluster: As `--cluster` has it.
+    """
+    from nao_hil.runs.campaign import Campaign  # imported late: physics is for those who run one
+
+    folder, stop = None if directory is None else directory.path / "walks", stop_event()
+    with (
+        CampaignProgress(open_console()) as progress,
+        Campaign(folder, cluster=cluster, stop=stop, progress=progress) as campaign,
+    ):
+        progress.begin(title)
+        yield campaign, progress
 
 
 def conclude(
@@ -173,7 +195,6 @@ def conclude(
     console: Console,
     *,
     interrupted: bool,
-    as_json: bool,
     target: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Add the diagnosis, write the summary and show it.
@@ -183,7 +204,6 @@ def conclude(
         directory: Folder of the run.
         console: Terminal.
         interrupted: The run was ended by a signal.
-        as_json: Print the JSON as well.
         target: Place to which it was to walk, m, m, rad, in the frame of its first pose; empty: none.
 
     Returns:
@@ -194,8 +214,6 @@ def conclude(
     summary["diagnosis"] = _diagnosis(directory, summary["resets"]) if summary["fell"] else None
     directory.write_summary(summary)
     _show(summary, recording, console, interrupted, target)
-    if as_json:
-        print_json(summary)
     return summary
 
 

@@ -16,9 +16,9 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.playback import recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.signals import stop_event
-from nao_hil.runs.description import robot_scene
+from nao_hil.runs.folder import robot_scene
 
 _TAKE = 0.2
 """s between two looks whether to end."""
@@ -35,8 +35,7 @@ def record(
     ] = None,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer | int:
     """Record any robot, emulated or real, until Ctrl-C; waits for it if it is not there yet.
 
     What is on disk stays readable if this is killed. A robot that begins anew gets a file of its own.
@@ -70,10 +69,8 @@ def record(
                 status.update(f"{capture.seconds:.1f} s, {sum(capture.counts.values())} messages")
     files = [str(path) for path in recorder.paths]
     console.print(f"{capture.seconds:.2f} s of robot time in {', '.join(files)}")
-    if as_json:
-        result = {"files": files, "seconds": capture.seconds, "messages": capture.counts}
-        print_json(result | {"refused": capture.refused})
-    return 0
+    result = {"files": files, "seconds": capture.seconds, "messages": capture.counts}
+    return Answer(result | {"refused": capture.refused})
 
 
 def replay(
@@ -87,8 +84,7 @@ def replay(
     robot: options.Body = None,
     name: options.Name = DEFAULT_ROBOT,
     listen: options.Listen = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Play a recording back onto the wire, as a robot that can be listened to and takes no commands.
 
     Example: nao-hil replay runs/20260101T120000Z/frames.mcap --speed 0.25
@@ -116,13 +112,11 @@ def replay(
             frames += played
             if not loop:
                 break
-    if as_json:
-        played_back = {"frames": frames, "position": player.position, "config": recorded_config(file)}
-        print_json(played_back)
-    return 130 if stop.is_set() and not loop else 0
+    played_back = {"frames": frames, "position": player.position, "config": recorded_config(file)}
+    return Answer(played_back, code=130 if stop.is_set() and not loop else 0)
 
 
-def info(file: options.Recording, as_json: options.Json = False) -> int:
+def info(file: options.Recording) -> Answer:
     """Tell what is in a recording: robot, run, times, messages, how it went and what went wrong first.
 
     Also of a recording that was cut off.
@@ -133,16 +127,12 @@ def info(file: options.Recording, as_json: options.Json = False) -> int:
 
     with open_console().status(f"reading {file}"):
         contents = inspect(file)
-    if as_json:
-        print_json(contents)
-        return 0
     table = Table(title=str(file), show_header=False)
     table.add_column()
     table.add_column(overflow="fold")
     for name, value in _rows(contents):
         table.add_row(name, value)
-    open_console(stderr=False).print(table)
-    return 0
+    return Answer(contents, table)
 
 
 def _rows(c: Any) -> list[tuple[str, str]]:

@@ -12,9 +12,9 @@ from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.link.session import try_client
 from nao_hil.cli import options
-from nao_hil.cli.console import log_to_stderr, open_console, print_json
+from nao_hil.cli.console import Answer, log_to_stderr, open_console
 from nao_hil.cli.signals import stop_event
-from nao_hil.runs.description import describe
+from nao_hil.runs.folder import describe
 
 RETRY = 0.1
 """s between two looks for a router"""
@@ -41,8 +41,7 @@ def ros(
     ] = 10.0,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer | int:
     """Put a robot on ROS 2 for nodes with rmw_zenoh; ROS need not be installed here.
 
     Example: nao-hil ros --domain 3
@@ -65,9 +64,7 @@ def ros(
         ).run()
     finally:
         node.close()
-    if as_json:
-        print_json(counts)
-    return 0
+    return Answer(counts)
 
 
 def rosbag(
@@ -76,8 +73,7 @@ def rosbag(
     distro: Annotated[
         str, typer.Option("--distro", help="ROS distribution: humble, jazzy or kilted.")
     ] = "jazzy",
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Write a recorded run as a ROS 2 bag: joint states, inertial unit, odometry, transforms, URDF.
 
     Example: nao-hil export rosbag runs/20260101T120000Z --out walk-bag
@@ -92,6 +88,4 @@ def rosbag(
     body = recorded_body(recording)
     counts = write_bag(recording, out, body, describe(body), check_distro(distro))
     open_console().print(f"{sum(counts.values())} messages are in {out}.", highlight=False)
-    if as_json:
-        print_json({"bag": str(out), "messages": counts})
-    return 0
+    return Answer({"bag": str(out), "messages": counts})

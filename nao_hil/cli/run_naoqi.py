@@ -25,7 +25,7 @@ from bridge.errors import ConfigurationError, LinkError
 from bridge.link import DEFAULT_ENDPOINT
 from bridge.link.certificates import split_endpoint
 from nao_hil.cli import options
-from nao_hil.cli.console import open_console, print_json
+from nao_hil.cli.console import Answer, open_console
 from nao_hil.cli.signals import on_signals
 from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.runner import ADDRESS
@@ -56,8 +56,7 @@ def run_naoqi(
     robot: options.Body = None,
     url: Url = DEFAULT_URL,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Run a program written for NAOqi, unchanged: `naoqi`, `almath` and `qi` are there.
 
     Example: nao-hil run-naoqi hello.py --ip 127.0.0.1
@@ -72,9 +71,7 @@ def run_naoqi(
         said = f"{option} after the program is the program's own; before it, it is an option of run-naoqi."
         print(f"warning: {said}", file=sys.stderr, flush=True)
     code, started = run_program(program, arguments, robot, url, connect)
-    if as_json:
-        print_json({"exit_code": code, "started": started})
-    return code
+    return Answer({"exit_code": code, "started": started}, code=code)
 
 
 def run_program(
@@ -205,8 +202,7 @@ def run_choregraphe(
     robot: options.Body = None,
     url: Url = DEFAULT_URL,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Play a behaviour of Choregraphe: script boxes, timelines and flow diagrams; then list what was not done.
 
     Example: nao-hil run-choregraphe my_project/my_project.pml
@@ -223,9 +219,7 @@ def run_choregraphe(
     for sentence in could_not:
         print(f"not done: {sentence}", file=sys.stderr)
     code = code or int(bool(could_not))
-    if as_json:
-        print_json({"exit_code": code, "could_not": could_not, "started": started})
-    return code
+    return Answer({"exit_code": code, "could_not": could_not, "started": started}, code=code)
 
 
 def _chosen(files: list[Path], name: str | None) -> Path:

@@ -11,9 +11,8 @@ import typer
 
 from bridge.errors import ConfigurationError
 from nao_hil.cli import options
-from nao_hil.cli.console import chosen_engine, open_console, print_json
-from nao_hil.cli.progress import CampaignProgress
-from nao_hil.cli.signals import stop_event
+from nao_hil.cli.console import Answer, chosen_engine, open_console
+from nao_hil.cli.progress import running_campaign
 from nao_hil.runs.config import run_config
 from nao_hil.runs.folder import RunDirectory
 
@@ -52,8 +51,7 @@ def tune(
     ] = None,
     cluster: options.Cluster = "local",
     out: options.Out = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer | int:
     """Look for the parameters that an ensemble of robots, worlds and seeds walks best with.
 
     The same command with the same --out or --study goes on where it was; several share one study. Ends with
@@ -68,7 +66,6 @@ def tune(
     from nao_hil.campaigns import tuned
     from nao_hil.campaigns.objective import Ensemble
     from nao_hil.campaigns.tuned import read_space
-    from nao_hil.runs.campaign import Campaign
 
     dimensions: dict[str, Range] = read_space(ranges or [], space)
     console = open_console()
@@ -91,11 +88,7 @@ def tune(
     kept = studies.open_study(storage, dimensions, ensemble)
     if (before := studies.shipped(dimensions, ensemble)) is not None:
         studies.enqueue(kept, before)
-    stop = stop_event()
-    with (
-        CampaignProgress(console) as progress,
-        Campaign(directory.path / "walks", cluster=cluster, stop=stop, progress=progress) as campaign,
-    ):
+    with running_campaign("tune", directory, cluster) as (campaign, _):
 
         def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:
             done = campaign.walk(walks)
@@ -103,9 +96,8 @@ def tune(
                 raise studies.Stopped
             return [result.end for result in done]
 
-        progress.begin("tune")
-        studies.improve(kept, dimensions, ensemble, attempt, trials, stop.is_set)
-        if stop.is_set():
+        studies.improve(kept, dimensions, ensemble, attempt, trials, lambda: campaign.interrupted)
+        if campaign.interrupted:
             console.print("Interrupted: the same command goes on.")
             return 130
         best = kept.best_params
@@ -115,9 +107,7 @@ def tune(
     tuned.draw(kept, data["importance"], directory.path / "importance.png")
     directory.write_summary(data)
     _show(console, data, directory.path / "tuned.toml")
-    if as_json:
-        print_json(data)
-    return 0
+    return Answer(data)
 
 
 def _summary(kept: Study, walks_of_a_trial: int) -> dict[str, Any]:

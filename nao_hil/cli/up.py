@@ -1,10 +1,12 @@
-"""`nao-hil up`: both sides at once, watched."""
+"""`nao-hil up` and `demo`: both sides at once, watched."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
+import typer
 
 from bridge.body import load_body
 from bridge.config import from_dict
@@ -15,13 +17,12 @@ from bridge.motion import get_up_motions
 from bridge.recording.recorder import Recorder
 from nao_hil.cli import options
 from nao_hil.cli.added_options import takes_run
-from nao_hil.cli.console import chosen_engine, open_console, own_command
+from nao_hil.cli.console import Answer, chosen_engine, open_console, own_command
 from nao_hil.cli.progress import WalkProgress, conclude
 from nao_hil.cli.signals import stop_event
-from nao_hil.runs.config import RunConfig
-from nao_hil.runs.demo import Demo
-from nao_hil.runs.description import robot_scene
-from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.demo import GAIT, ROBOT, Demo
+from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.monitor import Monitor
 from nao_hil.runs.supervisor import Child, ChildResult
 from nao_hil.view.child import DEFAULT_PORT, LivePage
@@ -41,8 +42,7 @@ def up(
     listen: options.Listen = DEFAULT_ENDPOINT,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Start the robot and the walker as two processes and watch them walk.
 
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
@@ -68,9 +68,9 @@ def up(
         check_free(listen)
     directory = new_folder(settings, out, overwrite=overwrite)
     if settings.mode == "in-process":
-        return _in_process(settings, directory, as_json)
+        return _in_process(settings, directory)
     shown = port if view else None
-    return both_sides(settings, directory, name, listen, serve=serve, port=shown, as_json=as_json)
+    return both_sides(settings, directory, name, listen, serve=serve, port=shown)
 
 
 def new_folder(settings: RunConfig, out: Path | None, *, overwrite: bool) -> RunDirectory:
@@ -97,9 +97,8 @@ def both_sides(
     *,
     serve: bool,
     port: int | None,
-    as_json: bool,
     demo: Demo | None = None,
-) -> int:
+) -> Answer:
     """Robot and walker as two processes until one ends, a signal comes, or the demo is over.
 
     Args:
@@ -109,11 +108,10 @@ def both_sides(
         listen: Zenoh endpoint of the robot.
         serve: The walker waits for commands.
         port: Of the page; None: no page.
-        as_json: End with one JSON object.
         demo: Commands the walker.
 
     Returns:
-        Exit code.
+        Summary and exit code.
 
     Raises:
         NaoHilError: a side failed.
@@ -141,18 +139,18 @@ def both_sides(
             if page is not None and again is None:
                 page.end(GRACE)
         if again is None:
-            code = _conclude(settings, directory, robot_result, walker_result, stop.is_set(), as_json)
+            answer = _conclude(settings, directory, robot_result, walker_result, stop.is_set())
             break
         run += 1
         folder = directory.path.parent / f"{directory.path.name}-{run}"
         settings, directory = again, new_folder(again, folder, overwrite=True)
-    if page is not None and code != 130 and robot_result.result is not None:
+    if page is not None and answer.code != 130 and robot_result.result is not None:
         recording = directory.last_recording(robot_result.result["resets"])
         again_by = f"{own_command()} view --replay {recording}"
         console.print(f"look at it again: {again_by}", highlight=False, soft_wrap=True)
         if not serve:
             console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
-    return 0 if serve and code == 130 else code  # a walker that serves has no other end
+    return answer._replace(code=0) if serve and answer.code == 130 else answer  # serving has no other end
 
 
 class _Sides:
@@ -205,7 +203,7 @@ def _asked(page: LivePage, settings: RunConfig) -> RunConfig | None:
     return again
 
 
-def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> int:
+def _in_process(settings: RunConfig, directory: RunDirectory) -> Answer:
     """Robot and walker in this process, as fast as they compute."""
     from emulator.scenarios import load_scenario
     from nao_hil.runs.in_process import walk_in_process
@@ -216,15 +214,9 @@ def _in_process(settings: RunConfig, directory: RunDirectory, as_json: bool) -> 
     with Recorder(directory.recording, settings, scene) as recorder, console.status("walking in this process"):
         summary = walk_in_process(settings, [recorder], stop.is_set)
     interrupted = stop.is_set()
-    conclude(
-        msgspec.to_builtins(summary) | {"config": msgspec.to_builtins(settings)},
-        directory,
-        console,
-        interrupted=interrupted,
-        as_json=as_json,
-        target=settings.target,
-    )
-    return 1 if summary.falls > summary.recoveries else 130 if interrupted else 0
+    data = msgspec.to_builtins(summary) | {"config": msgspec.to_builtins(settings)}
+    data = conclude(data, directory, console, interrupted=interrupted, target=settings.target)
+    return Answer(data, code=1 if summary.falls > summary.recoveries else 130 if interrupted else 0)
 
 
 def _conclude(
@@ -233,12 +225,11 @@ def _conclude(
     robot: ChildResult,
     walker: ChildResult,
     interrupted: bool,
-    as_json: bool,
-) -> int:
+) -> Answer:
     """Summary, JSON and exit code of a run."""
     console = open_console()
     if interrupted and (robot.result is None or walker.result is None):
-        return 130  # before both sides had begun
+        return Answer(None, code=130)  # before both sides had begun
     failed = [
         (name, outcome)
         for name, outcome in (("robot", robot), ("walker", walker))
@@ -249,12 +240,9 @@ def _conclude(
         raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
     assert robot.result is not None
     summary = robot.result | {"walker": walker.result}
-    summary = conclude(
-        summary, directory, console, interrupted=interrupted, as_json=as_json, target=settings.target
-    )
-    if summary["falls"] > summary["recoveries"] or walker.code == 1:
-        return 1
-    return 130 if interrupted else 0
+    summary = conclude(summary, directory, console, interrupted=interrupted, target=settings.target)
+    fell = summary["falls"] > summary["recoveries"] or walker.code == 1
+    return Answer(summary, code=1 if fell else 130 if interrupted else 0)
 
 
 def _failure(name: str, outcome: ChildResult) -> NaoHilError:
@@ -262,3 +250,41 @@ def _failure(name: str, outcome: ChildResult) -> NaoHilError:
     sentence = f"the {name}'s process failed: {outcome.error}"
     error = ConfigurationError(outcome.error) if outcome.code == 2 else LinkError(sentence)
     return error
+
+
+def demo(
+    view: Annotated[
+        bool, typer.Option("--view/--no-view", help="Serve the live page meanwhile, as `nao-hil view` does.")
+    ] = True,
+    port: options.Port = DEFAULT_PORT,
+    engine: options.Engine = None,
+    mode: options.Mode = None,
+    seed: options.Seed = None,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+) -> Answer:
+    """Show a walk in all directions, a push and a stop in under a minute, with what to look at.
+
+    Example: nao-hil demo --seed 3
+    """
+    settings = run_config(None, robot=ROBOT, gait=GAIT, engine=engine, mode=mode, seed=seed, steps=0)
+    settings = chosen_engine(settings, open_console())
+    check_free(listen)  # the demo would command the robot that is there
+    directory = new_folder(settings, out, overwrite=overwrite)
+    with Demo(DEFAULT_ROBOT, listen) as play:
+        answer = both_sides(
+            settings,
+            directory,
+            DEFAULT_ROBOT,
+            listen,
+            serve=True,
+            port=port if view else None,
+            demo=play,
+        )
+    open_console().print(
+        f"walk it, push it: {own_command()} up --serve --view --robot {ROBOT} --gait {GAIT}\n"
+        f"the thesis' experiments: {own_command()} experiment all --out DIR",
+        highlight=False,
+    )
+    return answer

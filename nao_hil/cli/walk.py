@@ -17,7 +17,7 @@ from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT, ControllerLink
 from bridge.messages.walk import WALK_COMMAND
 from bridge.realtime import CONTROLLER_PRIORITY
 from nao_hil.cli import options
-from nao_hil.cli.console import log_to_stderr, print_json
+from nao_hil.cli.console import Answer, log_to_stderr
 from nao_hil.cli.signals import loading, on_signals
 from nao_hil.runs.config import run_config
 
@@ -50,8 +50,7 @@ def walk(
     recover: options.Recover = None,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Walk the robot at the other end of the link, emulated or real; waits for it if it is not there yet.
 
     Example: nao-hil walk --gait static --steps 20 --connect tcp/192.168.1.7:7447
@@ -95,12 +94,12 @@ def walk(
             link.serve(WALK_COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
         result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
-    if as_json:
-        walked = settings if body else msgspec.structs.replace(settings, robot=result.body)
-        print_json(msgspec.to_builtins(result) | {"config": msgspec.to_builtins(walked)})
-    elif not serve:
-        print(in_words(result), flush=True)
-    return _code(result, serve)
+    walked = settings if body else msgspec.structs.replace(settings, robot=result.body)
+    data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(walked)}
+    late = LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
+    worse = late if result.late and not serve and not result.fell else None
+    code = 1 if result.fell else 0 if result.done or serve else 130
+    return Answer(data, "" if serve else in_words(result), code, worse)
 
 
 def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
@@ -113,19 +112,6 @@ def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
 
     on_signals(end)
     return stop.is_set
-
-
-def _code(result: WalkResult, serve: bool) -> int:
-    """The exit code.
-
-    Raises:
-        LinkError: answers came too late for a walk.
-    """
-    if result.fell:
-        return 1
-    if result.late and not serve:
-        raise LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
-    return 0 if result.done or serve else 130
 
 
 def in_words(result: WalkResult) -> str:

@@ -15,7 +15,7 @@ from bridge.messages.frames import ELEMENTS
 from bridge.messages.world import PlaceThing, Press, Remove, Status, ThingKind, WorldCommand
 from bridge.validation import unknown_name
 from nao_hil.cli import options
-from nao_hil.cli.console import print_json
+from nao_hil.cli.console import Answer
 
 X = Annotated[float, typer.Argument(help="Ahead of the robot, m; with --floor along the floor's x axis.")]
 Y = Annotated[float, typer.Argument(help="To its left, m; with --floor along the floor's y axis.")]
@@ -39,13 +39,12 @@ def ball(
     floor: OnFloor = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Put a red ball of 6 cm on the floor.
 
     Example: nao-hil world ball 0.5 0.1
     """
-    return _put("ball", ball_name, (x, y), height, None, size, floor, name, connect, as_json)
+    return _put("ball", ball_name, (x, y), height, None, size, floor, name, connect)
 
 
 def landmark(
@@ -58,13 +57,12 @@ def landmark(
     floor: OnFloor = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Put a landmark of 10 cm at the height of the eyes, with its front to the robot.
 
     Example: nao-hil world landmark 80 1.0 0.2
     """
-    return _put("landmark", str(number), (x, y), height, yaw, size, floor, name, connect, as_json)
+    return _put("landmark", str(number), (x, y), height, yaw, size, floor, name, connect)
 
 
 def face(
@@ -77,26 +75,24 @@ def face(
     floor: OnFloor = False,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Put a face of 15 cm at the height of the eyes, with its front to the robot.
 
     Example: nao-hil world face Anna 1.0 -0.2 --height 0.6
     """
-    return _put("face", person, (x, y), height, yaw, size, floor, name, connect, as_json)
+    return _put("face", person, (x, y), height, yaw, size, floor, name, connect)
 
 
 def remove(
     what: Annotated[str, typer.Argument(help="Name of a thing or of a box.")],
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Take a thing or a box away.
 
     Example: nao-hil world remove ball
     """
-    return _send(Remove(name=what), name, connect, as_json)
+    return _send(Remove(name=what), name, connect)
 
 
 def press(
@@ -106,8 +102,7 @@ def press(
     ] = 0.3,
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Press a button, a bumper or a touch surface, and release it.
 
     Example: nao-hil world press head_front
@@ -118,29 +113,23 @@ def press(
         world.send(Press(button=button))
         time.sleep(seconds)
         world.send(Press(button=button, pressed=False))
-    text = f"Button {button} was pressed for {seconds:g} s."
-    _show_reply(text, as_json)
-    return 0
+    return _said(f"Button {button} was pressed for {seconds:g} s.")
 
 
 def show(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """List the boxes and things of the world.
 
     Example: nao-hil world list
     """
     with WorldClient(name, connect) as world:
         reply = world.send(Status())
-    if as_json:
-        print_json({"objects": reply.objects, "things": reply.things})
-        return 0
     found = [("box", box.name, box.position) for box in reply.objects]
-    for kind, called, position in [*found, *((t.kind, t.name, t.position) for t in reply.things)]:
-        print(f"{kind} `{called}` at ({', '.join(f'{x:.3f}' for x in position)})")
-    return 0
+    found += ((thing.kind, thing.name, thing.position) for thing in reply.things)
+    lines = (f"{kind} `{called}` at ({', '.join(f'{x:.3f}' for x in at)})" for kind, called, at in found)
+    return Answer({"objects": reply.objects, "things": reply.things}, "\n".join(lines))
 
 
 def _put(
@@ -153,8 +142,7 @@ def _put(
     floor: bool,
     name: str,
     connect: str,
-    as_json: bool,
-) -> int:
+) -> Answer:
     angle = None if yaw is None else math.radians(yaw)
     command = PlaceThing(
         name=called,
@@ -165,18 +153,13 @@ def _put(
         size=size,
         frame="floor" if floor else "robot",
     )
-    return _send(command, name, connect, as_json)
+    return _send(command, name, connect)
 
 
-def _send(command: WorldCommand, name: str, connect: str, as_json: bool) -> int:
+def _send(command: WorldCommand, name: str, connect: str) -> Answer:
     with WorldClient(name, connect) as world:
-        reply = world.send(command)
-    _show_reply(reply.text, as_json)
-    return 0
+        return _said(world.send(command).text)
 
 
-def _show_reply(text: str, as_json: bool) -> None:
-    if as_json:
-        print_json({"text": text})
-    else:
-        print(text)
+def _said(text: str) -> Answer:
+    return Answer({"text": text}, text)

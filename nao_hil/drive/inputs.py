@@ -9,7 +9,6 @@ import sys
 import termios
 import tty
 from pathlib import Path
-from types import TracebackType
 from typing import Final, NamedTuple
 
 from bridge.errors import ConfigurationError
@@ -88,9 +87,7 @@ class Inputs:
         tty.setcbreak(self._terminal)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)
         if self._gamepad is not None:
             os.close(self._gamepad)

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_hil.envs.task import Task, make_task
+from nao_hil.envs.tasks import Task, make_task
 from nao_hil.robot import Robot
 
 Observation = NDArray[np.float32]

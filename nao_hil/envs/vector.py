@@ -15,7 +15,7 @@ from bridge.messages import SensorFrame
 from bridge.types import Array
 from nao_hil.batch import Batch
 from nao_hil.envs.single import robot_seed
-from nao_hil.envs.task import Task, make_task
+from nao_hil.envs.tasks import Task, make_task
 
 Observation = NDArray[np.float32]
 

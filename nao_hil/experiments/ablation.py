@@ -13,8 +13,7 @@ from nao_hil.analysis.statistics import percent
 from nao_hil.experiments.conditions import Condition, condition
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.obstacle import drawn_plate
-from nao_hil.runs.campaign import Interrupted
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import Walk
 from walker.parameters import controller_parameters
 from walker.switches import NAMED, Switches
 
@@ -131,22 +130,18 @@ class AblationCell(msgspec.Struct, frozen=True, kw_only=True):
     result: Condition
 
 
-def experiment(context: Context, tasks: Sequence[AblationTask] = TASKS) -> Outcome:
+def experiment(context: Context) -> Outcome:
     """All conditions of all tasks, those that decide most first."""
-    planned = [(task, each) for task in tasks for each in conditions(task, _shipped(context, task.gait))]
+    planned = [(task, each) for task in TASKS for each in conditions(task, _shipped(context, task.gait))]
     walks = [
         _walk(context, task, each, seed)
         for stage in sorted({each.stage for _, each in planned})
-        for task in tasks
+        for task in TASKS
         for seed in context.seeds
         for of, each in planned
         if of == task and each.stage == stage
     ]
-    done: dict[str, list[WalkOutcome]] = {}
-    for walked in context.campaign.walk(walks):
-        done.setdefault(walked.walk.name, []).append(walked)
-    if not done:
-        raise Interrupted
+    done = context.walk_by_name(walks)
     cells = [
         AblationCell(
             task=task.name,
@@ -158,13 +153,13 @@ def experiment(context: Context, tasks: Sequence[AblationTask] = TASKS) -> Outco
         for task, each in planned
         if (name := _name(task, each)) in done
     ]
-    decisive = {task.name: _decisive(cells, task) for task in tasks}
+    decisive = {task.name: _decisive(cells, task) for task in TASKS}
     return context.outcome(
         "ablation",
         f"Each mechanism of the stabiliser alone, and each taken out ({_runs(cells)} runs a condition)",
         "Beside R1, R2 and R5: which mechanism holds the walk. The thesis has no such table.",
-        setup=[(task.name, _words(task)) for task in tasks],
-        tables=[_table(cells, task) for task in tasks],
+        setup=[(task.name, _words(task)) for task in TASKS],
+        tables=[_table(cells, task) for task in TASKS],
         findings=[
             f"{task}: conditions whose interval lies below that of the shipped one, one switch apart: "
             f"{', '.join(names) or 'none'}."

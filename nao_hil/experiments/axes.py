@@ -1,4 +1,4 @@
-"""The thesis' axes: colours, phase line, and the file of a figure."""
+"""The thesis' axes: colours, and phase line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from nao_hil.files import atomic_path
+from nao_hil.files import save_figure
 from nao_hil.runs.track import PHASES, Array, Track
 
 RED: Final = "tab:red"
@@ -21,14 +21,6 @@ CYAN: Final = "tab:cyan"
 def new_figure(width: float = 9.0, height: float = 4.5) -> Figure:
     """An empty figure with a tight layout."""
     return Figure(figsize=(width, height), layout="constrained")
-
-
-def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG; gives its path."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    return path
 
 
 def phase_line(axes: Any, track: Track, step: float, colour: str = "k") -> None:
@@ -78,4 +70,4 @@ def pitch_and_roll(path: Path, with_: Track, without: Track, phases: bool = Fals
         upper.plot(with_["time"], with_["control"].sum(axis=1), CYAN, linewidth=0.7, label="control, with")
     finish(upper, "", "torso pitch / rad")
     finish(lower, "t / s", "torso roll / rad")
-    return save(figure, path)
+    return save_figure(figure, path)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeVar
 
 import msgspec
 
@@ -19,6 +19,8 @@ from nao_hil.runs.config import Engine, RunConfig
 from nao_hil.runs.walk import Walk, WalkOutcome
 from walker.parameters import controller_parameters, merged
 from walker.switches import differing
+
+Result = TypeVar("Result")
 
 BLOCK: Final = 5
 """Seeds that `Context.run_until_certain` walks between two looks."""
@@ -95,6 +97,10 @@ class Context:
         """The same on a physics engine."""
         return replace(self, changes=msgspec.structs.replace(self.changes, engine=engine))
 
+    def configs(self, **fields: Any) -> list[RunConfig]:
+        """The changes with each seed, and other fields of a configuration."""
+        return [msgspec.structs.replace(self.changes, seed=seed, **fields) for seed in self.seeds]
+
     def config(self, gait: str, seed: int, switches: dict[str, Any]) -> RunConfig:
         """The configuration of a run.
 
@@ -159,6 +165,7 @@ class Context:
         *,
         figures: dict[str, Any],
         setup: Sequence[tuple[str, str]] = (),
+        walks: bool = True,
         claims: Sequence[Claim] = (),
         pictures: Sequence[Picture] = (),
         tables: Sequence[ReportTable] = (),
@@ -171,7 +178,8 @@ class Context:
             title: Of the page.
             source: Claim of the thesis or another source.
             figures: Measured quantities by their key in the JSON.
-            setup: Name and value; robot, wear, seeds and changed parameters are added.
+            setup: Name and value.
+            walks: A robot walks in it: its wear, the seeds and the changed parameters are added to the setup.
             claims: With their verdicts: all of them decide.
             pictures: Of the page.
             tables: Of the page.
@@ -181,7 +189,7 @@ class Context:
             name=name,
             title=title,
             source=source,
-            setup=setup_rows(self, setup),
+            setup=setup_rows(self, setup) if walks else tuple(setup),
             claims=tuple(claims),
             pictures=tuple(pictures),
             tables=tuple(tables),
@@ -189,27 +197,21 @@ class Context:
         )
         return Outcome(page, figures)
 
-    def map(self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
+    def map(
+        self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any], *, whole: bool = False
+    ) -> list[Any]:
         """A function's results for tasks, in their order; fewer where it was stopped.
 
-        Raises:
-            Interrupted: no task is done.
-        """
-        results = self.campaign.map(name, function, tasks)
-        if not results:
-            raise Interrupted
-        return results
-
-    def map_all(self, name: str, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
-        """As `map`, for results that count only together.
+        Args:
+            name: Of the measurement.
+            function: At the top level of a module.
+            tasks: One for each call.
+            whole: The results count only together.
 
         Raises:
-            Interrupted: it was stopped before the last task.
+            Interrupted: no task is done; with `whole`: it was stopped before the last.
         """
-        results = self.campaign.map(name, function, tasks)
-        if len(results) < len(tasks):
-            raise Interrupted
-        return results
+        return _complete(self.campaign.map(name, function, tasks), len(tasks) if whole else 1)
 
     def walk_all(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
         """Walks that count only together.
@@ -217,10 +219,18 @@ class Context:
         Raises:
             Interrupted: it was stopped before the last walk.
         """
-        results = self.campaign.walk(walks)
-        if len(results) < len(walks):
-            raise Interrupted
-        return results
+        return _complete(self.campaign.walk(walks), len(walks))
+
+    def walk_by_name(self, walks: Sequence[Walk]) -> dict[str, list[WalkOutcome]]:
+        """Outcomes by the name of their walks; of those that are done when it was stopped.
+
+        Raises:
+            Interrupted: none is done.
+        """
+        found: dict[str, list[WalkOutcome]] = {}
+        for outcome in _complete(self.campaign.walk(walks), 1):
+            found.setdefault(outcome.walk.name, []).append(outcome)
+        return found
 
     def run_switches(
         self,
@@ -290,6 +300,12 @@ class Context:
             ):
                 results[k] += found
         return results
+
+
+def _complete(results: list[Result], least: int) -> list[Result]:
+    if len(results) < least:
+        raise Interrupted
+    return results
 
 
 def _certain(found: Sequence[WalkOutcome], seeds: int, share: float) -> bool:

@@ -200,7 +200,7 @@ def torso_rows(context: Context, within: float) -> list[Row]:
     found = []
     for engine in ENGINES:
         tasks = torso_step_tasks(context.seeds, body, context.wear, AMPLITUDE, engine)
-        runs: list[Responses | None] = context.map_all("torso-step", run_task, tasks)
+        runs: list[Responses | None] = context.map("torso-step", run_task, tasks, whole=True)
         found.append(
             {
                 task.seed: _fit(run.fused.mean(axis=0), body.cycle)
@@ -219,7 +219,9 @@ def torso_rows(context: Context, within: float) -> list[Row]:
 
 def drive_rows(context: Context) -> list[Row]:
     """Each quantity of the leg drives for the joint in which the engines differ most."""
-    tables = context.map_all("drives", _measure, [(context.robot, context.wear, engine) for engine in ENGINES])
+    tables = context.map(
+        "drives", _measure, [(context.robot, context.wear, engine) for engine in ENGINES], whole=True
+    )
     joints = list(zip(*tables, strict=True))
     rows = []
     for quantity, words in DRIVES.items():
@@ -308,13 +310,11 @@ def _setup_words(setup: EnginesSetup) -> list[tuple[str, str]]:
         ),
         (
             "R2",
-            f"conditions of `torso-drift`, {setup.drift:g} s in place of "
-            f"{torso_control.TorsoDriftSetup.duration:g} s",
+            f"conditions of `torso-drift`, {setup.drift:g} s in place of {torso_control.DURATION:g} s",
         ),
         (
             "R5",
-            f"conditions of `dynamic-torso`, {setup.dynamic:g} s in place of "
-            f"{torso_control.DynamicTorsoSetup.duration:g} s",
+            f"conditions of `dynamic-torso`, {setup.dynamic:g} s in place of {torso_control.DURATION:g} s",
         ),
         ("get-up", "drops of `get-up`"),
         ("means", "over the seeds that have the figure on both engines; ratios seed by seed"),

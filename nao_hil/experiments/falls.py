@@ -247,10 +247,7 @@ def experiment(context: Context) -> Outcome:
     """One push per seed; with a duration, one a minute."""
     if context.duration is not None:
         pushes(context.duration)
-    tasks = [
-        PushedWalk(config=msgspec.structs.replace(context.changes, seed=seed), duration=context.duration)
-        for seed in context.seeds
-    ]
+    tasks = [PushedWalk(config=config, duration=context.duration) for config in context.configs()]
     walks: list[list[Fall]] = context.map("falls", pushed_walk, tasks)
     found = judge([each for walk in walks for each in walk])
     push = f"{IMPULSE[0]:g} to {IMPULSE[1]:g} N s"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Final
 
 import msgspec
@@ -15,11 +15,11 @@ from nao_hil.analysis.statistics import Paired, few_words
 from nao_hil.experiments.conditions import Condition, condition, pairs
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.terrain import TerrainSetup, ground_walks
-from nao_hil.experiments.velocity_measure import MeanInterval, Straight, cell, straight
+from nao_hil.experiments.velocity import MeanInterval, Straight, cell, straight
 from nao_hil.runs.build import check_run
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.events import StridePush
-from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk import Walk
 from walker.parameters import controller_parameters
 from walker.switches import NAMED, Switches
 
@@ -27,22 +27,20 @@ SHIPPED: Final = "as shipped"
 STRAIGHT: Final = "straight"
 
 
-@dataclass(frozen=True)
-class FeedbackSetup:
-    """The experiment's numbers, SI units."""
-
-    speed: float = 0.15
-    """Of walks that are pushed."""
-    push: float = 1.5
-    """N s, in 0.1 s; direction and phase of the stride are drawn from the seed."""
-    standing_push: float = 2.3
-    """N s, likewise, of a robot that stands."""
-    before: float = 2.0
-    """s of walk or stand before a push."""
-    after: float = 6.0
-    ground: TerrainSetup = field(default_factory=lambda: TerrainSetup(duration=8.0, worn_duration=8.0))
-    straight: float = 0.25
-    straight_duration: float = 8.0
+SPEED: Final = 0.15
+"""m/s of walks that are pushed."""
+PUSH: Final = 1.5
+"""N s, in 0.1 s; direction and phase of the stride are drawn from the seed."""
+STANDING_PUSH: Final = 2.3
+"""N s, likewise, of a robot that stands."""
+BEFORE: Final = 2.0
+"""s of walk or stand before a push."""
+AFTER: Final = 6.0
+GROUND: Final = TerrainSetup(duration=8.0, worn_duration=8.0)
+AHEAD: Final = (0.25, 0.0, 0.0)
+"""m/s, m/s, rad/s of the straight walk."""
+AHEAD_DURATION: Final = 8.0
+"""s"""
 
 
 class FeedbackCell(msgspec.Struct, frozen=True, kw_only=True):
@@ -54,20 +52,18 @@ class FeedbackCell(msgspec.Struct, frozen=True, kw_only=True):
     against_shipped: Paired
 
 
-def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
+def experiment(context: Context) -> Outcome:
     """All tasks with the shipped switches and without each, seed by seed."""
-    setup, gait = setup or FeedbackSetup(), context.gait or "omni"
+    gait = context.gait or "omni"
     walks = {
         (task, name): _named(f"feedback, {task}, {name}", make(_changed(context, gait, switches)))
-        for task, make in _tasks(setup, gait).items()
+        for task, make in _tasks(gait).items()
         for name, switches in _conditions(context, gait).items()
     }
-    for task in _tasks(setup, gait):
+    for task in _tasks(gait):
         check_run(walks[task, SHIPPED][0].config)  # refuses a velocity beyond the gait before the first walk
     mixed = [walk for of_seed in zip(*walks.values(), strict=True) for walk in of_seed]
-    done: dict[str, list[WalkOutcome]] = {}
-    for outcome in context.campaign.walk(mixed):
-        done.setdefault(outcome.walk.name, []).append(outcome)
+    done = context.walk_by_name(mixed)
     found = {key: done.get(each[0].name, []) for key, each in walks.items()}
     if not all(found.values()):
         raise Interrupted
@@ -81,14 +77,13 @@ def experiment(context: Context, setup: FeedbackSetup | None = None) -> Outcome:
         for (task, name), results in found.items()
     ]
     ahead = {name: results for (task, name), results in found.items() if task == STRAIGHT}
-    command = (setup.straight, 0.0, 0.0)
-    speed = {name: cell(command, results, (1.0, 1.0, 1.0)).ratio for name, results in ahead.items()}
+    speed = {name: cell(AHEAD, results, (1.0, 1.0, 1.0)).ratio for name, results in ahead.items()}
     line = {name: straight(results) for name, results in ahead.items()}
     return context.outcome(
         "feedback",
         f"Each feedback of the gait {gait} switched off in turn{few_words(len(context.seeds))}",
         "No such table has been published for a NAO.",
-        setup=[("walks", _words(setup)), ("switch", "the one that is named")],
+        setup=[("walks", _words()), ("switch", "the one that is named")],
         tables=[_table(cells, speed, line)],
         figures={"gait": gait, "cells": cells, "speed": speed, "straight": line},
     )
@@ -114,43 +109,41 @@ def _named(name: str, walks: Sequence[Walk]) -> list[Walk]:
     return [msgspec.structs.replace(walk, name=name) for walk in walks]
 
 
-def _tasks(setup: FeedbackSetup, gait: str) -> Mapping[str, Callable[[Context], list[Walk]]]:
+def _tasks(gait: str) -> Mapping[str, Callable[[Context], list[Walk]]]:
     def ground(name: str) -> Callable[[Context], list[Walk]]:
-        return lambda context: ground_walks(context, setup.ground, name, gait)
+        return lambda context: ground_walks(context, GROUND, name, gait)
 
     def ahead(context: Context) -> list[Walk]:
-        return context.walks("", gait, setup.straight_duration, velocity=(setup.straight, 0.0, 0.0))
+        return context.walks("", gait, AHEAD_DURATION, velocity=AHEAD)
 
     return {
-        "push": lambda context: _pushed(context, setup, gait, stand=False),
-        "push in a stand": lambda context: _pushed(context, setup, gait, stand=True),
+        "push": lambda context: _pushed(context, gait, stand=False),
+        "push in a stand": lambda context: _pushed(context, gait, stand=True),
         **{name: ground(name) for name in ("plates", "slope", "worn")},
         STRAIGHT: ahead,
     }
 
 
-def _pushed(context: Context, setup: FeedbackSetup, gait: str, *, stand: bool) -> list[Walk]:
-    walks = context.walks(
-        "", gait, setup.before + setup.after, velocity=(setup.speed, 0.0, 0.0), stand=stand, keep_track=False
-    )
-    return [msgspec.structs.replace(walk, pushes=(_push(setup, walk.config.seed, stand),)) for walk in walks]
+def _pushed(context: Context, gait: str, *, stand: bool) -> list[Walk]:
+    walks = context.walks("", gait, BEFORE + AFTER, velocity=(SPEED, 0.0, 0.0), stand=stand, keep_track=False)
+    return [msgspec.structs.replace(walk, pushes=(_push(walk.config.seed, stand),)) for walk in walks]
 
 
-def _push(setup: FeedbackSetup, seed: int, stand: bool) -> StridePush:
+def _push(seed: int, stand: bool) -> StridePush:
     direction, phase = np.random.default_rng([seed, 3]).uniform((0.0, 0.0), (math.tau, 1.0)).tolist()
     return StridePush(
-        time=setup.before,
+        time=BEFORE,
         phase=None if stand else phase,
-        impulse=setup.standing_push if stand else setup.push,
+        impulse=STANDING_PUSH if stand else PUSH,
         direction=direction,
     )
 
 
-def _words(setup: FeedbackSetup) -> str:
+def _words() -> str:
     return (
-        f"push: {setup.push:g} N s at {setup.speed:g} m/s, {setup.standing_push:g} N s in a stand, any "
-        f"direction and phase; plates, slope and worn as in `terrain`, {setup.ground.duration:g} s; "
-        f"straight: {setup.straight:g} m/s, {setup.straight_duration:g} s"
+        f"push: {PUSH:g} N s at {SPEED:g} m/s, {STANDING_PUSH:g} N s in a stand, any "
+        f"direction and phase; plates, slope and worn as in `terrain`, {GROUND.duration:g} s; "
+        f"straight: {AHEAD[0]:g} m/s, {AHEAD_DURATION:g} s"
     )
 
 

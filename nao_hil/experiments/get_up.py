@@ -20,6 +20,7 @@ from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import Share, few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.motion import play
@@ -207,8 +208,7 @@ def dropped_courses(context: Context) -> list[Course]:
     Raises:
         Interrupted: none is done.
     """
-    configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    return context.map("get-up", get_up, configs)
+    return context.map("get-up", get_up, context.configs())
 
 
 def experiment(context: Context) -> Outcome:
@@ -255,4 +255,4 @@ def _plot(path: Path, courses: Sequence[Course]) -> Path:
         panel.plot(course.time, course.height, color=colour, linewidth=0.6)
     panel.set(xlabel="time / s", ylabel="height of the torso / m")
     panel.grid(alpha=0.3)
-    return axes.save(figure, path)
+    return save_figure(figure, path)

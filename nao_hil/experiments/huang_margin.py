@@ -29,9 +29,10 @@ from nao_hil.experiments.conditions import (
     condition,
     conditions_table,
     falls_finding,
+    soles_in_world,
 )
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.geometry import soles_in_world
+from nao_hil.files import save_figure
 from nao_hil.runs.ground import known_ground
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
@@ -299,4 +300,4 @@ def _plot(file: Path, results: tuple[WalkOutcome, WalkOutcome], body: Body) -> P
         axis.set(xlabel="x from the ankle, mm", title=name, aspect="equal")
         axis.legend(fontsize=8)
     figure.axes[0].set_ylabel("y from the ankle, outwards, mm")
-    return axes.save(figure, file)
+    return save_figure(figure, file)

@@ -18,6 +18,7 @@ from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.network_emulation import NetworkConditions, Site
 from nao_hil.network_emulation.walks import NetworkWalk, Pair, options, walk_key
 from nao_hil.runs.campaign import Interrupted
@@ -96,7 +97,7 @@ def draw(cells: Sequence[NetworkCell], file: Path) -> Path:
         panel.set_yticks(range(len(jitters)), [f"{1e3 * d:g}" for d in jitters])
         panel.set_title(f"{gait} gait, {100 * loss:g} % loss", size=9)
         panel.set(xlabel="delay one way, ms", ylabel="jitter, ms")
-    return axes.save(figure, file)
+    return save_figure(figure, file)
 
 
 class NetworkTask(NamedTuple):

@@ -24,6 +24,7 @@ from nao_hil.experiments.conditions import (
     MAJORITY,
     Comparison,
     Condition,
+    ankle_in_hip,
     conditions_table,
     falls_claim,
     falls_finding,
@@ -31,7 +32,7 @@ from nao_hil.experiments.conditions import (
     survives_claim,
 )
 from nao_hil.experiments.context import Context, Plates
-from nao_hil.experiments.geometry import ankle_in_hip
+from nao_hil.files import save_figure
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.switches import NAMED
@@ -154,7 +155,7 @@ def plot_force(path: Path, with_: Track, without: Track, plate_time: float) -> P
         axes.finish(panel, "t / s", "F_R,Foot,z / N")
     landing.axvline(plate_time, color="k", linestyle=":", linewidth=0.9)
     landing.set(xlim=(plate_time - 1.5, plate_time + 2.5), title="about the plate")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_feet(path: Path, track: Track, left: Array, right: Array) -> Path:
@@ -164,7 +165,7 @@ def plot_feet(path: Path, track: Track, left: Array, right: Array) -> Path:
     axes.feet(panel, track["time"], left, right)
     axes.phase_line(panel, track, 30.0)
     axes.finish(panel, "t / s", "p_i,0^i,8 / mm")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def plates(

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,9 +20,15 @@ from bridge.body import Body, load_body
 from bridge.types import SIDES, Side
 from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
-from nao_hil.experiments.conditions import condition, conditions_table, falls_finding
+from nao_hil.experiments.conditions import (
+    ankle_in_hip,
+    condition,
+    conditions_table,
+    falls_finding,
+    soles_in_world,
+)
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.geometry import ankle_in_hip, soles_in_world
+from nao_hil.files import save_figure
 from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import WalkOutcome
 from walker.gaits import Gait, Plan, dry_walk, gait_parameters, make_gait
@@ -48,18 +53,14 @@ EXPECTED: Final = {
 """Consequences of e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 and d_0 = 0.05 m, SI units."""
 
 
-@dataclass(frozen=True)
-class StaticWalkSetup:
-    """The experiment's numbers."""
-
-    duration: float = 21.0
-    """s: three double steps."""
-    runs: int = 5
-    """Most seeds that are used: the plan is the same for all."""
-    T_DSP: float = 2.0
-    T_SSP: float = 1.5
-    l_lift: float = 0.035
-    l_GH: float = 0.170
+STATIC: Final = 21.0
+"""s of the static walk: three double steps."""
+DYNAMIC: Final = 12.0
+"""s of the dynamic walk."""
+RUNS: Final = 5
+"""Most seeds that are used: the plan is the same for all."""
+ASKED: Final = {"T_DSP": 2.0, "T_SSP": 1.5, "l_lift": 0.035, "l_GH": 0.170}
+"""Design values of the static gait (figure 3.4), s and m."""
 
 
 def plan(gait: Gait[Any], seconds: float, dt: float = 0.01) -> list[Plan]:
@@ -92,16 +93,15 @@ def design_values(references: Sequence[Plan], body: Body, dt: float = 0.01) -> d
     }
 
 
-def static_walk(context: Context, setup: StaticWalkSetup | None = None) -> Outcome:
+def static_walk(context: Context) -> Outcome:
     """Figure 3.4 planned and measured, and the design values."""
-    setup = setup or StaticWalkSetup()
-    context = context.first(setup.runs)
+    context = context.first(RUNS)
     body = load_body(context.robot)
     bare = msgspec.to_builtins(NAMED["none"])
-    (results,) = context.run(context.walks("static-walk", "static", setup.duration, bare))
+    (results,) = context.run(context.walks("static-walk", "static", STATIC, bare))
     changes = context.config("static", 0, bare)
     gait = make_gait("static", gait_parameters("static", changes.parameters), body)
-    values = design_values(plan(gait, setup.duration), body)
+    values = design_values(plan(gait, STATIC), body)
     errors = [_foot_error(result.track, body) for result in results]
     lifts = [lift for result in results for lift in _lifts(result.track, body)]
     feet_rms = float(np.sqrt(np.mean(np.square(errors))))
@@ -111,16 +111,15 @@ def static_walk(context: Context, setup: StaticWalkSetup | None = None) -> Outco
         "static-walk",
         "R7: the statically stable gait",
         "Thesis 3.3.1, figure 3.4: T_DSP 2 s, T_SSP 1.5 s, l_lift 35 mm, l_GH 170 mm.",
-        setup=[("gait", "static, no controllers"), ("length", f"{setup.duration:g} s")],
+        setup=[("gait", "static, no controllers"), ("length", f"{STATIC:g} s")],
         claims=[
             *(
                 Claim(
-                    f"{name} = {asked:g} {'s' if name.startswith('T') else 'm'} (within 1 %)",
+                    f"{name} = {ASKED[name]:g} {'s' if name.startswith('T') else 'm'} (within 1 %)",
                     f"{value:.4g}",
-                    _near(value, asked),
+                    _near(value, ASKED[name]),
                 )
                 for name, value in values.items()
-                for asked in (getattr(setup, name),)
             ),
             Claim("The robot walks it on flat ground", walked.words(), walked.survived == walked.n),
         ],
@@ -178,7 +177,7 @@ def _plot_feet(path: Path, result: WalkOutcome, body: Body, height: float) -> Pa
         axes.feet(panel, track["time"], left, right)
         axes.phase_line(panel, track, 30.0)
         axes.finish(panel, "t / s", "p_i,0^i,8 / mm", title)
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
@@ -194,16 +193,6 @@ def _planned(track: Track, body: Body, side: Side, height: float) -> Array:
     hip = body.lengths.HipOffsetY if side == "L" else -body.lengths.HipOffsetY
     ahead = foot[:, 0] - com[:, 0]
     return np.column_stack([ahead - ahead[0], foot[:, 1] - com[:, 1] - hip, foot[:, 2] - height])
-
-
-@dataclass(frozen=True)
-class DynamicWalkSetup:
-    """The experiment's numbers."""
-
-    duration: float = 12.0
-    """s"""
-    runs: int = 5
-    """Most seeds that are used: the plan is the same for all."""
 
 
 def read_plan(references: Sequence[Plan], dt: float) -> dict[str, float]:
@@ -241,12 +230,11 @@ def read_plan(references: Sequence[Plan], dt: float) -> dict[str, float]:
     }
 
 
-def dynamic_walk(context: Context, setup: DynamicWalkSetup | None = None) -> Outcome:
+def dynamic_walk(context: Context) -> Outcome:
     """Figures 3.6 and 3.7 planned and walked, and the design values."""
-    setup = setup or DynamicWalkSetup()
-    context = context.first(setup.runs)
+    context = context.first(RUNS)
     body = load_body(context.robot)
-    (results,) = context.run(context.walks("dynamic-walk", "dynamic", setup.duration))
+    (results,) = context.run(context.walks("dynamic-walk", "dynamic", DYNAMIC))
     parameters = gait_parameters("dynamic", context.config("dynamic", 0, {}).parameters)
     references = plan(make_gait("dynamic", parameters, body), 5.0, DT)
     values = read_plan(references, DT)
@@ -260,7 +248,7 @@ def dynamic_walk(context: Context, setup: DynamicWalkSetup | None = None) -> Out
         "R7: the dynamically stable gait",
         "Thesis 3.3.2, figures 3.6 and 3.7: e_s1 = 0.03, e_su = 0.0051, S_a0 = 0.04, z = 0.23 m; a mean speed "
         "of 0.15 m/s, start-up included.",
-        setup=[("gait", "dynamic, with its own controllers"), ("length", f"{setup.duration:g} s")],
+        setup=[("gait", "dynamic, with its own controllers"), ("length", f"{DYNAMIC:g} s")],
         claims=[
             *(
                 Claim(
@@ -333,7 +321,7 @@ def _plot_time(path: Path, result: WalkOutcome, body: Body) -> Path:
         panel.plot(track["time"], track["plan_com"][:, i], axes.BLUE, label="planned")
         panel.plot(track["time"], walked[:, i], axes.RED, linewidth=0.9, label="walked")
         axes.finish(panel, "t / s", f"{name}_W^CoG / m")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def _plot_path(path: Path, result: WalkOutcome, body: Body) -> Path:
@@ -344,4 +332,4 @@ def _plot_path(path: Path, result: WalkOutcome, body: Body) -> Path:
     panel.plot(track["plan_com"][:, 0], track["plan_com"][:, 1], axes.BLUE, label="planned")
     panel.plot(walked[:, 0], walked[:, 1], axes.RED, linewidth=0.9, label="walked")
     axes.finish(panel, "x_W^CoG / m", "y_W^CoG / m")
-    return axes.save(figure, path)
+    return save_figure(figure, path)

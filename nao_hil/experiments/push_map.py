@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +18,7 @@ from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.analysis.statistics import few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.events import StridePush
 from nao_hil.runs.walk import Walk
 
@@ -71,24 +72,23 @@ class ThresholdSearch:
         return Threshold(value=middle, interval=(low, high))
 
 
-@dataclass(frozen=True)
-class PushMapSetup:
-    """The experiment's numbers, SI units."""
-
-    speed: float = 0.15
-    directions: int = 8
-    phases: int = 8
-    time: float = 2.0
-    """Of the walk from which on a stride is waited for."""
-    after: float = 6.0
-    """From then on to the end of the walk; the robot must stand then. After a step out of a stand the feet
-    close within 4 s."""
-    duration: float = 0.1
-    range: Vec2 = (0.2, 8.0)
-    """Impulses that are searched, N s."""
-    walking_worst: float = 1.5
-    walking_best: float = 3.0
-    standing_worst: float = 3.0
+SPEED: Final = 0.15
+"""m/s of the walks."""
+DIRECTIONS: Final = 8
+PHASES: Final = 8
+BEFORE: Final = 2.0
+"""s of the walk from which on a stride is waited for."""
+AFTER: Final = 6.0
+"""s from then on to the end of the walk; the robot must stand then. After a step out of a stand the feet close
+within 4 s."""
+LENGTH: Final = 0.1
+"""s of a push."""
+RANGE: Final = (0.2, 8.0)
+"""Impulses that are searched, N s."""
+WALKING_WORST: Final = 1.5
+"""N s that the worst cell of a walk is to bear, and so on."""
+WALKING_BEST: Final = 3.0
+STANDING_WORST: Final = 3.0
 
 
 class PushCell(msgspec.Struct, frozen=True, kw_only=True):
@@ -107,15 +107,15 @@ _Place = tuple[float, float | None]
 """Direction, and phase or None."""
 
 
-def experiment(context: Context, setup: PushMapSetup | None = None) -> Outcome:
+def experiment(context: Context) -> Outcome:
     """Search all cells at once: one walk of each per seed, at the impulse that its walks before point to."""
-    setup, gait = setup or PushMapSetup(), context.gait or "omni"
-    turn = [math.tau * i / setup.directions for i in range(setup.directions)]
-    phases = [i / setup.phases for i in range(setup.phases)]
+    gait = context.gait or "omni"
+    turn = [math.tau * i / DIRECTIONS for i in range(DIRECTIONS)]
+    phases = [i / PHASES for i in range(PHASES)]
     places: list[_Place] = [(d, p) for d in turn for p in phases] + [(d, None) for d in turn]
-    searches = {place: ThresholdSearch(*setup.range) for place in places}
+    searches = {place: ThresholdSearch(*RANGE) for place in places}
     for seed in context.seeds:
-        _round(replace(context, seeds=(seed,)), setup, gait, searches)
+        _round(replace(context, seeds=(seed,)), gait, searches)
     cells = [
         PushCell(direction=place[0], phase=place[1], impulse=search.threshold, n=len(search.trials))
         for place, search in searches.items()
@@ -130,15 +130,15 @@ def experiment(context: Context, setup: PushMapSetup | None = None) -> Outcome:
         f"Pushes at the torso by direction and phase, the gait {gait}, {n} walks a cell{few_words(n)}",
         "Larger robots scaled to a NAO bear 0.33 to 0.84 N s.",
         setup=[
-            ("walk", f"{setup.speed:g} m/s; the push is in the first stride after {setup.time:g} s"),
-            ("push", f"{setup.duration:g} s long, constant, at the torso's centre of mass"),
-            ("stands", f"{setup.after:g} s after {setup.time:g} s"),
+            ("walk", f"{SPEED:g} m/s; the push is in the first stride after {BEFORE:g} s"),
+            ("push", f"{LENGTH:g} s long, constant, at the torso's centre of mass"),
+            ("stands", f"{AFTER:g} s after {BEFORE:g} s"),
             ("search", "Bayesian, each walk at the median so far; 95 % credible intervals"),
         ],
         claims=[
-            _claim("Walking, the worst cell", worst, setup.walking_worst),
-            _claim("Walking, the best cell", best, setup.walking_best),
-            _claim("Standing, the worst direction", still, setup.standing_worst),
+            _claim("Walking, the worst cell", worst, WALKING_WORST),
+            _claim("Walking, the best cell", best, WALKING_BEST),
+            _claim("Standing, the worst direction", still, STANDING_WORST),
         ],
         pictures=[
             Picture(
@@ -159,25 +159,23 @@ def experiment(context: Context, setup: PushMapSetup | None = None) -> Outcome:
     )
 
 
-def _round(context: Context, setup: PushMapSetup, gait: str, searches: dict[_Place, ThresholdSearch]) -> None:
+def _round(context: Context, gait: str, searches: dict[_Place, ThresholdSearch]) -> None:
     """One walk of each cell."""
     strengths = {place: search.threshold.value for place, search in searches.items()}
-    walks = [_walk(context, setup, gait, place, strength) for place, strength in strengths.items()]
+    walks = [_walk(context, gait, place, strength) for place, strength in strengths.items()]
     results = {result.walk.name: result for result in context.walk_all(walks)}
     for walk, (place, search) in zip(walks, searches.items(), strict=True):
         search.add_trial(strengths[place], not results[walk.name].end.survived)
 
 
-def _walk(context: Context, setup: PushMapSetup, gait: str, place: _Place, impulse: float) -> Walk:
+def _walk(context: Context, gait: str, place: _Place, impulse: float) -> Walk:
     direction, phase = place
-    push = StridePush(
-        time=setup.time, phase=phase, impulse=impulse, direction=direction, duration=setup.duration
-    )
+    push = StridePush(time=BEFORE, phase=phase, impulse=impulse, direction=direction, duration=LENGTH)
     (walk,) = context.walks(
         f"push map, {_words(place)}",
         gait,
-        setup.time + setup.after,
-        velocity=(setup.speed, 0.0, 0.0),
+        BEFORE + AFTER,
+        velocity=(SPEED, 0.0, 0.0),
         pushes=(push,),
         stand=phase is None,
         keep_track=False,
@@ -247,4 +245,4 @@ def _plot(path: Path, walking: Sequence[PushCell], standing: Sequence[PushCell])
     right.set_theta_zero_location("N")
     right.set_ylim(0.0)
     right.legend(fontsize=8, loc="lower left", bbox_to_anchor=(-0.15, -0.1))
-    return axes.save(figure, path)
+    return save_figure(figure, path)

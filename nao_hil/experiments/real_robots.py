@@ -65,7 +65,7 @@ def rows(context: Context, group: str) -> tuple[dict[str, Any], list[dict[str, A
         Interrupted: it was stopped.
     """
     tasks = [Task(group, context.wear, seed, context.engine) for seed in context.seeds]
-    stood = [each for each in context.map_all(group, measure, tasks) if each is not None]
+    stood = [each for each in context.map(group, measure, tasks, whole=True) if each is not None]
     table = {}
     for name, figure in FIGURES.items():
         if not name.startswith(f"{group}.") or not stood or name not in stood[0]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import msgspec
@@ -54,22 +54,18 @@ DECIDES: Final = 0.5
 """An unknown decides a figure when its effect is at least that part of the largest one."""
 
 
-@dataclass(frozen=True)
-class SensitivitySetup:
-    """The experiment's numbers."""
-
-    static_duration: float = 30.0
-    """Of the walks of R1 and R2, s."""
-    dynamic_duration: float = 10.0
-    """Of the walks of R5, s."""
-    speed: float = 0.2
-    """Commanded to the gait omni, m/s."""
-    speed_duration: float = 10.0
-    """s"""
-    few: int = 3
-    """Unknowns that Sobol' indices are computed of."""
-    points_per_seed: int = 4
-    """Base points of the Sobol' indices, rounded up to a power of two."""
+STATIC_DURATION: Final = 30.0
+"""Of the walks of R1 and R2, s."""
+DYNAMIC_DURATION: Final = 10.0
+"""Of the walks of R5, s."""
+SPEED: Final = 0.2
+"""Commanded to the gait omni, m/s."""
+SPEED_DURATION: Final = 10.0
+"""s"""
+FEW: Final = 3
+"""Unknowns that Sobol' indices are computed of."""
+POINTS_PER_SEED: Final = 4
+"""Base points of the Sobol' indices, rounded up to a power of two."""
 
 
 class Effect(msgspec.Struct, frozen=True, kw_only=True):
@@ -135,21 +131,21 @@ def elementary_effects(points: Array, figures: Array) -> Array:
     return effects
 
 
-def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outcome:
+def experiment(context: Context) -> Outcome:
     """Both parts, and the table."""
-    setup, names = setup or SensitivitySetup(), tuple(unknowns())
+    names = tuple(unknowns())
     paths = [trajectory(len(names), np.random.default_rng(seed)) for seed in context.seeds]
     robots = [dict(zip(names, point, strict=True)) for path in paths for point in path.tolist()]
     seeds = [seed for seed, path in zip(context.seeds, paths, strict=True) for _ in path]
-    figures = _figures(context, setup, robots, seeds).reshape(len(paths), len(names) + 1, len(FIGURES))
+    figures = _figures(context, robots, seeds).reshape(len(paths), len(names) + 1, len(FIGURES))
     effects = np.array([elementary_effects(p, f) for p, f in zip(paths, figures, strict=True)])
     strength, spread = np.nanmean(np.abs(effects), axis=0), np.nanstd(effects, axis=0)
     relative = strength / np.maximum(np.nanmax(strength, axis=0), 1e-12)
     order = np.argsort(-np.nanmax(relative, axis=1) - 1e-3 * np.nansum(relative, axis=1))
-    few = [names[i] for i in np.argsort(-np.nansum(relative, axis=1))[: setup.few]]
-    points = 2 ** math.ceil(math.log2(setup.points_per_seed * len(context.seeds)))
+    few = [names[i] for i in np.argsort(-np.nansum(relative, axis=1))[:FEW]]
+    points = 2 ** math.ceil(math.log2(POINTS_PER_SEED * len(context.seeds)))
     try:
-        indices = _indices(context, setup, few, points)
+        indices = _indices(context, few, points)
     except Interrupted:  # the screening stands without them
         indices, points = {}, 0
     effects_of = {
@@ -168,10 +164,10 @@ def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outco
         "Morris 1991; Sobol' 2001 and Saltelli 2010. Ranges: emulator/wear/unknowns.toml.",
         setup=[
             ("unknowns", f"{len(names)}, of the nominal profile; its own values where not varied"),
-            ("R1", f"static gait, {setup.static_duration:g} s, a random plate of 1 cm"),
-            ("R2", f"static gait, {setup.static_duration:g} s, torso control none"),
-            ("R5", f"dynamic gait, {setup.dynamic_duration:g} s, torso control {', '.join(CONDITIONS)}"),
-            ("speed", f"omni, {setup.speed:g} m/s for {setup.speed_duration:g} s"),
+            ("R1", f"static gait, {STATIC_DURATION:g} s, a random plate of 1 cm"),
+            ("R2", f"static gait, {STATIC_DURATION:g} s, torso control none"),
+            ("R5", f"dynamic gait, {DYNAMIC_DURATION:g} s, torso control {', '.join(CONDITIONS)}"),
+            ("speed", f"omni, {SPEED:g} m/s for {SPEED_DURATION:g} s"),
         ],
         tables=[
             _effects_table(effects_of, decide, [names[i] for i in order]),
@@ -189,9 +185,7 @@ def experiment(context: Context, setup: SensitivitySetup | None = None) -> Outco
     )
 
 
-def _figures(
-    context: Context, setup: SensitivitySetup, robots: Sequence[dict[str, float]], seeds: Sequence[int]
-) -> Array:
+def _figures(context: Context, robots: Sequence[dict[str, float]], seeds: Sequence[int]) -> Array:
     """Figures of robots given by shares of ranges, shape (robots, figures); walks are kept, the bench is not.
 
     Raises:
@@ -202,25 +196,22 @@ def _figures(
         profile_of({name: unknowns()[name].at(share) for name, share in robot.items()}, f"robot {i}", body)
         for i, robot in enumerate(robots)
     ]
-    walks = [_walks(context, setup, wear, seed) for wear, seed in zip(wears, seeds, strict=True)]
+    walks = [_walks(context, wear, seed) for wear, seed in zip(wears, seeds, strict=True)]
     benches = [
         SensitivityTask(body, wear, seed, context.engine) for wear, seed in zip(wears, seeds, strict=True)
     ]
-    measured = context.map_all("sensitivity, bench", measure, benches)
+    measured = context.map("sensitivity, bench", measure, benches, whole=True)
     walked = context.walk_all([walk for each in walks for walk in each])
     number = len(walks[0])
     return np.array(
-        [
-            (*bench, *_walk_figures(setup, walked[number * i : number * (i + 1)]))
-            for i, bench in enumerate(measured)
-        ]
+        [(*bench, *_walk_figures(walked[number * i : number * (i + 1)])) for i, bench in enumerate(measured)]
     )
 
 
-def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: int) -> list[Walk]:
+def _walks(context: Context, wear: WearProfile, seed: int) -> list[Walk]:
     """Of one robot: R1 as shipped, R2 without torso control, the conditions of R5, and `omni` ahead."""
     one = replace(context, seeds=(seed,))
-    static, dynamic = setup.static_duration, setup.dynamic_duration
+    static, dynamic = STATIC_DURATION, DYNAMIC_DURATION
     return [
         *one.walks("sensitivity, R1", "static", static, plates=plates(PLATE), wear=wear),
         *one.walks("sensitivity, R2", "static", static, {"torso": "none"}, wear=wear),
@@ -239,15 +230,15 @@ def _walks(context: Context, setup: SensitivitySetup, wear: WearProfile, seed: i
         *one.walks(
             "sensitivity, omni",
             "omni",
-            setup.speed_duration,
-            velocity=(setup.speed, 0.0, 0.0),
+            SPEED_DURATION,
+            velocity=(SPEED, 0.0, 0.0),
             wear=wear,
             keep_track=False,
         ),
     ]
 
 
-def _walk_figures(setup: SensitivitySetup, outcomes: Sequence[WalkOutcome]) -> tuple[float, ...]:
+def _walk_figures(outcomes: Sequence[WalkOutcome]) -> tuple[float, ...]:
     """Those of `WALK_FIGURES` of one robot's `_walks`; NaN where the walk ended before."""
     on_plate, drifting, *of_conditions, ahead = outcomes
     force = landing_force(on_plate, PLATE.plate_time)
@@ -258,13 +249,11 @@ def _walk_figures(setup: SensitivitySetup, outcomes: Sequence[WalkOutcome]) -> t
         math.nan if drift is None else drift,
         drifting.end.time,
         *(outcome.end.time for outcome in of_conditions),
-        ahead.end.distance / (setup.speed * setup.speed_duration),
+        ahead.end.distance / (SPEED * SPEED_DURATION),
     )
 
 
-def _indices(
-    context: Context, setup: SensitivitySetup, few: Sequence[str], points: int
-) -> dict[str, dict[str, Index]]:
+def _indices(context: Context, few: Sequence[str], points: int) -> dict[str, dict[str, Index]]:
     """Sobol' indices by figure and unknown; all robots have the first seed."""
     k, seed = len(few), context.seeds[0]
     both = qmc.Sobol(2 * k, seed=seed).random(points)
@@ -272,7 +261,7 @@ def _indices(
     mixed = [np.where(np.arange(k) == i, other, one) for i in range(k)]
     shares = np.concatenate([one, other, *mixed]).tolist()
     robots = [dict(zip(few, row, strict=True)) for row in shares]
-    figures = _figures(context, setup, robots, [seed] * len(robots)).reshape(k + 2, points, len(FIGURES))
+    figures = _figures(context, robots, [seed] * len(robots)).reshape(k + 2, points, len(FIGURES))
     resampled = np.random.default_rng(seed).integers(0, points, (RESAMPLED, points))
     found = {}
     for j, figure in enumerate(FIGURES):

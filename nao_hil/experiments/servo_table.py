@@ -22,6 +22,7 @@ from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.servo_bench import LEGS, bench_tracks, measure, part, passes, step_of
+from nao_hil.files import save_figure
 
 SHOWN: Final = tuple(joint for joint in LEGS if joint.startswith("L"))
 """The right leg's are alike."""
@@ -61,7 +62,7 @@ def plot_steps(path: Path, body: Body, tracks: Mapping[str, Array], steps: Mappi
         panel.axvspan(36.0, 40.0, alpha=0.2, color="tab:green", label="published delay")
         panel.set(xlabel="time after the request / ms", xlim=(0.0, 400.0))
     panels[0].legend()
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Array]) -> None:
@@ -73,7 +74,7 @@ def plot_speeds(path: Path, body: Body, tracks: Mapping[str, Array]) -> None:
         panel.plot(track[1:, 0] - track[0, 0], speed)
         panel.axhline(math.degrees(joint_no_load_speed(body, joint)), color="k", linestyle="--", linewidth=1.0)
         panel.set(xlabel="time / s", ylabel="deg/s")
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 def plot_loops(path: Path, track: Array) -> None:
@@ -87,7 +88,7 @@ def plot_loops(path: Path, track: Array) -> None:
         width = math.degrees(float(np.ptp(part(track, 2)[:, i] - part(track, 1)[:, i])))
         panel.set(xlabel="motor / deg", ylabel="encoder / deg")
         panel.text(0.05, 0.9, f"width {width:.2f} deg", transform=panel.transAxes)
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 def plot_heat(path: Path, wear: WearProfile, track: Array) -> None:
@@ -103,7 +104,7 @@ def plot_heat(path: Path, wear: WearProfile, track: Array) -> None:
         twin = panel.twinx()
         twin.plot(time, part(track, 5)[:, i], "--")
         twin.set_ylim(0.0, 1.05)
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 def plot_stiffness(
@@ -129,7 +130,7 @@ def plot_stiffness(
     fall.set_xticks(places, LEGS, rotation=30)
     for panel in (held, drawn, fall):
         panel.grid(alpha=0.3, axis="y")
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 def experiment(context: Context) -> Outcome:

@@ -82,8 +82,7 @@ def sit(config: RunConfig) -> Sit:
 
 def experiment(context: Context) -> Outcome:
     """One robot per seed."""
-    configs = [msgspec.structs.replace(context.changes, seed=seed) for seed in context.seeds]
-    sits: list[Sit] = context.map("sit", sit, configs)
+    sits: list[Sit] = context.map("sit", sit, context.configs())
     survived = sum(each.sat and each.stands for each in sits)
     low, high = interval = wilson(survived, len(sits))
     rows = tuple(

@@ -19,6 +19,7 @@ from nao_hil.analysis.statistics import Share, percent, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.conditions import falls_finding
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.walk import Walk, WalkOutcome
 
 STEP: Final = 0.5
@@ -246,4 +247,4 @@ def _plot(path: Path, tallies: dict[str, Tally], setup: SlopeSetup) -> Path:
         panel.axvline(setup.goal, color=axes.GREEN, linestyle="--", linewidth=0.9)
         panel.set(title=_words(name), xlabel="slope / deg", ylabel="share that walks on", ylim=(-0.05, 1.05))
         panel.grid(alpha=0.3)
-    return axes.save(figure, path)
+    return save_figure(figure, path)

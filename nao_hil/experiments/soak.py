@@ -27,6 +27,7 @@ from bridge.types import Array
 from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.supervisor import Child
@@ -164,7 +165,7 @@ def draw(
     late, _ = lateness(frames, cycle)
     below.plot([cycle * (seq - frames[0][0]) for seq, _ in frames], 1e3 * late, lw=0.3)
     below.set(xlabel="time, s", ylabel="lateness, ms")
-    return axes.save(figure, file)
+    return save_figure(figure, file)
 
 
 def experiment(context: Context) -> Outcome:

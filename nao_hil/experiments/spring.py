@@ -3,54 +3,50 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage
+from nao_hil.analysis.report.render import Claim, Outcome, Picture
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context, seed_words
+from nao_hil.files import save_figure
 from walker.mechanisms.admittance import LegAdmittance, LegParameters
 
-THESIS_POLE = math.pi**2 / 300.0
+THESIS_POLE: Final = math.pi**2 / 300.0
 """|e| at which the force is infinite with the thesis' parameters, m."""
 
 
-@dataclass(frozen=True)
-class SpringSetup:
-    """The experiment's numbers."""
-
-    cycles: int = 2000
-    """Of each force history."""
-    cycle: float = 0.01
-    """s"""
-    largest: float = 1e6
-    """Forces are drawn up to this size, N, each size as likely as the next."""
+CYCLES: Final = 2000
+"""Of each force history."""
+CYCLE: Final = 0.01
+"""s"""
+LARGEST: Final = 1e6
+"""Forces are drawn up to this size, N, each size as likely as the next."""
 
 
-def deflection(seed: int, setup: SpringSetup, parameters: LegParameters) -> float:
+def deflection(seed: int, parameters: LegParameters, cycles: int = CYCLES) -> float:
     """Largest |e + k_b| over the pole that a random history of forces and swings leads to."""
     random = np.random.default_rng(seed)
     leg = LegAdmittance(parameters)
     worst = 0.0
-    for k in range(setup.cycles):
-        size = 10.0 ** random.uniform(-2.0, math.log10(setup.largest))
+    for k in range(cycles):
+        size = 10.0 ** random.uniform(-2.0, math.log10(LARGEST))
         progress = (k % 150) / 150.0
         force = float(size * random.choice([0.0, 1.0]))
         if (k // 150) % 2 == 0:
-            leg.swing(force, setup.cycle, progress=progress)
+            leg.swing(force, CYCLE, progress=progress)
         else:
             leg.shift(float(random.uniform(-0.01, 0.01)))
         worst = max(worst, abs(leg.e + parameters.k_b))
     return worst / parameters.pole
 
 
-def experiment(context: Context, setup: SpringSetup | None = None) -> Outcome:
+def experiment(context: Context) -> Outcome:
     """The curve, its pole, and the property."""
-    setup = setup or SpringSetup()
     thesis = LegParameters()
-    worst = max(deflection(seed, setup, thesis) for seed in context.seeds)
+    worst = max(deflection(seed, thesis) for seed in context.seeds)
     slope = (thesis.spring(1e-6) - thesis.spring(-1e-6)) / 2e-6
     figures = {
         "pole_m": thesis.pole,
@@ -59,10 +55,11 @@ def experiment(context: Context, setup: SpringSetup | None = None) -> Outcome:
         "deflection_max": worst,  # largest |e| over the pole, of all force histories
         "n": len(context.seeds),
     }
-    page = ReportPage(
-        name="spring",
-        title="R7: the spring of the leg admittance",
-        source="Thesis (4.4), figure 4.7: k_a = 1/300, k_b = 0, k_c = 0.5, k_d = 0.",
+    return context.outcome(
+        "spring",
+        "R7: the spring of the leg admittance",
+        "Thesis (4.4), figure 4.7: k_a = 1/300, k_b = 0, k_c = 0.5, k_d = 0.",
+        walks=False,
         setup=(
             ("spring", "k_a = 1/300 m, k_b = 0, k_c = 0.5 N, k_d = 0"),
             ("force histories", f"random sizes and swings, seeds {seed_words(context.seeds)}"),
@@ -80,8 +77,8 @@ def experiment(context: Context, setup: SpringSetup | None = None) -> Outcome:
             ),
             Claim(
                 "No history of forces drives the foot's offset to the pole",
-                f"at most {worst:.9f} of it in {len(context.seeds)} histories of {setup.cycles} cycles "
-                f"with forces up to {setup.largest:.0e} N",
+                f"at most {worst:.9f} of it in {len(context.seeds)} histories of {CYCLES} cycles "
+                f"with forces up to {LARGEST:.0e} N",
                 worst < 1.0,
             ),
         ),
@@ -92,8 +89,8 @@ def experiment(context: Context, setup: SpringSetup | None = None) -> Outcome:
                 "Force over deflection between the poles, with the slope at zero.",
             ),
         ),
+        figures=figures,
     )
-    return Outcome(page, figures)
 
 
 def _plot(path: Path, p: LegParameters) -> Path:
@@ -107,4 +104,4 @@ def _plot(path: Path, p: LegParameters) -> Path:
         )
     panel.set_ylim(-15.0, 15.0)
     axes.finish(panel, "e_n / m", "F_Foot,d / N")
-    return axes.save(figure, path)
+    return save_figure(figure, path)

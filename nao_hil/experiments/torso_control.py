@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
@@ -35,32 +34,19 @@ TITLES: Final = ("With torso control", "Without")
 PHASES: Final = "phases black: 0 DSL, 0.05 SSL, 0.10 DSR, 0.15 SSR."
 
 
-@dataclass(frozen=True)
-class TorsoDriftSetup:
-    """Numbers of R2."""
-
-    duration: float = 60.0
-    """s"""
-    growth_deg: float = 0.05
-    """Least growth of the pitch without torso control, degrees per step."""
-
-
-@dataclass(frozen=True)
-class DynamicTorsoSetup:
-    """Numbers of R5."""
-
-    duration: float = 60.0
-    """s"""
-    speed: float = 0.15
-    """Least speed over ground, m/s; the thesis' mean, start-up included."""
-    figure: float = 12.0
-    """Part of the walk that the figure shows, s."""
+DURATION: Final = 60.0
+"""s of each walk."""
+GROWTH: Final = 0.05
+"""Least growth of the pitch without torso control in R2, degrees per step."""
+SPEED: Final = 0.15
+"""Least speed over ground in R5, m/s; the thesis' mean, start-up included."""
+SHOWN: Final = 12.0
+"""Part of the walk that the figure of R5 shows, s."""
 
 
-def torso_drift(context: Context, setup: TorsoDriftSetup | None = None) -> Outcome:
+def torso_drift(context: Context) -> Outcome:
     """R2: growth of the pitch, and falls; figure 4.9."""
-    setup = setup or TorsoDriftSetup()
-    with_, without = context.run_switches("torso-drift", "static", setup.duration, SWITCHES)
+    with_, without = context.run_switches("torso-drift", "static", DURATION, SWITCHES)
     growth = _growth(with_), _growth(without)
     compared = Comparison(dict(zip(TITLES, (with_, without), strict=True)))
     conditions = tuple(compared.conditions.values())
@@ -73,8 +59,8 @@ def torso_drift(context: Context, setup: TorsoDriftSetup | None = None) -> Outco
         "Thesis 4.2, figure 4.9: in the static gait with admittance the pitch error grows with every step "
         "until the robot falls after about 20 s; with torso control the torso is righted in every single "
         "support.",
-        setup=_setup("static", setup.duration),
-        claims=drift_claims(setup, conditions, growth),
+        setup=_setup("static"),
+        claims=drift_claims(conditions, growth),
         pictures=[
             Picture(
                 picture,
@@ -95,21 +81,20 @@ def torso_drift(context: Context, setup: TorsoDriftSetup | None = None) -> Outco
     )
 
 
-def dynamic_torso(context: Context, setup: DynamicTorsoSetup | None = None) -> Outcome:
+def dynamic_torso(context: Context) -> Outcome:
     """R5: falls and speed; figure 4.16."""
-    setup = setup or DynamicTorsoSetup()
-    with_, without = context.run_switches("dynamic-torso", "dynamic", setup.duration, SWITCHES)
+    with_, without = context.run_switches("dynamic-torso", "dynamic", DURATION, SWITCHES)
     compared = Comparison(dict(zip(TITLES, (with_, without), strict=True)))
     conditions = tuple(compared.conditions.values())
-    shown = [walk[0].track.until(setup.figure) for walk in (with_, without)]
+    shown = [walk[0].track.until(SHOWN) for walk in (with_, without)]
     picture = axes.pitch_and_roll(context.out / "dynamic-torso-4.16.png", shown[0], shown[1], phases=True)
     return context.outcome(
         "dynamic-torso",
         "R5: the dynamic gait under the thesis' own controllers, torso control on and off",
         "Thesis 4.2.3, figure 4.16: the dynamic gait falls after about 4 s without torso control and goes on "
         "stably with it.",
-        setup=_setup("dynamic", setup.duration),
-        claims=torso_claims(setup, *conditions),
+        setup=_setup("dynamic"),
+        claims=torso_claims(*conditions),
         pictures=[
             Picture(
                 picture,
@@ -131,38 +116,36 @@ def dynamic_torso(context: Context, setup: DynamicTorsoSetup | None = None) -> O
     )
 
 
-def _setup(gait: str, duration: float) -> list[tuple[str, str]]:
+def _setup(gait: str) -> list[tuple[str, str]]:
     return [
         ("gait", f"{gait}; leg and ankle admittance, torso control of the thesis or none"),
-        ("length", f"{duration:g} s"),
+        ("length", f"{DURATION:g} s"),
     ]
 
 
-def drift_claims(
-    setup: TorsoDriftSetup, conditions: Sequence[Condition], growth: tuple[float, float]
-) -> tuple[Claim, ...]:
+def drift_claims(conditions: Sequence[Condition], growth: tuple[float, float]) -> tuple[Claim, ...]:
     """The verdicts of R2 on both conditions, with torso control first."""
     with_, without = conditions
     return (
         Claim(
             "Without torso control the pitch grows from step to step",
             f"{growth[1]:+.2f} deg per step without, {growth[0]:+.2f} with (medians)",
-            abs(growth[1]) > max(abs(growth[0]), setup.growth_deg),
+            abs(growth[1]) > max(abs(growth[0]), GROWTH),
         ),
-        falls_claim(f"Without it most fall within {setup.duration:g} s", without, MAJORITY),
-        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MAJORITY),
+        falls_claim(f"Without it most fall within {DURATION:g} s", without, MAJORITY),
+        survives_claim(f"With it most walk for {DURATION:g} s", with_, MAJORITY),
     )
 
 
-def torso_claims(setup: DynamicTorsoSetup, with_: Condition, without: Condition) -> tuple[Claim, ...]:
+def torso_claims(with_: Condition, without: Condition) -> tuple[Claim, ...]:
     """The verdicts of R5 on both conditions."""
     return (
-        falls_claim(f"Without torso control most fall within {setup.duration:g} s", without, MAJORITY),
-        survives_claim(f"With it most walk for {setup.duration:g} s", with_, MAJORITY),
+        falls_claim(f"Without torso control most fall within {DURATION:g} s", without, MAJORITY),
+        survives_claim(f"With it most walk for {DURATION:g} s", with_, MAJORITY),
         Claim(
-            f"With it at {setup.speed:g} m/s or more over ground",
+            f"With it at {SPEED:g} m/s or more over ground",
             f"{with_.speed:.3f} m/s (median)",
-            with_.speed >= setup.speed,
+            with_.speed >= SPEED,
         ),
     )
 

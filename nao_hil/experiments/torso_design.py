@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from bridge.types import Array
-from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportPage, ReportTable
+from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
 from nao_hil.design.torso.analysis import bode, frequency_response
 from nao_hil.design.torso.assembly import TorsoDesign
 from nao_hil.design.torso.robust import robust_design
@@ -18,6 +18,7 @@ from nao_hil.design.torso.thesis import DYNAMIC_GAIT, STATIC_GAIT, thesis_design
 from nao_hil.design.torso.transfer import closed_loop, thesis_plant
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
+from nao_hil.files import save_figure
 
 TOLERANCE: Final = 0.01
 """Relative tolerance of a design value against the one recomputed from the thesis' own numbers."""
@@ -74,7 +75,7 @@ def plot_bode(path: Path, design: TorsoDesign) -> Path:
     gain.axhline(0.0, color="k", linestyle=":", linewidth=0.9)
     axes.finish(gain, "", "magnitude / dB")
     axes.finish(phase, "Omega / rad/s", "phase / deg")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_nyquist(path: Path, design: TorsoDesign) -> Path:
@@ -88,7 +89,7 @@ def plot_nyquist(path: Path, design: TorsoDesign) -> Path:
     panel.plot(circle.real, circle.imag, "k:", linewidth=0.8)
     panel.set(xlim=(-2.5, 1.5), ylim=(-2.0, 2.0))
     axes.finish(panel, "Re", "Im")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_steps(path: Path, designs: dict[str, TorsoDesign]) -> Path:
@@ -102,7 +103,7 @@ def plot_steps(path: Path, designs: dict[str, TorsoDesign]) -> Path:
         closed = closed_loop(design.controller_z, design.plant_z)
         panel.plot(*control.step_response(closed, time), label=name)
     axes.finish(panel, "t / s", "torso angle / reference")
-    return axes.save(figure, path)
+    return save_figure(figure, path)
 
 
 class Design(msgspec.Struct, frozen=True, kw_only=True):
@@ -155,14 +156,15 @@ def experiment(context: Context) -> Outcome:
             robust.gain_margin >= GAIN_MARGIN,
         ),
     )
-    page = ReportPage(
-        name="torso-design",
-        title="R4: the torso controllers",
-        source=(
+    return context.outcome(
+        "torso-design",
+        "R4: the torso controllers",
+        (
             "Thesis 4.2.2, figures 4.11 to 4.15: a notch and a PI controller by the frequency-response "
             "method for a rise time of 0.563 s (static gait) and 0.29 s (dynamic gait) and an overshoot of "
             "10 %."
         ),
+        walks=False,
         setup=(
             ("plant", "(4.12), sampled at 10 ms"),
             ("robust", "bounds hold for natural frequency, damping and zero 20 % off"),
@@ -175,8 +177,8 @@ def experiment(context: Context) -> Outcome:
             f"{100 * figures['static'].overshoot:.1f} % (static), {100 * figures['dynamic'].overshoot:.1f} % "
             f"(dynamic), which settles in {figures['dynamic'].settling_time_s:.1f} s.",
         ),
+        figures=dict(figures),
     )
-    return Outcome(page, dict(figures))
 
 
 def off(value: float | tuple[float, ...], expected: float | tuple[float, ...]) -> float:

@@ -37,6 +37,7 @@ from nao_hil.experiments.torso_responses import (
     run_once,
     run_task,
 )
+from nao_hil.files import save_figure
 
 AMPLITUDE: Final = 0.064
 """Of the square wave about the operating point, rad: calibrated, since 0.7 rad is a misprint. The sole
@@ -65,7 +66,7 @@ def plot(path: Path, time: Array, fused: Array, true: Array, plant: Plant) -> No
     panel.set(xlabel="time after the step / s", ylabel="torso pitch / final value", title="Torso step")
     panel.grid(alpha=0.3)
     panel.legend()
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 def plot_wave(path: Path, run: Responses, cycle: float) -> None:
@@ -94,7 +95,7 @@ def plot_wave(path: Path, run: Responses, cycle: float) -> None:
     panel.set(xlabel="t / s", ylabel="angle / amplitude of the input")
     panel.grid(alpha=0.3)
     panel.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    axes.save(figure, path)
+    save_figure(figure, path)
 
 
 class Bound(NamedTuple):

@@ -2,23 +2,164 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import msgspec
 import numpy as np
 
+from bridge import rotations
 from bridge.errors import ConfigurationError
 from bridge.types import Vec2, Vec3
 from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable, yes_no
-from nao_hil.analysis.statistics import Share, few_words, wilson
+from nao_hil.analysis.statistics import Share, few_words, mean_of, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
-from nao_hil.experiments.velocity_measure import Straight, VelocityCell, cell, straight, true_path
+from nao_hil.files import save_figure
+from nao_hil.runs.track import Array, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
+from nao_hil.runs.walk_figures import SETTLING
 from walker.gaits import gait_parameters
+
+LEAST: Final = 1.0
+"""s of walk after the settling without which nothing is measured."""
+
+
+class MeanInterval(msgspec.Struct, frozen=True, kw_only=True):
+    """Mean of some walks with its 95 % interval (Student's t); NaN where there are too few."""
+
+    value: float
+    interval: Vec2
+
+    def within(self, low: float, high: float) -> bool:
+        """Whether the whole interval lies between `low` and `high`."""
+        return self.interval[0] >= low and self.interval[1] <= high
+
+    def words(self, scale: float = 1.0, digits: int = 2) -> str:
+        """As text for the report."""
+        low, high = (scale * bound for bound in self.interval)
+        return f"{scale * self.value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def mean(values: Sequence[float]) -> MeanInterval:
+    """Mean and interval of independent values."""
+    found = mean_of(values)
+    low, high = found.low, found.high
+    return MeanInterval(
+        value=math.nan if found.value is None else found.value,
+        interval=(-math.inf if low is None else low, math.inf if high is None else high),
+    )
+
+
+class VelocityCell(Share, frozen=True, kw_only=True):
+    """Walks at one velocity."""
+
+    command: Vec3
+    """m/s, m/s, rad/s"""
+    measured: Vec3
+    """Medians over the walks, of the torso in its heading from 2 s on, until the end or the fall."""
+    ratio: MeanInterval
+    """Measured over commanded, on the commanded axis on which it is furthest from 1."""
+    coupling: MeanInterval
+    """Largest motion on an axis that is not commanded, relative to the command; each as a part of its axis'
+    full speed."""
+
+
+def heading_velocity(track: Track) -> Vec3 | None:
+    """Mean velocity of the torso in its own heading after the settling; None: the walk is too short."""
+    time, yaw = track["time"], np.unwrap(rotations.yaw(track["orientation"]))
+    late = np.flatnonzero(time >= SETTLING)
+    if not len(late) or time[-1] - time[late[0]] < LEAST:
+        return None
+    steps, turn = np.diff(track["torso"][late, :2], axis=0), np.diff(yaw[late])
+    middle = yaw[late][:-1] + 0.5 * turn
+    c, s = np.cos(middle), np.sin(middle)
+    duration = float(time[-1] - time[late[0]])
+    x = float(np.sum(c * steps[:, 0] + s * steps[:, 1])) / duration
+    y = float(np.sum(c * steps[:, 1] - s * steps[:, 0])) / duration
+    return x, y, float(np.sum(turn)) / duration
+
+
+def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> VelocityCell:
+    """Sum up the walks at one velocity.
+
+    Args:
+        command: m/s, m/s, rad/s.
+        results: Of the walks, with their tracks.
+        full: Speed that counts as 1 on each axis.
+    """
+    walked = [r.track.until(r.end.time) for r in results]
+    measured = [velocity for track in walked if (velocity := heading_velocity(track)) is not None]
+    alive = sum(r.end.survived for r in results)
+    named = [axis for axis in range(3) if command[axis]]
+    ratios = [mean([velocity[axis] / command[axis] for velocity in measured]) for axis in named]
+    size = math.hypot(*(v / f for v, f in zip(command, full, strict=True)))
+    others = [
+        mean([abs(velocity[axis]) / full[axis] / size for velocity in measured])
+        for axis in range(3)
+        if axis not in named
+    ]
+    x, y, turn = np.median(measured, axis=0).tolist() if measured else (math.nan,) * 3
+    return VelocityCell(
+        command=command,
+        n=len(results),
+        survived=alive,
+        measured=(x, y, turn),
+        ratio=max(ratios, key=lambda ratio: abs(ratio.value - 1.0)),
+        coupling=max(others, key=lambda coupling: coupling.value, default=mean([0.0, 0.0])),
+    )
+
+
+class Straight(msgspec.Struct, frozen=True, kw_only=True):
+    """Walks straight ahead without a heading command; of those that stand."""
+
+    n: int
+    survived: int
+    heading_deg: MeanInterval
+    """Absolute change of the heading."""
+    odometry: MeanInterval
+    """Error of the odometry's position, as a part of the path."""
+
+
+def straight(results: Sequence[WalkOutcome]) -> Straight:
+    """Sum up the walks straight ahead."""
+    stood = [r.track for r in results if r.end.survived]
+    return Straight(
+        n=len(results),
+        survived=len(stood),
+        heading_deg=mean([abs(math.degrees(_moved(true_path(track))[2])) for track in stood]),
+        odometry=mean([_odometry_error(track) for track in stood]),
+    )
+
+
+def true_path(track: Track) -> Array:
+    """x, y and yaw of the torso, shape (cycles, 3), m, rad."""
+    return np.column_stack([track["torso"][:, :2], np.unwrap(rotations.yaw(track["orientation"]))])
+
+
+def _moved(path: Array) -> Vec3:
+    """From the first pose to the last, in the frame of the first."""
+    (x, y, yaw), (u, v, end) = path[0], path[-1]
+    ahead, aside = rotations.planar_local((x, y, yaw), (u, v))
+    return float(ahead), float(aside), float(end - yaw)
+
+
+def _odometry_error(track: Track) -> float:
+    """The torso sways over the middle between the feet: both ends are means over a second."""
+    true, odometry = (_smooth(path, track["time"]) for path in (true_path(track), track["place"]))
+    way = float(np.sum(np.hypot(*np.diff(true[::25, :2], axis=0).T)))
+    return math.dist(_moved(true)[:2], _moved(odometry)[:2]) / way
+
+
+def _smooth(path: Array, time: Array) -> Array:
+    """Running mean over a second of a path, shape (cycles, 3)."""
+    width = max(1, round(1.0 / float(np.median(np.diff(time)))))
+    kernel = np.full(width, 1.0 / width)
+    angles = np.unwrap(path[:, 2])
+    return np.column_stack([np.convolve(each, kernel, "valid") for each in (path[:, 0], path[:, 1], angles)])
+
 
 FASTEST: Final = {"nao-v6": 0.40}
 """Forward speed to reach, m/s, by body; of the others `FORWARD`."""
@@ -29,75 +170,65 @@ STANDS_CHANGES: Final = wilson(47, 50)[0]
 """Of "47 of 50", likewise."""
 
 
-@dataclass(frozen=True)
-class VelocitySetup:
-    """The experiment's numbers, SI units and rad."""
-
-    duration: float = 20.0
-    straight: float = 0.25
-    straight_duration: float = 20.0
-    changes: int = 30
-    changes_duration: float = 120.0
-    changes_seeds: int = 50
-    """Walks of random changes at most."""
-    other_seeds: int = 20
-    """Walks at most at a command that is not the fastest of its axis: of them the ratio counts."""
-    ratio: Vec2 = (0.9, 1.1)
-    coupling: float = 0.1
-    heading_deg: float = 10.0
-    odometry: float = 0.05
-    sideways: float = 0.20
-    turn: float = 1.5
-
-    def full(self, robot: str) -> Vec3:
-        """Fastest command on each axis."""
-        return FASTEST.get(robot, FORWARD), self.sideways, self.turn
-
-    def fastest(self, robot: str) -> tuple[Vec3, ...]:
-        """Commands at which 95 of 100 walks are to stand."""
-        ahead, aside, turn = self.full(robot)
-        return (ahead, 0.0, 0.0), (-0.25, 0.0, 0.0), (0.0, aside, 0.0), (0.0, 0.0, turn)
-
-    def commands(self, robot: str) -> tuple[Vec3, ...]:
-        """Single axes, then mixtures."""
-        ahead, aside, turn = self.full(robot)
-        return (
-            (0.10, 0.0, 0.0),
-            (0.20, 0.0, 0.0),
-            (ahead, 0.0, 0.0),
-            (-0.10, 0.0, 0.0),
-            (-0.25, 0.0, 0.0),
-            (0.0, 0.10, 0.0),
-            (0.0, aside, 0.0),
-            (0.0, 0.0, 0.75),
-            (0.0, 0.0, turn),
-            (0.15, 0.0, 0.6),
-            (0.15, 0.06, 0.0),
-            (0.0, 0.08, 0.5),
-            (0.10, -0.05, -0.4),
-            (-0.10, 0.0, -0.5),
-        )
+DURATION: Final = 20.0
+"""s at each velocity, and straight ahead."""
+STRAIGHT: Final = 0.25
+"""m/s of the walks straight ahead."""
+CHANGES: Final = 30
+"""Random velocities of a walk, in `CHANGES_DURATION` s; `CHANGES_SEEDS` walks at most."""
+CHANGES_DURATION: Final = 120.0
+CHANGES_SEEDS: Final = 50
+OTHER_SEEDS: Final = 20
+"""Walks at most at a command that is not the fastest of its axis: of them the ratio counts."""
+RATIO: Final = (0.9, 1.1)
+"""Measured over commanded, from where to where."""
+COUPLING: Final = 0.1
+HEADING_DEG: Final = 10.0
+ODOMETRY: Final = 0.05
+SIDEWAYS: Final = 0.20
+"""m/s, fastest."""
+TURN: Final = 1.5
+"""rad/s, fastest."""
 
 
-def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
+def full_speed(robot: str) -> Vec3:
+    """Fastest command on each axis, m/s, m/s, rad/s."""
+    return FASTEST.get(robot, FORWARD), SIDEWAYS, TURN
+
+
+def fastest_commands(robot: str) -> tuple[Vec3, ...]:
+    """Commands at which 95 of 100 walks are to stand."""
+    ahead, aside, turn = full_speed(robot)
+    return (ahead, 0.0, 0.0), (-0.25, 0.0, 0.0), (0.0, aside, 0.0), (0.0, 0.0, turn)
+
+
+def commands_of(robot: str) -> tuple[Vec3, ...]:
+    """Single axes, then mixtures."""
+    ahead, aside, turn = full_speed(robot)
+    single = (
+        *((x, 0.0, 0.0) for x in (0.10, 0.20, ahead, -0.10, -0.25)),
+        *((0.0, y, 0.0) for y in (0.10, aside)),
+        *((0.0, 0.0, omega) for omega in (0.75, turn)),
+    )
+    mixed = ((0.15, 0.0, 0.6), (0.15, 0.06, 0.0), (0.0, 0.08, 0.5), (0.10, -0.05, -0.4), (-0.10, 0.0, -0.5))
+    return *single, *mixed
+
+
+def experiment(context: Context) -> Outcome:
     """All walks, the table, and the verdicts."""
-    setup, gait = setup or VelocitySetup(), context.gait or "omni"
+    gait, duration = context.gait or "omni", context.duration or DURATION
     if gait_parameters(gait).limits is None:
         raise ConfigurationError(f"experiment velocity: the {gait} gait walks straight only; `omni` does not.")
-    if context.duration is not None:
-        setup = replace(setup, duration=context.duration)
-    commands, full = setup.commands(context.robot), setup.full(context.robot)
-    fastest, fewer = setup.fastest(context.robot), context.first(setup.other_seeds)
+    commands, full = commands_of(context.robot), full_speed(context.robot)
+    fastest, fewer = fastest_commands(context.robot), context.first(OTHER_SEEDS)
     conditions = [
         (context if command in fastest else fewer).walks(
-            f"velocity {_words(command)}", gait, setup.duration, velocity=command
+            f"velocity {_words(command)}", gait, duration, velocity=command
         )
         for command in commands
     ]
-    conditions.append(
-        context.walks("velocity, straight", gait, setup.straight_duration, velocity=(setup.straight, 0.0, 0.0))
-    )
-    conditions.append(_changing(context.first(setup.changes_seeds), setup, gait, full))
+    conditions.append(context.walks("velocity, straight", gait, DURATION, velocity=(STRAIGHT, 0.0, 0.0)))
+    conditions.append(_changing(context.first(CHANGES_SEEDS), gait, full))
     *single, ahead, random = context.run(*conditions)
     cells = [cell(command, found, full) for command, found in zip(commands, single, strict=True)]
     line, alive = straight(ahead), sum(found.end.survived for found in random)
@@ -108,12 +239,12 @@ def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
         "Commanded and measured velocity of a NAO's walk have not been published together; limits of commands "
         "are 0.27 to 0.40 m/s forward.",
         setup=[
-            ("walks", f"{setup.duration:g} s at each velocity, from a stand; measured from 2 s on"),
-            ("seeds", f"{setup.other_seeds} at most at velocities that are not the fastest of an axis"),
-            ("straight", f"{setup.straight:g} m/s, {setup.straight_duration:g} s, no heading command"),
-            ("changes", f"{setup.changes} random velocities in {setup.changes_duration:g} s"),
+            ("walks", f"{duration:g} s at each velocity, from a stand; measured from 2 s on"),
+            ("seeds", f"{OTHER_SEEDS} at most at velocities that are not the fastest of an axis"),
+            ("straight", f"{STRAIGHT:g} m/s, {DURATION:g} s, no heading command"),
+            ("changes", f"{CHANGES} random velocities in {CHANGES_DURATION:g} s"),
         ],
-        claims=_claims(setup, fastest, cells, line, changes),
+        claims=_claims(fastest, cells, line, changes),
         pictures=[
             Picture(
                 _plot(context, cells, ahead, full),
@@ -121,28 +252,27 @@ def experiment(context: Context, setup: VelocitySetup | None = None) -> Outcome:
                 "Left: parts of each axis' full speed. Right: ways of the torso over the ground.",
             )
         ],
-        tables=[_table(cells, setup, fastest)],
+        tables=[_table(cells, fastest)],
         figures={"gait": gait, "cells": cells, "straight": line, "changes": changes},
     )
 
 
-def _changing(context: Context, setup: VelocitySetup, gait: str, full: Vec3) -> list[Walk]:
+def _changing(context: Context, gait: str, full: Vec3) -> list[Walk]:
     """Velocities even in the box up to the full speeds (backward the sideways one); the gait clips them."""
     walks = []
     for walk in context.walks(
-        "velocity, random changes", gait, setup.changes_duration, velocity=(0.1, 0.0, 0.0), keep_track=False
+        "velocity, random changes", gait, CHANGES_DURATION, velocity=(0.1, 0.0, 0.0), keep_track=False
     ):
         random = np.random.default_rng(walk.config.seed)
         low, high = (-full[1], -full[1], -full[2]), full
-        drawn = random.uniform(low, high, (setup.changes, 3)).tolist()
-        times = (setup.changes_duration * i / setup.changes for i in range(setup.changes))
+        drawn = random.uniform(low, high, (CHANGES, 3)).tolist()
+        times = (CHANGES_DURATION * i / CHANGES for i in range(CHANGES))
         velocities = tuple((time, (x, y, turn)) for time, (x, y, turn) in zip(times, drawn, strict=True))
         walks.append(msgspec.structs.replace(walk, velocities=velocities))
     return walks
 
 
 def _claims(
-    setup: VelocitySetup,
     fastest: Sequence[Vec3],
     cells: Sequence[VelocityCell],
     line: Straight,
@@ -157,7 +287,7 @@ def _claims(
         for each in cells
         if each.command in fastest
     ]
-    low, high = setup.ratio
+    low, high = RATIO
     follows = [
         Claim(
             f"At {_words(each.command)} {low:g} to {high:g} of the command is measured",
@@ -168,9 +298,9 @@ def _claims(
     ]
     couples = [
         Claim(
-            f"At {_words(each.command)} other axes move by less than {100 * setup.coupling:.0f} %",
+            f"At {_words(each.command)} other axes move by less than {100 * COUPLING:.0f} %",
             f"{each.coupling.words(100.0, 0)} %",
-            each.coupling.interval[1] < setup.coupling,
+            each.coupling.interval[1] < COUPLING,
         )
         for each in cells
         if not all(each.command)
@@ -180,17 +310,17 @@ def _claims(
         *follows,
         *couples,
         Claim(
-            f"Straight at {setup.straight:g} m/s the heading stays within {setup.heading_deg:g} degrees",
+            f"Straight at {STRAIGHT:g} m/s the heading stays within {HEADING_DEG:g} degrees",
             f"{line.heading_deg.words(1.0, 1)} deg, mean of {line.survived}",
-            line.heading_deg.interval[1] <= setup.heading_deg,
+            line.heading_deg.interval[1] <= HEADING_DEG,
         ),
         Claim(
-            f"The odometry is within {100 * setup.odometry:g} % of the way",
+            f"The odometry is within {100 * ODOMETRY:g} % of the way",
             f"{line.odometry.words(100.0, 1)} %, mean of {line.survived}",
-            line.odometry.interval[1] <= setup.odometry,
+            line.odometry.interval[1] <= ODOMETRY,
         ),
         Claim(
-            f"{setup.changes} random velocities in {setup.changes_duration:g} s: 47 of 50 stand",
+            f"{CHANGES} random velocities in {CHANGES_DURATION:g} s: 47 of 50 stand",
             changes.words(),
             changes.interval[0] >= STANDS_CHANGES,
         ),
@@ -201,12 +331,12 @@ def _words(command: Vec3) -> str:
     return "{:.2f}, {:.2f} m/s, {:.2f} rad/s".format(*command)
 
 
-def _table(cells: Sequence[VelocityCell], setup: VelocitySetup, fastest: Sequence[Vec3]) -> ReportTable:
+def _table(cells: Sequence[VelocityCell], fastest: Sequence[Vec3]) -> ReportTable:
     """Goal, measured, verdict by the bound."""
     rows = []
     for each in cells:
         stands = each.command not in fastest or each.interval[0] >= STANDS
-        good = stands, each.ratio.within(*setup.ratio)
+        good = stands, each.ratio.within(*RATIO)
         rows.append(
             (
                 _words(each.command),
@@ -214,7 +344,7 @@ def _table(cells: Sequence[VelocityCell], setup: VelocitySetup, fastest: Sequenc
                 each.ratio.words(),
                 f"{each.coupling.words(100.0, 0)} %",
                 each.words(),
-                yes_no(all((*good, each.coupling.interval[1] < setup.coupling))),
+                yes_no(all((*good, each.coupling.interval[1] < COUPLING))),
             )
         )
     head = ("commanded", "measured", "ratio, worst axis", "coupling", "stand", "reached by the bound")
@@ -241,4 +371,4 @@ def _plot(context: Context, cells: Sequence[VelocityCell], ahead: Sequence[WalkO
     right.set_title(f"{len(ahead)} walks straight ahead", fontsize=9)
     for panel in (left, right):
         panel.grid(alpha=0.3)
-    return axes.save(figure, context.out / "velocity.png")
+    return save_figure(figure, context.out / "velocity.png")

@@ -14,8 +14,8 @@ from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS, absent_joints
 from bridge.types import Array
 from nao_hil.identification import measures
-from nao_hil.identification.encoder_grid import EncoderGrid
 from nao_hil.identification.readings import NAMES, Signals
+from nao_hil.identification.recorded import EncoderGrid
 from nao_hil.identification.sensors_only import FusedAngleComparison
 
 SENSORS: Final = ("gyroscope", "accelerometer", "fsr")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from bridge.body.joints import JOINTS
 from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
-from nao_hil.files import atomic_path
+from nao_hil.files import save_figure
 from nao_hil.identification.comparison import Comparison, JointComparison, JointFollowing, SensorComparison
 from nao_hil.identification.readings import Signals
 
@@ -47,8 +47,7 @@ def plot_ranking(path: Path, joints: Sequence[JointComparison]) -> None:
     axes.set_xlabel("RMS difference of the angle, deg")
     axes.legend()
     axes.grid(axis="x", alpha=0.3)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
+    save_figure(figure, path)
 
 
 def plot_joints(path: Path, joints: Sequence[JointComparison], recorded: Signals, replayed: Signals) -> None:
@@ -68,8 +67,7 @@ def plot_joints(path: Path, joints: Sequence[JointComparison], recorded: Signals
         for axes in row:
             axes.grid(alpha=0.3)
         row[0].legend(fontsize=7)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
+    save_figure(figure, path)
 
 
 def plot_spectra(path: Path, sensors: Sequence[SensorComparison]) -> None:
@@ -88,8 +86,7 @@ def plot_spectra(path: Path, sensors: Sequence[SensorComparison]) -> None:
         axes.set_visible(False)
     panels[0].legend(fontsize=7)
     figure.supxlabel("frequency, Hz", fontsize=9)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
+    save_figure(figure, path)
 
 
 def _worst(difference: Any, cycle: float) -> slice:

@@ -24,9 +24,9 @@ from bridge.recording.recorder import Recorder
 from bridge.types import Array
 from bridge.validation import unknown_name
 from emulator.start import STAND
-from nao_hil.commands import actuator_frame
+from nao_hil.arguments import actuator_frame
 from nao_hil.connection import Connection
-from nao_hil.identification.replay import HANG
+from nao_hil.identification.comparison_run import HANG
 from nao_hil.runs.build import build_robot
 from nao_hil.runs.capture import described
 from nao_hil.runs.config import RunConfig

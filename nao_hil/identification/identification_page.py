@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from bridge.body.joints import INDEX
 from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
-from nao_hil.files import atomic_path
+from nao_hil.files import save_figure
 from nao_hil.identification.fit import Fit
 from nao_hil.identification.identification import Identification, Identified
 from nao_hil.identification.readings import Signals
@@ -82,8 +82,7 @@ def _plot(path: Path, found: Fit, signals: Signals) -> None:
     panels[0].legend(fontsize=7, markerscale=6)
     figure.supxlabel("command, deg", fontsize=9)
     figure.supylabel("angle - command, deg", fontsize=9)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=110)
+    save_figure(figure, path)
 
 
 def _values(result: Identification) -> ReportTable:

@@ -19,9 +19,8 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.real_robot import connected
 from bridge.errors import LinkError
-from nao_hil.naoqi_programs.errors import print_error
 from nao_hil.naoqi_programs.python2 import put_back
-from nao_hil.naoqi_programs.services import Service, sendable
+from nao_hil.naoqi_programs.services import Service, print_error, sendable
 from nao_hil.naoqi_programs.source import compiled, is_old, program_code
 
 ADDRESS: Final = "NAO_HIL_NAOQI"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+import traceback
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 from nao_hil.naoqi_programs.python2 import to_unicode
@@ -60,3 +63,20 @@ def _with_bytes(image: Any) -> Any:
     if image is None:
         return None
     return [bytearray(part, "latin-1") if isinstance(part, str) else part for part in image]
+
+
+_OWN = {str(Path(__file__).with_name(name)) for name in ("python2.py", "services.py")}
+"""Files between a program and its callees."""
+
+
+def print_error(error: BaseException, program: str) -> None:
+    """Print an error's traceback from the program's first line on; all of it where none is the program's.
+
+    Args:
+        error: with its traceback.
+        program: file name of its code.
+    """
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _OWN]
+    first = next((i for i, frame in enumerate(frames) if frame.filename == program), 0)
+    lines = [*traceback.format_list(frames[first:]), *traceback.format_exception_only(type(error), error)]
+    sys.stderr.write("Traceback (most recent call last):\n" + "".join(lines))

@@ -1,7 +1,6 @@
 """Network emulation: delay, jitter, loss, reordering, limited rate, outages between two network namespaces."""
 
-from nao_hil.network_emulation.channel import Channel, NetworkConditions
-from nao_hil.network_emulation.site import EmulatedLink, Site
+from nao_hil.network_emulation.site import Channel, EmulatedLink, NetworkConditions, Site
 
 __all__ = ["Channel", "EmulatedLink", "NetworkConditions", "Site"]
 """What a run on a bad network needs."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Final
 
 import msgspec
@@ -13,8 +12,7 @@ import msgspec
 from bridge.body import load_body
 from bridge.errors import ConfigurationError, LinkError
 from emulator.wear import load_wear
-from nao_hil.network_emulation.channel import NetworkConditions
-from nao_hil.network_emulation.site import ROBOT_ADDRESS, Site
+from nao_hil.network_emulation.site import ROBOT_ADDRESS, NetworkConditions, Site
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import PROCESSES, fingerprint
 from nao_hil.runs.supervisor import Child
@@ -131,9 +129,7 @@ class Pair:
     def __enter__(self) -> Pair:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for child in (self.walker, self.robot):
             if child.running:
                 child.kill()

@@ -8,7 +8,6 @@ import sys
 import tempfile
 from array import array
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 
@@ -33,9 +32,7 @@ class BareLoop:
         self._process.stdout.readline()  # it begins
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._process.terminate()
         self._process.communicate()
         self.lateness = np.load(self._file)

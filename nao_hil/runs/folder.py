@@ -1,4 +1,4 @@
-"""The folder of a run: configuration, versions, recording, summary."""
+"""The folder of a run: configuration, versions, recording with its robot's shapes, summary."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ import re
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final, cast
 
 import msgspec
 
-from bridge.body import load_body
+from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
+from bridge.recording.foxglove import RobotScene
 from bridge.recording.recorder import later_file
 from emulator.scenarios import Scenario, load_scenario
 from emulator.wear import load_wear
@@ -182,3 +184,17 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[package] = "not installed"
     return found
+
+
+def describe(body: Body) -> str:
+    """The robot as URDF; friction is that of nominal drives."""
+    # Imported late: the shapes of the links take time.
+    from emulator.export.urdf import to_urdf
+    from emulator.wear import load_wear
+
+    return to_urdf(body, load_wear("nominal", body), f"{body.name}, by nao-hil")
+
+
+def robot_scene(body: Body) -> Callable[[], RobotScene]:
+    """Makes the scene of each file of a recording."""
+    return partial(RobotScene, body, describe(body))

@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("qi")
 pytest.importorskip("lib2to3", reason="Python 3.13 has no lib2to3")
 
-from nao_hil.naoqi_programs.choregraphe.manager import BehaviorManager, project_of
+from nao_hil.naoqi_programs.choregraphe.play import BehaviorManager, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
 from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager

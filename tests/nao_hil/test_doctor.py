@@ -11,6 +11,7 @@ import pytest
 from bridge.histogram import Percentiles
 from emulator.timing import CycleTimes
 from nao_hil.cli import doctor
+from nao_hil.cli.main import run
 
 
 def times(p99: float, skipped: int = 0) -> CycleTimes:
@@ -53,7 +54,7 @@ def test_a_port_in_use_is_seen_and_a_free_one_too() -> None:
 
 
 def test_json_is_one_object_on_the_last_line(capsys: pytest.CaptureFixture[str]) -> None:
-    code = doctor.run(as_json=True)
+    code = run(["doctor", "--json"])
     result = json.loads(capsys.readouterr().out)
     assert result["healthy"] is (code == 0)
     names = [f["name"] for f in result["findings"]]
@@ -69,11 +70,11 @@ def test_findings_that_keep_it_from_working_have_exit_code_3(
 ) -> None:
     bad = doctor.python_finding((3, 9, 0))
     monkeypatch.setattr(doctor, "diagnose", lambda: [bad, doctor.cores_finding(1)])
-    assert doctor.run(as_json=False) == 3
+    assert run(["doctor"]) == 3
     printed = capsys.readouterr().out
     assert "bad" in printed and "warning" in printed
     monkeypatch.setattr(doctor, "diagnose", lambda: [doctor.cores_finding(1)])
-    assert doctor.run(as_json=False) == 0
+    assert run(["doctor"]) == 0
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,14 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 from bridge.body import load_body  # noqa: E402
 from bridge.errors import ConfigurationError  # noqa: E402
-from nao_hil.envs.registration import TASKS  # noqa: E402
-from nao_hil.envs.task import Task  # noqa: E402
-from nao_hil.envs.tasks import LEGS, POSTURE, ServosTask, VelocityTask  # noqa: E402
+from nao_hil.envs import TASKS  # noqa: E402
+from nao_hil.envs.tasks import (  # noqa: E402
+    LEGS,
+    POSTURE,
+    ServosTask,
+    Task,
+    VelocityTask,
+)
 
 pytestmark = pytest.mark.skipif(not find_spec("mujoco"), reason="MuJoCo is not installed")
 

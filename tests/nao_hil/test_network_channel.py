@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from nao_hil.network_emulation.channel import QUEUE, Channel
-from nao_hil.network_emulation.channel import NetworkConditions as Conditions
+from nao_hil.network_emulation.site import QUEUE, Channel
+from nao_hil.network_emulation.site import NetworkConditions as Conditions
 
 N = 20_000
 

@@ -18,10 +18,10 @@ from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Contact, Notice, TruthFrame, WalkTelemetry
 from bridge.recording.recorder import Recorder
 from bridge.validation import unknown_name
+from nao_hil.analysis.plots import PLOTS
 from nao_hil.analysis.plots.balance_figures import torso
 from nao_hil.analysis.plots.draw import FIGURES, draw, missing
 from nao_hil.analysis.plots.motion_figures import cycle
-from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables, load
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
 from nao_hil.cli.plot import chosen, complete

@@ -46,7 +46,7 @@ def test_an_option_of_its_own_after_the_program_is_warned_of(
     program = tmp_path / "hello.py"
     program.touch()
     monkeypatch.setattr("nao_hil.cli.run_naoqi.run_program", lambda *_: (0, []))
-    assert run_naoqi(program, ["--url=tcp://nao.local:9559", "--ip", "nao.local"]) == 0
+    assert run_naoqi(program, ["--url=tcp://nao.local:9559", "--ip", "nao.local"]).code == 0
     assert capsys.readouterr().err == (
         "warning: --url after the program is the program's own; before it, it is an option of run-naoqi.\n"
     )

@@ -1,11 +1,11 @@
-"""Intervals and tests of shares against printed values and independent implementations."""
+"""Intervals and tests against printed values, closed forms and exact chances."""
 
 import math
 
 import pytest
-from scipy.stats import binomtest
+from scipy.stats import binom, ttest_rel
 
-from nao_hil.analysis.statistics import mcnemar, paired, wilson
+from nao_hil.analysis.statistics import Sprt, mean_of, median_of, paired, score_bounds, wilson
 
 
 # Newcombe, Statistics in Medicine 17 (1998), table I, method 3
@@ -17,13 +17,6 @@ def test_wilson_is_the_printed_score_interval(successes: int, n: int, low: float
     assert wilson(successes, n) == pytest.approx((low, high), abs=5e-5)
 
 
-@pytest.mark.parametrize("confidence", [0.8, 0.95, 0.99])
-@pytest.mark.parametrize(("successes", "n"), [(0, 1), (3, 20), (19, 20), (20, 20), (50, 100)])
-def test_wilson_agrees_with_scipy(successes: int, n: int, confidence: float) -> None:
-    expected = binomtest(successes, n).proportion_ci(confidence, method="wilson")
-    assert wilson(successes, n, confidence) == pytest.approx((expected.low, expected.high), abs=1e-12)
-
-
 def test_of_no_trials_nothing_is_known() -> None:
     assert wilson(0, 0) == (0.0, 1.0)
 
@@ -33,12 +26,6 @@ def test_more_successes_than_trials_are_refused() -> None:
         wilson(3, 2)
 
 
-@pytest.mark.parametrize(("first", "second"), [(0, 20), (12, 2), (5, 5), (1, 0), (0, 0)])
-def test_mcnemar_is_a_fair_coin_on_the_discordant_pairs(first: int, second: int) -> None:
-    expected = binomtest(first, first + second, 0.5).pvalue if first + second else 1.0
-    assert mcnemar(first, second) == pytest.approx(expected, rel=1e-12)
-
-
 def test_pairs_are_counted_seed_by_seed() -> None:
     found = paired([True, True, True, False, False], [False, False, True, True, False])
     assert (found.both, found.only_with, found.only_without, found.neither) == (1, 2, 1, 1)
@@ -46,3 +33,47 @@ def test_pairs_are_counted_seed_by_seed() -> None:
     # of three discordant pairs one or fewer on the rare side, either way: 2 (1 + 3) / 8
     assert found.p_value == pytest.approx(1.0)
     assert math.isclose(paired([True] * 5, [False] * 5).p_value, 2.0 * 0.5**5)
+
+
+def test_the_interval_of_a_mean_is_students() -> None:
+    values = [1.0, 1.2, 0.9, 1.1, 1.3]
+    found = mean_of(values)
+    bounds = ttest_rel(values, [0.0] * 5).confidence_interval()
+    assert (found.low, found.high) == (pytest.approx(bounds.low), pytest.approx(bounds.high))
+    assert (mean_of([1.0]).value, mean_of([1.0]).high, mean_of([]).value) == (1.0, None, None)
+
+
+def test_the_interval_of_a_median_is_of_order_statistics() -> None:
+    """Of ten values the second and the ninth: 1 - 2 P(X <= 1) = 97.9 % with X binomial, of the third 89.1 %."""
+    found = median_of([float(value) for value in range(1, 11)])
+    assert 1.0 - 2.0 * binom.cdf(1, 10, 0.5) > 0.95 > 1.0 - 2.0 * binom.cdf(2, 10, 0.5)
+    assert (found.value, found.low, found.high) == (5.5, 2.0, 9.0)
+    assert median_of([3.0, 4.0]).low is None
+
+
+def test_the_sequential_test_keeps_its_errors() -> None:
+    # exact: the chance of each count of successes among the undecided, trial by trial
+    test = Sprt(most=200)
+    for p, wrong in ((test.low, True), (test.high, False)):
+        states, mistaken = {0: 1.0}, 0.0
+        for n in range(1, 201):
+            after: dict[int, float] = {}
+            for k, mass in states.items():
+                for success, q in ((1, p), (0, 1.0 - p)):
+                    verdict = test.verdict(k + success, n)
+                    if verdict is None:
+                        after[k + success] = after.get(k + success, 0.0) + mass * q
+                    elif verdict is wrong:
+                        mistaken += mass * q
+            states = after
+        assert mistaken < test.error
+
+
+def test_bounds_of_scores_are_wilsons_for_successes_and_cover_the_mean() -> None:
+    for successes, n in ((0, 5), (3, 7), (20, 20)):
+        assert score_bounds(successes, n) == pytest.approx(wilson(successes, n), abs=1e-9)
+    # scores of 0.3 or 1, drawn with chance p: the lower bound is seldom above the mean
+    n, p = 20, 0.5
+    mean = 0.3 * (1.0 - p) + p
+    above = sum(binom.pmf(k, n, p) for k in range(n + 1) if score_bounds(k + 0.3 * (n - k), n)[0] > mean)
+    assert above < 0.025

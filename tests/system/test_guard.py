@@ -7,11 +7,16 @@ from typing import Any
 
 import pytest
 
-from bridge.guard import GuardStatus
+from bridge.body import load_body
+from bridge.guard import Guard, GuardStatus
 from bridge.link.client import GuardClient
+from emulator.robot import EmulatedRobot
+from emulator.wear import load_wear
 from nao_hil.cli.main import run
+from nao_hil.runs.build import controller_maker
+from nao_hil.runs.config import RunConfig
 from nao_hil.runs.monitor import Monitor
-from tests.loops import TIMEOUT, until
+from tests.loops import TIMEOUT, repeat_while, until
 from tests.system.test_lola_service import Client, pack
 
 Start = Callable[..., Any]
@@ -164,3 +169,18 @@ def test_a_lola_client_in_lockstep_gets_its_packets_after_an_emergency_stop(
         guard.arm()
         assert max(cycles(100)["Stiffness"]) > 0.7
     assert "Traceback" not in served.stderr
+
+
+@pytest.mark.parametrize(("gait", "steps"), [("static", 2), ("dynamic", 6)])
+def test_every_command_of_a_walk_passes_unchanged(gait: str, steps: int) -> None:
+    body = load_body("nao-v3")
+    guard = Guard(body)
+    controller = controller_maker(RunConfig(gait=gait, steps=steps))(body, body.cycle)
+    with EmulatedRobot(body, seed=0, engine="mujoco", wear=load_wear("nominal")) as robot:
+        for _ in repeat_while(lambda: not controller.done):
+            command = guard.check(controller.tick(robot.frame), robot.frame.seq)
+            given = guard.cycle(robot.frame, command)
+            assert given == command, robot.frame.seq
+            robot.advance(given)
+        assert controller.telemetry.step == steps
+    assert [notice.code for notice in guard.take_notices()] == ["guard-active"]

@@ -18,8 +18,8 @@ import zenoh
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.client import GuardClient, WalkClient
-from bridge.link.session import open_client, open_robot, subscribe
-from bridge.messages import ActuatorFrame, Info, LeaseRequest, Notice, WalkTelemetry, decode, encode
+from bridge.link.session import MAX_RECEIVED, open_client, open_robot, subscribe
+from bridge.messages import ActuatorFrame, Info, LeaseReply, LeaseRequest, Notice, WalkTelemetry, decode, encode
 from tests.frames import info_of_robot, standing_frame, walk_telemetry
 from tests.loops import TIMEOUT, until
 
@@ -442,3 +442,48 @@ def test_a_link_beyond_loopback_takes_certificates_or_the_word_open(host: str, p
 def test_a_link_that_is_called_open_listens_beyond_loopback(port: int) -> None:
     with open_robot(f"tcp/0.0.0.0:{port}#open"), open_client(f"tcp/127.0.0.1:{port}#open", timeout=5.0):
         pass
+
+
+def test_the_last_frame_before_a_release_is_still_the_holders(
+    robot: RobotLink, controller: ControllerLink
+) -> None:
+    controller.release()
+    for seq in range(100):
+        controller.acquire()
+        controller.send(command(seq))
+        controller.release()
+        assert [given.reply_to for given in robot.commands()] == [seq]
+    assert robot.refused == 0
+
+
+def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
+    robot: RobotLink, controller: ControllerLink
+) -> None:
+    robot.wait_command(0.0)  # the grant ends one wait
+    for seq in range(200):
+        controller.publish_telemetry(walk_telemetry(seq))
+        controller.send(command(seq))
+        given = robot.wait_command(TIMEOUT)
+        assert given is not None
+        assert [t.seq for t in robot.telemetry()] == [given.reply_to] == [seq]
+
+
+def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
+    robot: RobotLink, controller: ControllerLink, endpoint: str
+) -> None:
+    with contextlib.closing(open_client(endpoint)) as stranger:
+        put(stranger, keys.ACTUATORS, b"\x00" * (2 * MAX_RECEIVED))
+        put(stranger, keys.ACTUATORS, b"")
+        until(lambda: robot.refused, "the small one after it")
+    assert robot.refused == 1
+    controller.send(command(0))
+    until(robot.commands, "the good frame")
+
+
+def test_the_status_tells_a_listener_who_holds_the_robot(controller: ControllerLink, endpoint: str) -> None:
+    request = encode(LeaseRequest(op="status", controller="listener"))
+    with contextlib.closing(open_client(endpoint)) as listener:
+        (reply,) = listener.get(keys.key("nao", keys.LEASE), payload=request)
+    assert reply.ok is not None
+    status = decode(reply.ok.payload.to_bytes(), LeaseReply)
+    assert (status.granted, status.lease, status.holder) == (False, 0, "walker")

@@ -305,16 +305,6 @@ def test_a_walker_that_waits_for_a_robot_hears_ctrl_c(start: Start, endpoint: st
     assert "Traceback" not in walker.stderr
 
 
-@pytest.mark.parametrize("command", ["up", "emulate", "walk"])
-def test_a_misspelt_key_in_a_file_gets_a_suggestion(
-    command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    file = tmp_path / "run.toml"
-    file.write_text('robot = "nao-v4"\nstepps = 3\n')
-    assert run([command, "--config", str(file)]) == 2
-    assert "run.toml: unknown key 'stepps' (did you mean 'steps'?)" in one_sentence(capsys.readouterr().err)
-
-
 def test_a_stranger_who_takes_the_robot_of_an_open_link_ends_nothing_and_the_walker_takes_it_back(
     start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
 ) -> None:

@@ -1,10 +1,16 @@
 """Diagnosis of a fall, from frames alone: pure, the same live, on a recording and in a test."""
 
-from nao_hil.analysis.diagnosis.balance import Balance, BalanceEstimator, PlannedStand, Stand
+from nao_hil.analysis.diagnosis.balance import (
+    Balance,
+    BalanceEstimator,
+    Moment,
+    MomentBuilder,
+    PlannedStand,
+    Stand,
+    moments,
+)
 from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, recorded_body, symptoms_of
-from nao_hil.analysis.diagnosis.moment import Moment, MomentBuilder, moments
-from nao_hil.analysis.diagnosis.symptom import Symptom
-from nao_hil.analysis.diagnosis.symptoms import Symptoms
+from nao_hil.analysis.diagnosis.symptoms import Symptom, Symptoms
 
 __all__ = [
     "Balance",

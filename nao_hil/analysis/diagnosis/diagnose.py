@@ -10,10 +10,8 @@ import msgspec
 
 from bridge.body import Body, load_body
 from bridge.recording.playback import read_recording, recorded_config
-from nao_hil.analysis.diagnosis.balance import BalanceEstimator
-from nao_hil.analysis.diagnosis.moment import Moment, moments
-from nao_hil.analysis.diagnosis.symptom import Symptom
-from nao_hil.analysis.diagnosis.symptoms import Symptoms, first_of
+from nao_hil.analysis.diagnosis.balance import BalanceEstimator, Moment, moments
+from nao_hil.analysis.diagnosis.symptoms import Symptom, Symptoms, first_of
 
 SYMPTOM_GAP: Final = 1.5
 """Time without a symptom that separates the symptoms of a fall from earlier ones, s."""

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
+from nao_hil.analysis.plots import PLOTS
 from nao_hil.analysis.plots.balance_figures import com, margin, path, plane, torso, zmp
 from nao_hil.analysis.plots.motion_figures import (
     admittance,
@@ -23,10 +24,9 @@ from nao_hil.analysis.plots.motion_figures import (
     imu,
     joints,
 )
-from nao_hil.analysis.plots.names import PLOTS
 from nao_hil.analysis.plots.tables import Tables
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
-from nao_hil.files import atomic_path
+from nao_hil.files import save_figure
 
 FIGURES: Final[dict[str, tuple[Callable[[Tables, Figure], None], tuple[float, float], tuple[str, ...]]]] = {
     "torso": (torso, (10.0, 6.0), ("sensors",)),
@@ -68,7 +68,7 @@ def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
 
     Args:
         runs: Tables and title of each run; curves of the second and later ones are dashed over the first's.
-        name: Of `nao_hil.analysis.plots.names.PLOTS`.
+        name: Of `nao_hil.analysis.plots.PLOTS`.
         file: To write.
 
     Raises:
@@ -90,8 +90,7 @@ def draw(runs: Sequence[tuple[Tables, str]], name: str, file: Path) -> None:
         _overlay(figure, beside, dashes)
     fit_to_walk(tables, figure)
     explain_marks(tables, figure)
-    with atomic_path(file) as temporary:
-        figure.savefig(temporary, dpi=110)
+    save_figure(figure, file)
 
 
 def _overlay(figure: Figure, other: Figure, dashes: str) -> None:

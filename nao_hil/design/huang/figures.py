@@ -13,7 +13,7 @@ from bridge.body import Body
 from bridge.body.kinematics import BodyTree
 from nao_hil.design.huang.cycle import Cycle
 from nao_hil.design.huang.search import along
-from nao_hil.files import atomic_path
+from nao_hil.files import save_figure
 from walker.gaits.gait import dry_walk
 from walker.gaits.huang import HuangGait, HuangParameters
 from walker.gaits.huang.hip import Choice
@@ -63,8 +63,7 @@ def draw(p: HuangParameters, body: Body, choice: Choice, folder: Path) -> list[P
     files = []
     for name, figure in figures.items():
         files.append(folder / f"huang-{name}.png")
-        with atomic_path(files[-1]) as temporary:
-            figure.savefig(temporary, dpi=110)
+        save_figure(figure, files[-1])
         plt.close(figure)
     return files
 

@@ -8,21 +8,120 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import qi
-
-from nao_hil.naoqi_programs.choregraphe.manager import BehaviorManager, project_of
 from nao_hil.naoqi_programs.choregraphe.player import Player
-from nao_hil.naoqi_programs.choregraphe.project import read_behaviour
+from nao_hil.naoqi_programs.choregraphe.project import behaviours, read_behaviour
 from nao_hil.naoqi_programs.choregraphe.scripts import FrameManager, OwnSession, script_globals
 from nao_hil.naoqi_programs.runner import load_modules
 
 
+def project_of(file: Path) -> Path:
+    """Folder of the project that a `.xar` file is in: the nearest with a `.pml`, or the file's own."""
+    folder = file.resolve().parent
+    return next((place for place in (folder, *folder.parents[:3]) if any(place.glob("*.pml"))), folder)
+
+
+class BehaviorManager:
+    """`ALBehaviorManager` of a robot on which the project is installed; other behaviours are the robot's.
+
+    Args:
+        player: plays the behaviour that was named.
+        project: folder.
+        idle: time without anything running after which a behaviour ends, s.
+    """
+
+    def __init__(self, player: Player, project: Path, idle: float) -> None:
+        self._player, self._idle = player, idle
+        files = [file.resolve() for file in behaviours(project)]
+        self._files = {str(file.parent.relative_to(project.resolve())): file for file in files}
+        self._running: dict[str, Player] = {}
+        self.post = _Post(self, player)
+
+    def _own(self, name: str) -> str:
+        """The behaviour that is meant, with or without the name of the project before it; or empty."""
+        parts = [part for part in str(name).split("/") if part not in ("", ".")]
+        return next((own for own in self._files if own in ("/".join(parts), "/".join(parts[1:]))), "")
+
+    def _robot(self) -> Any:
+        return self._player.services("ALBehaviorManager")
+
+    def runBehavior(self, name: str, *_: Any) -> None:
+        """Play a behaviour to its end."""
+        own = self._own(name)
+        if not own:
+            return self._robot().runBehavior(name)  # type: ignore[no-any-return]
+        file = self._files[own]
+        running = self._running[own] = self._player.beside(file.parent)
+        running.play_to_end(read_behaviour(file), self._idle)
+        del self._running[own]
+        return None
+
+    def startBehavior(self, name: str) -> None:
+        """Play a behaviour without waiting."""
+        self.post.runBehavior(name)
+
+    def stopBehavior(self, name: str) -> None:
+        """End a behaviour."""
+        running = self._running.get(self._own(name))
+        if running is not None:
+            running.close()
+        elif not self._own(name):
+            self._robot().stopBehavior(name)
+
+    def stopAllBehaviors(self) -> None:
+        """End all behaviours that this one has started."""
+        for running in list(self._running.values()):
+            running.close()
+        self._robot().stopAllBehaviors()
+
+    def isBehaviorInstalled(self, name: str) -> bool:
+        """Whether it can be played."""
+        return bool(self._own(name)) or bool(self._robot().isBehaviorInstalled(name))
+
+    isBehaviorPresent = preloadBehavior = isBehaviorInstalled
+
+    def isBehaviorRunning(self, name: str) -> bool:
+        """Whether it is played now."""
+        return self._own(name) in self._running or bool(self._robot().isBehaviorRunning(name))
+
+    def getInstalledBehaviors(self) -> list[str]:
+        """Behaviours of the project."""
+        return list(self._files)
+
+    getBehaviorNames = getInstalledBehaviors
+
+    def getRunningBehaviors(self) -> list[str]:
+        """Behaviours that are played."""
+        return [*self._running, *self._robot().getRunningBehaviors()]
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._robot(), name)
+
+
+class _Post:
+    """Its calls without waiting."""
+
+    def __init__(self, manager: BehaviorManager, player: Player) -> None:
+        self._manager, self._player = manager, player
+
+    def __getattr__(self, method: str) -> Callable[..., int]:
+        def call(*arguments: Any) -> int:
+            self._player.start(lambda: getattr(self._manager, method)(*arguments))
+            return 0
+
+        return call
+
+
 def play(file: Path, report: Path, idle: float) -> None:
     """Play one behaviour to its end, and list omitted steps."""
+    import qi  # late: `BehaviorManager` needs none
+
     session = qi.Session()
     session.connect(os.environ["NAO_HIL_NAOQI"])
     folder, project = file.resolve().parent, project_of(file)

@@ -19,10 +19,9 @@ from typing import Any
 import qi
 
 from bridge.validation import unknown_name
-from nao_hil.naoqi_programs.errors import print_error
 from nao_hil.naoqi_programs.modules import motion  # noqa: F401
 from nao_hil.naoqi_programs.python2 import is_converted, of_robot
-from nao_hil.naoqi_programs.services import Service, sendable
+from nao_hil.naoqi_programs.services import Service, print_error, sendable
 
 __all__ = [
     *(

@@ -20,7 +20,7 @@ import pyarrow.parquet as pq
 from bridge.errors import ConfigurationError
 from nao_hil.files import atomic_path
 from nao_hil.runs.dataset.journal import Abandoned, Journal, rows_of
-from nao_hil.runs.dataset.row import Row, row
+from nao_hil.runs.store import Row, row
 from nao_hil.runs.track import WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkOutcome
 

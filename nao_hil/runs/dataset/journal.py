@@ -8,12 +8,11 @@ import socket
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
 from typing import BinaryIO, Final
 
 import msgspec
 
-from nao_hil.runs.dataset.row import Row
+from nao_hil.runs.store import Row
 
 SUFFIX: Final = ".jsonl"
 
@@ -84,8 +83,6 @@ class Abandoned:
                 continue
             yield path, file
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        for _, file in self._held:
+    def __exit__(self, *_: object) -> None:
+        for _path, file in self._held:
             file.close()

@@ -1,6 +1,74 @@
 """Where the runs of a campaign are carried out: in this process, in local processes, on a dask cluster."""
 
-from nao_hil.runs.executors.base import Executor, Finished, Job, RunFailed, WorkerRefused
-from nao_hil.runs.executors.choose import local_workers, open_executor
+from __future__ import annotations
+
+import os
+import re
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from typing import Final
+
+from bridge.errors import ConfigurationError
+from nao_hil.runs.executors.base import Executor, Finished, Job, RunFailed, Versions, WorkerRefused, carry_out
 
 __all__ = ["Executor", "Finished", "Job", "RunFailed", "WorkerRefused", "local_workers", "open_executor"]
+
+
+class InlineExecutor:
+    """This process; a stop waits for the job that is under way.
+
+    Args:
+        stop: Once set, no further job is begun.
+    """
+
+    def __init__(self, stop: threading.Event) -> None:
+        self._stop = stop
+
+    def run(self, jobs: Iterable[Job]) -> Iterator[Finished]:
+        """As `Executor.run`."""
+        here = Versions.here()
+        for place, job in enumerate(jobs):
+            if self._stop.is_set():
+                return
+            yield carry_out(place, job, here)
+
+    def close(self) -> None:
+        """Nothing is under way."""
+
+
+FORMS: Final = "`inline`, `local`, `local:N`, `tcp://HOST:PORT` or `tls://HOST:PORT`"
+
+
+def local_workers(cluster: str) -> int:
+    """How many processes of this machine a campaign may use: N of `local:N`, otherwise one per core."""
+    named = re.fullmatch(r"local:(\d+)", cluster)
+    return 1 if cluster == "inline" else int(named[1]) if named else len(os.sched_getaffinity(0))
+
+
+def open_executor(
+    cluster: str, stop: threading.Event | None = None, say: Callable[[str], None] = lambda _: None
+) -> Executor:
+    """An executor; its processes are started, or its scheduler is looked for, with the first job.
+
+    Args:
+        cluster: `inline`: this process; `local`: a process per core; `local:N`: N processes; an address:
+            the scheduler of a dask cluster.
+        stop: Once set, running jobs are given up.
+        say: Gets a sentence that names the cause of a wait.
+
+    Raises:
+        ConfigurationError: none of these, or dask is not installed.
+    """
+    stop = stop or threading.Event()
+    if cluster == "inline":
+        return InlineExecutor(stop)
+    local = re.fullmatch(r"local(:[1-9]\d{0,3})?", cluster)
+    if not local and not re.fullmatch(r"(tcp|tls)://[^\s/]+:\d+", cluster):
+        raise ConfigurationError(f"--cluster {cluster}: must be {FORMS}.")
+    try:
+        from nao_hil.runs.executors.dask import DaskExecutor, LocalProcesses, Scheduler
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(
+            f"--cluster {cluster} needs {error.name}; install nao-hil[campaign], or say --cluster inline."
+        ) from None
+    return DaskExecutor(LocalProcesses(local_workers(cluster)) if local else Scheduler(cluster), stop, say)

@@ -8,6 +8,7 @@ from nao_hil.campaigns.objective import Ensemble
 from nao_hil.campaigns.study import Range
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.walk import Walk, WalkEnd
+from tests.made_walks import walk_end
 
 SPACE = {"controller.damping.roll": Range(0.0, 0.2), "controller.damping.pitch": Range(0.0, 0.2)}
 ENSEMBLE = Ensemble(
@@ -26,10 +27,7 @@ def ended(walk: Walk) -> WalkEnd:
     off = abs(walk.config.controller.get("damping", {}).get("roll", 0.2) - 0.05)
     alive = off < 0.02
     time = 10.0 if alive else max(0.1, 10.0 - 80.0 * off)
-    return WalkEnd(
-        ending="walked" if alive else "fell",
-        time=time, roll=0.0, pitch=0.0, steps=0, distance=0.0, tilt_max=0.1 + off,
-    )  # fmt: skip
+    return walk_end("walked" if alive else "fell", time, tilt_max=0.1 + off)
 
 
 def attempt(walks: Sequence[Walk]) -> list[WalkEnd]:

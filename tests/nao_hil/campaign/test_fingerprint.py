@@ -1,4 +1,4 @@
-"""A result's key changes with everything that the result depends on."""
+"""Results are made once for each key, and the key changes with everything that they depend on."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import platform
 import shutil
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import grimp
@@ -15,9 +17,10 @@ import msgspec
 import pytest
 
 from nao_hil.runs import fingerprint
+from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.fingerprint import IN_PROCESS, PROCESSES, ROOT, source_hash
-from nao_hil.runs.store import key
+from nao_hil.runs.store import key, stored
 from nao_hil.runs.walk import Walk
 
 WALK = Walk(name="a", config=RunConfig(gait="dynamic"), duration=1.0)
@@ -73,6 +76,7 @@ def test_another_kernel_of_blas_or_libm_changes_the_key(kernel: str, monkeypatch
 
 def test_the_key_has_the_whole_configuration_and_not_the_name(tmp_path: Path) -> None:
     assert key(msgspec.structs.replace(WALK, name="b")) == key(WALK)
+    assert key(msgspec.structs.replace(WALK, duration=2.0)) != key(WALK)
     other = {
         "robot": "nao-v4",
         "wear": "ideal",
@@ -93,3 +97,74 @@ def test_the_key_has_the_contents_of_files_that_the_configuration_names(tmp_path
     before = key(walk)
     sheet.write_text((ROOT / "emulator/wear/nominal.toml").read_text())
     assert key(walk) != before
+
+
+class Found(msgspec.Struct, frozen=True):
+    n: int
+
+
+def test_a_result_is_made_once_for_each_key_and_a_broken_file_is_made_anew(tmp_path: Path) -> None:
+    file, made = tmp_path / "walks" / "one" / "result.json", []
+
+    def make() -> Found:
+        made.append(1)
+        return Found(len(made))
+
+    assert stored(file, "a", Found, make) == stored(file, "a", Found, make) == Found(1)
+    assert stored(file, "b", Found, make) == Found(2)
+    file.write_bytes(file.read_bytes()[:-2])
+    assert stored(file, "b", Found, make) == Found(3)
+
+
+def test_a_stopped_walk_leaves_nothing_behind(tmp_path: Path) -> None:
+    def make() -> Found:
+        raise Interrupted
+
+    with pytest.raises(Interrupted):
+        stored(tmp_path / "result.json", "a", Found, make)
+    assert not list(tmp_path.iterdir())
+
+
+def test_watched_calls_come_in_order_and_as_many_at_once_as_there_are_workers() -> None:
+    at_once, most, lock = 0, 0, threading.Lock()
+
+    def call(seconds: float) -> float:
+        nonlocal at_once, most
+        with lock:
+            at_once += 1
+            most = max(most, at_once)
+        time.sleep(seconds)
+        with lock:
+            at_once -= 1
+        return seconds
+
+    pauses = [0.05, 0.01, 0.03, 0.02, 0.04]
+    with Campaign(cluster="local:2") as campaign:
+        assert campaign.watch(call, pauses, lambda s, _: (f"{s}", "done")) == pauses
+    assert most == 2
+
+
+def test_after_a_stop_and_after_an_error_no_further_call_is_made() -> None:
+    stop, made = threading.Event(), []
+
+    def stops(n: int) -> int:
+        made.append(n)
+        if n == 1:
+            stop.set()
+            raise Interrupted
+        return n
+
+    with Campaign(cluster="local:1", stop=stop) as campaign:
+        assert campaign.watch(stops, range(4), lambda n, _: (f"{n}", "done")) == [0, None, None, None]
+    assert made == [0, 1]
+    made.clear()
+
+    def fails(n: int) -> int:
+        made.append(n)
+        if n == 1:
+            raise ValueError(n)
+        return n
+
+    with Campaign(cluster="local:1") as campaign, pytest.raises(ValueError, match="1"):
+        campaign.watch(fails, range(4), lambda n, _: (f"{n}", "done"))
+    assert made == [0, 1]

@@ -1,4 +1,4 @@
-"""Maps: a known boundary is found with few walks; the sequential test errs no more often than it says."""
+"""Maps: a known boundary is found with few walks, and the command."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from bridge.errors import ConfigurationError
-from nao_hil.analysis.statistics import Sprt, score_bounds, wilson
 from nao_hil.campaigns.map import Cell, Survey, parse_axis
 from nao_hil.cli.main import run
 
@@ -53,34 +51,6 @@ def test_a_stop_leaves_what_was_walked() -> None:
     found = Survey((SIZE, SIZE))
     found.run(lambda asked: [])
     assert not found.tried
-
-
-def test_the_sequential_test_keeps_its_errors() -> None:
-    # exact: the chance of each count of successes among the undecided, trial by trial
-    test = Sprt(most=200)
-    for p, wrong in ((test.low, True), (test.high, False)):
-        states, mistaken = {0: 1.0}, 0.0
-        for n in range(1, 201):
-            after: dict[int, float] = {}
-            for k, mass in states.items():
-                for success, q in ((1, p), (0, 1.0 - p)):
-                    verdict = test.verdict(k + success, n)
-                    if verdict is None:
-                        after[k + success] = after.get(k + success, 0.0) + mass * q
-                    elif verdict is wrong:
-                        mistaken += mass * q
-            states = after
-        assert mistaken < test.error
-
-
-def test_bounds_of_scores_are_wilsons_for_successes_and_cover_the_mean() -> None:
-    for successes, n in ((0, 5), (3, 7), (20, 20)):
-        assert score_bounds(successes, n) == pytest.approx(wilson(successes, n), abs=1e-9)
-    # scores of 0.3 or 1, drawn with chance p: the lower bound is seldom above the mean
-    n, p = 20, 0.5
-    mean = 0.3 * (1.0 - p) + p
-    above = sum(binom.pmf(k, n, p) for k in range(n + 1) if score_bounds(k + 0.3 * (n - k), n)[0] > mean)
-    assert above < 0.025
 
 
 @pytest.mark.parametrize("text", ["push", "push=3:1", "push=0:1:1", "push=a:b", "=0:1"])

@@ -6,7 +6,6 @@ import json
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bridge.errors import ConfigurationError
@@ -15,17 +14,16 @@ from nao_hil.campaigns.results import COLUMNS, ask
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.dataset import Dataset
-from nao_hil.runs.track import WIDTH, Track
-from nao_hil.runs.walk import Ending, Walk, WalkEnd, WalkOutcome
+from nao_hil.runs.walk import Ending, Walk, WalkOutcome
+from tests.made_walks import NO_TRACK, walk_end
 
 PAGE = (Path(__file__).parents[3] / "docs/results.md").read_text()
 QUESTIONS = re.findall(r"```sql\n(.*?)```", PAGE, re.DOTALL)
 
 
 def outcome(seed: int, wear: str, ending: Ending) -> WalkOutcome:
-    end = WalkEnd(ending=ending, time=1.0 + seed, roll=0.1, pitch=-0.2, steps=3, distance=0.25, tilt_max=0.3)
     task = Walk(name=wear, config=RunConfig(seed=seed, wear=wear), duration=9.0, keep_track=False)
-    return WalkOutcome(task, end, Track(np.zeros((0, WIDTH), dtype=np.float32)))
+    return WalkOutcome(task, walk_end(ending, 1.0 + seed), NO_TRACK)
 
 
 @pytest.fixture(scope="module")

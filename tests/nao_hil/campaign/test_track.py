@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.body import load_body
 from bridge.rotations import matrix
-from nao_hil.experiments.conditions import growth_per_step
-from nao_hil.experiments.geometry import ankle_in_hip, soles_in_world, zmp_margin
+from nao_hil.experiments.conditions import ankle_in_hip, growth_per_step, soles_in_world, zmp_margin
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
 
 V3 = load_body("nao-v3")

@@ -26,8 +26,9 @@ from nao_hil.campaigns.study import Range, Stopped, count, enqueue, improve, ope
 from nao_hil.campaigns.tuned import compare, importances, read_space, write_tuned
 from nao_hil.cli.main import run
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.walk import Walk, WalkEnd
+from nao_hil.runs.walk import Ending, Walk, WalkEnd
 from tests.loops import TIMEOUT, until
+from tests.made_walks import walk_end
 from tests.nao_hil.campaign.damping_study import ENSEMBLE, SPACE, attempt
 from tests.ports import free_port
 
@@ -95,11 +96,8 @@ def test_a_process_that_slept_too_long_leaves_its_trial_to_the_others_and_goes_o
 
 
 def test_a_score_is_larger_the_longer_and_the_more_upright() -> None:
-    def at(time: float, tilt: float, ending: str) -> float:
-        return score(
-            WalkEnd(ending=ending, time=time, roll=0, pitch=0, steps=0, distance=0, tilt_max=tilt),  # type: ignore[arg-type]
-            10.0,
-        )
+    def at(time: float, tilt: float, ending: Ending) -> float:
+        return score(walk_end(ending, time, tilt_max=tilt), 10.0)
 
     scores = [at(0.0, 1.0, "fell"), at(9.0, 0.1, "fell"), at(10.0, 0.6, "walked"), at(10.0, 0.0, "walked")]
     assert scores == sorted(scores)

@@ -12,7 +12,7 @@ from bridge.messages import SensorFrame, TruthFrame
 from bridge.messages.world import PlaceBox, PlateUnderFoot
 from emulator.scenarios import Scenario
 from emulator.scenarios.ground import ScenarioFloor
-from nao_hil.experiments.geometry import soles_in_world
+from nao_hil.experiments.conditions import soles_in_world
 from nao_hil.runs import campaign as campaign_module
 from nao_hil.runs import store
 from nao_hil.runs.campaign import Campaign
@@ -119,15 +119,6 @@ def test_a_plate_comes_at_its_time_of_the_walk() -> None:
     np.testing.assert_allclose((right - left)[before], 0.0, atol=2e-3)
     # a little over its 10 mm: the bare walk begins to lean over what it has trodden on
     assert ((right - left)[after] > 0.008).all()
-
-
-def test_the_key_is_what_the_walk_depends_on() -> None:
-    key = store.key(bare())
-    assert store.key(bare(name="other")) == key
-    assert store.key(bare(seed=1)) != key
-    assert store.key(bare(duration=2.0)) != key
-    changed = msgspec.structs.replace(bare().config, controller={"switches": {"torso": "thesis"}})
-    assert store.key(msgspec.structs.replace(bare(), config=changed)) != key
 
 
 def test_a_walk_that_cannot_be_walked_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,11 +3,10 @@
 import json
 import math
 import threading
-from collections.abc import Sequence
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -26,6 +25,7 @@ from nao_hil.runs.campaign import Campaign, Interrupted
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.track import CHANNELS, PHASES, WIDTH, Track
 from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from tests.made_walks import NO_TRACK, MadeCampaign, made_context, walk_end
 from walker.parameters import controller_parameters
 from walker.switches import Switches, differing
 
@@ -35,9 +35,9 @@ NOMINAL = RunConfig(wear="nominal")
 def ended(
     seed: int, time: float, *, fell: bool, roll: float = 0.0, pitch: float = 0.0, tilt: float = 0.05
 ) -> WalkOutcome:
-    end = WalkEnd(
-        ending="fell" if fell else "walked",
-        time=time,
+    end = walk_end(
+        "fell" if fell else "walked",
+        time,
         roll=roll,
         pitch=pitch,
         steps=int(time),
@@ -45,7 +45,7 @@ def ended(
         tilt_max=tilt,
     )
     task = Walk(name="made up", config=RunConfig(seed=seed), duration=60.0)
-    return WalkOutcome(task, end, Track(np.zeros((0, WIDTH), dtype=np.float32)))
+    return WalkOutcome(task, end, NO_TRACK)
 
 
 def condition_of(n: int, survived: int, speed: float = 0.2, tilt: float = 3.0) -> Condition:
@@ -87,22 +87,20 @@ def test_falls_are_told_by_their_way() -> None:
 @pytest.mark.parametrize(("survived", "holds"), [(18, True), (17, False)])
 def test_the_bound_of_the_interval_decides(survived: int, holds: bool) -> None:
     """Wilson's lower bound of 18 of 20 is 0.699, of 17 of 20 0.640; two thirds are asked."""
-    setup = torso_control.DynamicTorsoSetup()
-    claims = torso_control.torso_claims(setup, condition_of(20, survived), condition_of(20, 20 - survived))
+    claims = torso_control.torso_claims(condition_of(20, survived), condition_of(20, 20 - survived))
     assert [claim.holds for claim in claims] == [holds, holds, True]
 
 
 def test_dynamic_torso_asks_for_speed() -> None:
     slow = condition_of(20, 20, speed=0.149)
-    claims = torso_control.torso_claims(torso_control.DynamicTorsoSetup(), slow, condition_of(20, 0))
+    claims = torso_control.torso_claims(slow, condition_of(20, 0))
     assert [claim.holds for claim in claims] == [True, True, False]
 
 
 def test_torso_drift_asks_for_growth_falls_and_survival() -> None:
-    setup = torso_control.TorsoDriftSetup()
-    good = torso_control.drift_claims(setup, (condition_of(20, 20), condition_of(20, 0)), (0.01, 0.8))
+    good = torso_control.drift_claims((condition_of(20, 20), condition_of(20, 0)), (0.01, 0.8))
     assert all(claim.holds for claim in good)
-    bad = torso_control.drift_claims(setup, (condition_of(20, 17), condition_of(20, 3)), (0.5, 0.1))
+    bad = torso_control.drift_claims((condition_of(20, 17), condition_of(20, 3)), (0.5, 0.1))
     assert not any(claim.holds for claim in bad)
 
 
@@ -195,14 +193,14 @@ def test_compared_conditions_of_every_experiment_differ_in_one_switch() -> None:
 
 
 def test_conditions_that_differ_in_two_switches_are_refused(tmp_path: Path) -> None:
-    context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
+    context = made_context(MadeCampaign(most=3), tmp_path, (5, 6, 7))
     off = {"torso": "none", "ground_tilt": False}
     with pytest.raises(ValueError, match="differ in 2 switches: torso, ground_tilt"):
         context.run(context.walks("one", "static", 1.0), context.walks("two", "static", 1.0, off))
 
 
 def test_gaits_are_compared_with_all_that_is_their_own_and_nothing_else(tmp_path: Path) -> None:
-    context = Context(cast(Campaign, Stopped()), tmp_path, (5,), NOMINAL)
+    context = made_context(MadeCampaign(most=3), tmp_path, (5,))
     one, other = context.walks("one", "omni", 1.0), context.walks("two", "huang", 1.0)
     context.run(one, other)
     with pytest.raises(ValueError, match="differ in the gait and in the controller"):
@@ -233,38 +231,19 @@ def test_a_covering_plate_lies_under_the_whole_sole_and_clear_of_the_other_foot(
     assert plate == covering_plate(seed, 0.01) != covering_plate(seed + 1, 0.01)
 
 
-class Stopped:
-    """A campaign that was stopped after three walks."""
-
-    def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
-        return [
-            WalkOutcome(task, ended(0, 60.0, fell=False).end, Track(np.zeros((0, WIDTH)))) for task in walks[:3]
-        ]
-
-
 def test_a_stop_leaves_about_as_many_runs_of_each_condition(tmp_path: Path) -> None:
-    context = Context(cast(Campaign, Stopped()), tmp_path, (5, 6, 7), NOMINAL)
+    context = made_context(MadeCampaign(most=3), tmp_path, (5, 6, 7))
     one, two = context.run(*(context.walks(name, "static", 60.0) for name in ("one", "two")))
     assert ([result.seed for result in one], [result.seed for result in two]) == ([5, 6], [5])
 
 
-class Made:
-    """A campaign in which walks of the condition `falls` fall from the eighth seed on."""
-
-    def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
-        return [
-            WalkOutcome(
-                task,
-                ended(0, 60.0, fell=task.name == "falls" and task.config.seed >= 7).end,
-                Track(np.zeros((0, WIDTH))),
-            )
-            for task in walks
-        ]
+def falling_from_the_eighth_seed(task: Walk) -> WalkEnd:
+    return walk_end("fell" if task.name == "falls" and task.config.seed >= 7 else "walked")
 
 
 def test_a_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path: Path) -> None:
     """Lower bound of 19 of 20: 0.764, of 20: 0.839 (Wilson 1927). One fall decides against 0.8."""
-    context = Context(cast(Campaign, Made()), tmp_path, tuple(range(20)), NOMINAL)
+    context = made_context(MadeCampaign(falling_from_the_eighth_seed), tmp_path, range(20))
     conditions = [context.walks(name, "static", 60.0) for name in ("stands", "falls")]
     stands, falls = context.run_until_certain(0.8, *conditions)
     assert [result.seed for result in stands] == list(range(20))
@@ -273,7 +252,7 @@ def test_a_condition_ends_when_further_seeds_cannot_change_its_verdict(tmp_path:
 
 def test_seeds_too_few_for_any_verdict_are_all_walked(tmp_path: Path) -> None:
     """Lower bound of 2 of 2: 0.342, which never reaches 0.8."""
-    context = Context(cast(Campaign, Made()), tmp_path, (0, 1), NOMINAL)
+    context = made_context(MadeCampaign(falling_from_the_eighth_seed), tmp_path, (0, 1))
     (stands,) = context.run_until_certain(0.8, context.walks("stands", "static", 60.0))
     assert [result.seed for result in stands] == [0, 1]
 
@@ -282,7 +261,7 @@ def test_conditions_differ_in_their_switches_and_changes_hold_for_their_own_gait
     changes = RunConfig(
         gait="dynamic", controller={"switches": {"torso": "thesis"}, "leg": {"D": 99.0}}, parameters={"z": 0.24}
     )
-    context = Context(cast(Campaign, Stopped()), tmp_path, (0,), changes)
+    context = made_context(MadeCampaign(most=3), tmp_path, (0,), changes)
     static, dynamic = (
         context.config("static", 3, {"torso": "none"}),
         context.config("dynamic", 3, {"torso": "none"}),

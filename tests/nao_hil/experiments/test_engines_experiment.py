@@ -3,15 +3,13 @@
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
-from scipy.stats import binom, ttest_rel
 
 from nao_hil.analysis.statistics import mean_of, median_of
-from nao_hil.experiments.context import Context
 from nao_hil.experiments.engines import (
     EnginesSetup,
     Row,
@@ -25,27 +23,10 @@ from nao_hil.experiments.engines import (
 from nao_hil.experiments.get_up import Course, Drop
 from nao_hil.experiments.servo_bench import ServoRow
 from nao_hil.experiments.torso_responses import THESIS, Responses
-from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.track import WIDTH, Track
-from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from nao_hil.runs.walk import Walk, WalkEnd
+from tests.made_walks import MadeCampaign, made_context, walk_end
 from walker.switches import NAMED
-
-
-def test_the_interval_of_a_mean_is_students() -> None:
-    values = [1.0, 1.2, 0.9, 1.1, 1.3]
-    found = mean_of(values)
-    bounds = ttest_rel(values, [0.0] * 5).confidence_interval()
-    assert (found.low, found.high) == (pytest.approx(bounds.low), pytest.approx(bounds.high))
-    assert (mean_of([1.0]).value, mean_of([1.0]).high, mean_of([]).value) == (1.0, None, None)
-
-
-def test_the_interval_of_a_median_is_of_order_statistics() -> None:
-    """Of ten values the second and the ninth: 1 - 2 P(X <= 1) = 97.9 % with X binomial, of the third 89.1 %."""
-    found = median_of([float(value) for value in range(1, 11)])
-    assert 1.0 - 2.0 * binom.cdf(1, 10, 0.5) > 0.95 > 1.0 - 2.0 * binom.cdf(2, 10, 0.5)
-    assert (found.value, found.low, found.high) == (5.5, 2.0, 9.0)
-    assert median_of([3.0, 4.0]).low is None
 
 
 def by_seed(values: Sequence[float]) -> dict[int, float]:
@@ -83,26 +64,18 @@ def test_a_row_without_a_goal_claims_nothing_and_stands_in_the_table() -> None:
     assert rows_table([row]).rows == (("time, s", "3", "none", "", "", ""),)
 
 
-class MadeUp:
+def end_on_an_engine(task: Walk) -> WalkEnd:
+    falls = task.name.startswith("R2, without") and task.config.engine == "mujoco"
+    return walk_end(
+        "fell" if falls else "walked", task.duration, distance=task.duration * (0.1 + 0.001 * task.config.seed)
+    )
+
+
+class MadeUp(MadeCampaign):
     """A campaign in which walks of R2 without torso control fall on MuJoCo, and no other does.
 
     Torso steps are the thesis' plant on both engines; MuJoCo's drives are 1 % faster, the last one 3 %.
     """
-
-    def walk(self, walks: Sequence[Walk]) -> list[WalkOutcome]:
-        return [WalkOutcome(task, self._end(task), Track(np.zeros((0, WIDTH)))) for task in walks]
-
-    def _end(self, task: Walk) -> WalkEnd:
-        falls = task.name.startswith("R2, without") and task.config.engine == "mujoco"
-        return WalkEnd(
-            ending="fell" if falls else "walked",
-            time=task.duration,
-            roll=0.0,
-            pitch=0.0,
-            steps=1,
-            distance=task.duration * (0.1 + 0.001 * task.config.seed),
-            tilt_max=0.0,
-        )
 
     def map(self, name: str, function: Callable[[Any], Any], arguments: Sequence[Any]) -> list[Any]:
         make = {"torso-step": self._response, "drives": self._drives, "get-up": self._course}[name]
@@ -136,7 +109,7 @@ class MadeUp:
 
 def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> None:
     pytest.importorskip("pybullet")
-    context = Context(cast(Campaign, MadeUp()), tmp_path, tuple(range(20)), RunConfig(wear="nominal"))
+    context = made_context(MadeUp(end_on_an_engine), tmp_path, range(20))
     outcome = experiment(context)
     written = json.loads(msgspec.json.encode(outcome.result))
     assert set(written) == {"name", "passed", "rows"}

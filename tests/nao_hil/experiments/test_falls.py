@@ -1,16 +1,27 @@
-"""Falls: what counts as foreseen, and a walk that is pushed."""
+"""Robots that are pushed, dropped, left by their controller and abused: the walk, the verdict, the energy."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
+from bridge.body import load_body
 from bridge.errors import ConfigurationError
-from nao_hil.experiments import falls
+from bridge.guard import GuardSettings
+from bridge.messages.faults import PowerLoss
+from emulator.robot import EmulatedRobot
+from emulator.start import random_drop
+from emulator.wear import load_wear
+from nao_hil.experiments import falls, watchdog
+from nao_hil.experiments.abuse import run
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.falls import FELLING, Fall, claims, experiment, judge, pushes
+from nao_hil.experiments.get_up import DROP, WARM, dropped, get_up
+from nao_hil.experiments.watchdog import LONGEST, Outage, run_once
+from nao_hil.runs.build import build_robot
 from nao_hil.runs.campaign import Campaign
 from nao_hil.runs.config import RunConfig
 
@@ -47,3 +58,87 @@ def test_a_walk_too_short_for_a_push_is_refused_with_the_shortest() -> None:
     with pytest.raises(ConfigurationError, match="at least 60 s"):
         pushes(30.0)
     assert [pushes(60.0), pushes(600.0)] == [1, 10]
+
+
+def test_no_limb_of_a_dropped_robot_lies_inside_another() -> None:
+    """The first pose of this seed has the feet 34 mm inside each other, which no real robot can have."""
+    config = RunConfig(robot="nao-v6", engine="mujoco", seed=82270)
+    with build_robot(config) as robot:
+        robot.lay_down(random_drop(robot.body, DROP, np.random.default_rng([config.seed, 1])))
+        assert robot.engine.robot.overlap() > 0.03
+    with dropped(config) as robot:
+        assert robot.engine.robot.overlap() < 1e-3
+
+
+@pytest.mark.parametrize("seed", [88666, 88686], ids=["an arm under the torso", "limp on its feet, leaning"])
+def test_a_difficult_drop_stands_up_with_cool_motors(seed: int) -> None:
+    drop = get_up(RunConfig(robot="nao-v6", engine="mujoco", seed=seed)).drop
+    assert drop.stands
+    assert drop.temperature < WARM
+
+
+BODY = load_body("nao-v3")
+OUTAGE = Outage(
+    gait="dynamic",
+    seed=0,
+    cycle=500,
+    phase="SSL",
+    step=5,
+    fell_before=False,
+    fell=False,
+    rest=3.0,
+    taken_over=True,
+)
+
+
+def test_a_dynamic_walk_cut_in_mid_step_ends_at_rest_and_goes_on_with_another_controller() -> None:
+    settings = GuardSettings()
+    outage = run_once(BODY, load_wear("ideal"), "dynamic", 0, 0.4, settings, "mujoco")
+    assert outage.phase in ("SSL", "SSR", "DSL", "DSR") and 2 < outage.step < 18
+    assert not outage.fell and outage.taken_over
+    silent = (settings.watchdog.silence_cycles + settings.watchdog.hold_cycles) * BODY.cycle
+    assert silent < outage.rest < silent + 5.0
+
+
+def test_the_verdict_wants_every_robot_at_rest_and_taken_over_and_lets_it_fall() -> None:
+    fallen = msgspec.structs.replace(OUTAGE, fell=True, phase="SSR")
+    restless = msgspec.structs.replace(OUTAGE, rest=LONGEST)
+    left = msgspec.structs.replace(OUTAGE, taken_over=False)
+    assert watchdog.judge([OUTAGE, fallen], "dynamic").passed
+    assert watchdog.judge([OUTAGE, fallen], "dynamic").stood_by_phase == {"SSL": (1, 1), "SSR": (0, 1)}
+    assert not watchdog.judge([OUTAGE, restless], "dynamic").passed
+    assert not watchdog.judge([OUTAGE, left], "dynamic").passed
+    assert not watchdog.judge([], "dynamic").passed
+
+
+MASS = sum(link.mass for link in BODY.links.values())
+G = 9.81
+
+
+def test_the_energy_of_a_robot_at_rest_is_its_weight_times_the_height_of_its_centre_of_mass() -> None:
+    with EmulatedRobot(BODY, seed=0) as robot:
+        for _ in range(100):
+            robot.advance(None)
+        assert robot.engine.robot.energy() == pytest.approx(MASS * G * robot.truth().com[2], rel=1e-4)
+
+
+def test_a_limp_robot_in_free_fall_keeps_its_energy() -> None:
+    with EmulatedRobot(BODY, seed=0, settle=0.0, lift=2.0) as robot:
+        robot.faults.start(PowerLoss(), 0.0, 0.0)
+        robot.advance(None)
+        start, height = robot.engine.robot.energy(), robot.truth().com[2]
+        for _ in range(40):
+            robot.advance(None)
+        assert height - robot.truth().com[2] > 0.7
+        # steps of 1 ms leave m g^2 t dt / 2 = 0.1 J of the 30 J that turn from height into speed
+        assert robot.engine.robot.energy() == pytest.approx(start, abs=0.01 * MASS * G * 0.7)
+
+
+@pytest.mark.parametrize(("seed", "wear"), [(11, "nominal"), (12, "ideal")])
+def test_the_robot_stays_a_physical_body_under_abuse(seed: int, wear: str) -> None:
+    result = run(10.0, seed=seed, body=BODY, wear=load_wear(wear))
+    assert result["finite"]
+    assert result["stop_excess_deg"] <= 1.0
+    assert result["energy_rise_j"] <= 0.05
+    assert result["falls"] > 0
+    assert np.isfinite(result["farthest_m"]) and result["farthest_m"] < 10.0

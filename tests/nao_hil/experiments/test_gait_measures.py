@@ -1,4 +1,4 @@
-"""What the experiments on the omnidirectional gait measure, from made-up walks with known answers."""
+"""Quantities that experiments measure, from made-up walks and frames with known answers."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ import pytest
 from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
 from nao_hil.experiments.push_map import ThresholdSearch
+from nao_hil.experiments.soak import lateness, punctuality
 from nao_hil.experiments.terrain import TerrainSetup, _grounds
-from nao_hil.experiments.velocity_measure import cell, heading_velocity, mean, straight
+from nao_hil.experiments.velocity import cell, heading_velocity, mean, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track
-from nao_hil.runs.walk import Walk, WalkEnd, WalkOutcome
+from nao_hil.runs.walk import Walk, WalkOutcome
 from tests.frames import walk_telemetry
+from tests.made_walks import walk_end
 
 FULL = (0.35, 0.2, 1.5)
 STARTS = dict(zip(CHANNELS, np.cumsum([0, *CHANNELS.values()]).tolist(), strict=False))
@@ -38,8 +40,9 @@ def on_an_arc(velocity, duration=12.0, heading=0.7, odometry=1.0) -> WalkOutcome
     rows[:, STARTS["orientation"] + 2], rows[:, STARTS["orientation"] + 3] = np.sin(yaw / 2), np.cos(yaw / 2)
     place = STARTS["place"]
     rows[:, place], rows[:, place + 1], rows[:, place + 2] = odometry * x, odometry * y, yaw
-    end = WalkEnd(ending="walked", time=duration, roll=0.0, pitch=0.0, steps=1, distance=1.0, tilt_max=0.1)
-    return WalkOutcome(Walk(name="", config=RunConfig(), duration=duration), end, Track(rows))
+    return WalkOutcome(
+        Walk(name="", config=RunConfig(), duration=duration), walk_end(time=duration), Track(rows)
+    )
 
 
 def test_the_velocity_is_that_in_the_torsos_heading():
@@ -149,3 +152,54 @@ def test_worlds_follow_the_seed_alone():
             assert 0.0 < time < 20.0
             assert plate.size[2] == 0.01 and all(0.04 <= edge <= 0.20 for edge in plate.size[:2])
         assert len({msgspec.structs.astuple(plate) for _, plate in plates}) == 5
+
+
+CYCLE = 0.01
+N = 6000
+
+
+def frames(late: np.ndarray, first: int = 17) -> list[tuple[int, int]]:
+    """Frames sent `late` s after their time on the grid."""
+    return [(first + i, 10**18 + round((CYCLE * i + extra) * 1e9)) for i, extra in enumerate(late)]
+
+
+def test_lateness_is_what_it_was_made_to_be() -> None:
+    made = np.abs(np.random.default_rng(1).normal(0.0, 1e-3, N))
+    made[::1000] = made[-1] = 0.0  # each ten seconds hold a frame on time
+    late, drift = lateness(frames(made), CYCLE)
+    assert late == pytest.approx(made, abs=1e-8)
+    assert drift == pytest.approx(0.0, abs=1e-8)
+
+
+def test_a_clock_that_runs_slow_is_drift() -> None:
+    # 50 ppm over a minute, seen between the first and the sixth ten seconds.
+    _, drift = lateness(frames(50e-6 * CYCLE * np.arange(N)), CYCLE)
+    assert drift == pytest.approx(50e-6 * 50.0, rel=1e-3)
+
+
+def test_skipped_cycles_are_no_drift() -> None:
+    made = np.zeros(N)
+    made[2500:] += 3 * CYCLE
+    late, drift = lateness(frames(made), CYCLE)
+    assert drift == pytest.approx(0.0, abs=1e-8)
+    assert late.max() == pytest.approx(0.0, abs=1e-8)
+
+
+def test_punctuality_is_the_ordinary_windows_and_not_a_bursts() -> None:
+    late = np.full(N, 1e-4)
+    late[N // 2 :] = 3e-4
+    assert punctuality(late, CYCLE) == pytest.approx((1e-4, 3e-4))
+    late[100:400] = late[-1000:-500] = 0.1  # other work on the machine for some seconds
+    assert punctuality(late, CYCLE) == pytest.approx((1e-4, 3e-4))
+
+
+def test_punctuality_sees_one_cycle_in_fifty() -> None:
+    late = np.full(N, 1e-4)
+    late[N // 2 :: 50] = 0.02
+    first, last = punctuality(late, CYCLE)
+    assert first == pytest.approx(1e-4)
+    assert last > 0.01
+
+
+def test_punctuality_of_a_short_walk_has_a_first_and_a_last_third_too() -> None:
+    assert punctuality(np.array([1e-4] * 30 + [5e-4] * 30), CYCLE) == pytest.approx((1e-4, 5e-4))

@@ -46,7 +46,7 @@ def test_the_strongest_unknowns_are_found_with_their_shares_of_the_variance(
 ) -> None:
     """y = 3 loop + 4 delay: effects 3 and 4, shares of the variance 9/25 and 16/25."""
 
-    def figures(_: Any, __: Any, robots: Sequence[dict[str, float]], ___: Any) -> np.ndarray:
+    def figures(_: Any, robots: Sequence[dict[str, float]], __: Any) -> np.ndarray:
         y = [3.0 * robot.get("loop", 0.5) + 4.0 * robot.get("delay", 0.5) for robot in robots]
         return np.repeat(np.array(y)[:, None], len(FIGURES), axis=1)
 

@@ -1,17 +1,14 @@
 """The search for the steepest slope, on robots whose limit is known."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from nao_hil.experiments import slope
-from nao_hil.experiments.context import Context
 from nao_hil.experiments.slope import SlopeSetup, search, trial
 from nao_hil.runs.campaign import Interrupted
-from nao_hil.runs.config import RunConfig
-from nao_hil.runs.walk import Walk
+from tests.made_walks import MadeCampaign, made_context
 
 Robot = Callable[[float, int], bool]
 
@@ -73,14 +70,7 @@ def test_r6_is_of_the_static_gait_unless_another_one_is_told(
     told: str | None, walked: str, tmp_path: Path
 ) -> None:
     """Thesis 4.2.3, whatever gait walks by default."""
-    tried: list[Walk] = []
-
-    class Stopped:
-        def walk(self, walks: Sequence[Walk]) -> list[Any]:
-            tried.extend(walks)
-            return []
-
-    campaign: Any = Stopped()
+    campaign = MadeCampaign(most=0)
     with pytest.raises(Interrupted):
-        slope.experiment(Context(campaign, tmp_path, (0, 1), RunConfig(), gait=told))
-    assert {walk.config.gait for walk in tried} == {walked}
+        slope.experiment(made_context(campaign, tmp_path, (0, 1), gait=told))
+    assert {walk.config.gait for walk in campaign.asked} == {walked}

@@ -14,8 +14,8 @@ from bridge.body import load_body
 from bridge.body.joints import INDEX, JOINTS
 from bridge.recording.recorder import Recorder
 from emulator.wear import load_wear
+from nao_hil.arguments import actuator_frame
 from nao_hil.cli.main import run
-from nao_hil.commands import actuator_frame
 from nao_hil.identification import measures
 from nao_hil.identification.comparison_run import compare_recording
 from nao_hil.identification.recorded import read_signals

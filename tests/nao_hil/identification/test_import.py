@@ -24,12 +24,11 @@ from nao_hil.cli.main import run
 from nao_hil.identification.bhuman_log import read_bhuman
 from nao_hil.identification.clock import on_one_clock
 from nao_hil.identification.csv_file import read_csv
-from nao_hil.identification.encoder_grid import encoder_grid
 from nao_hil.identification.fit import GLOBAL, Fit
 from nao_hil.identification.hulks_mcap import is_hulks
 from nao_hil.identification.identification import result
 from nao_hil.identification.readings import Readings, on_grid, timing_notes
-from nao_hil.identification.recorded import read_signals
+from nao_hil.identification.recorded import encoder_grid, read_signals
 from nao_hil.identification.sensors_only import at_rest, compare_fused_angle
 from tests.nao_hil.identification import bhuman_logs
 from tests.nao_hil.identification.bhuman_logs import frame, write_log

@@ -1,4 +1,4 @@
-"""`nao-hil serve naoqi` and `nao-hil bridge naoqi`: both ends of NAOqi."""
+"""`nao-hil serve` and `nao-hil bridge`: both ends of LoLA's socket and of NAOqi."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from bridge.adapters.lola.address import listen, parse_address, remove
+from bridge.adapters.lola.bridge import LolaBridge
+from bridge.adapters.lola.codec import DEFAULT_SOCKET
+from bridge.adapters.lola.packets import Identity
+from bridge.adapters.lola.server import LolaServer
 from bridge.adapters.naoqi.qi_library import DEFAULT_URL, check_url, require_qi
 from bridge.adapters.naoqi.real_robot import LOOK_AHEAD, NaoqiBridge
 from bridge.adapters.robot_bridge import BridgeSettings
@@ -20,15 +25,88 @@ from bridge.types import Vec3
 from bridge.validation import unknown_name
 from nao_hil import __version__
 from nao_hil.cli import options
-from nao_hil.cli.console import log_to_stderr, print_json
+from nao_hil.cli.console import Answer, log_to_stderr
 from nao_hil.cli.signals import on_signals, stop_event
-from nao_hil.runs.config import run_config
+from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.supervisor import Child
 
 GRACE = 5.0
 """s a walker has to end by itself."""
 SWITCH_INTERVAL = 0.0005
 """s for which a call may hold up a cycle; Python's own 5 ms are half of one."""
+_ANYBODY = Identity()
+Socket = Annotated[
+    str, typer.Option("--socket", help="LoLA's socket: a path, or HOST:PORT.", metavar="PATH|HOST:PORT")
+]
+
+
+def serve_lola(
+    socket: Socket = DEFAULT_SOCKET,
+    name: options.Name = DEFAULT_ROBOT,
+    connect: options.Connect = DEFAULT_ENDPOINT,
+    body_id: Annotated[
+        str, typer.Option("--body-id", help="The robot's body id, 20 characters.", metavar="ID")
+    ] = _ANYBODY.body_id,
+    head_id: Annotated[
+        str, typer.Option("--head-id", help="The robot's head id, 20 characters.", metavar="ID")
+    ] = _ANYBODY.head_id,
+    realtime_priority: options.RealtimePriority = True,
+) -> Answer:
+    """Let any robot on the link pose as a V6: programs written for LoLA connect to the socket.
+
+    Example: nao-hil serve lola --socket /tmp/robocup
+    """
+    identity = Identity(body_id=body_id, head_id=head_id).check()
+    address = parse_address(socket)
+    log_to_stderr()
+    stop = stop_event()
+    priority = CONTROLLER_PRIORITY if realtime_priority else None
+    with ControllerLink(name, connect, "lola", direct=True) as link, listen(address) as listener:
+        try:
+            served = LolaServer(link, listener, identity, stop, priority).run()
+        finally:
+            remove(address)
+    return Answer(served)
+
+
+def _bridged(
+    run: RunConfig, body: str | None, name: str, listen: str, dry_run: bool, priority: bool, **more: Any
+) -> BridgeSettings:
+    """Settings of a bridge; `body` is None where the robot is to say its own."""
+    return BridgeSettings(
+        robot=name,
+        listen=listen,
+        software=f"nao-hil {__version__}",
+        body=body,
+        guard=run.guard,
+        dry_run=dry_run,
+        priority=ROBOT_PRIORITY if priority else None,
+        **more,
+    )
+
+
+def bridge_lola(
+    socket: Socket = DEFAULT_SOCKET,
+    name: options.Name = DEFAULT_ROBOT,
+    listen: options.Listen = DEFAULT_ENDPOINT,
+    robot: options.Body = None,
+    mode: options.Mode = None,
+    dry_run: options.DryRun = False,
+    realtime_priority: options.RealtimePriority = True,
+    config: options.Config = None,
+) -> Answer:
+    """Put a real V6 on the link: it starts disarmed, see `nao-hil arm`. LoLA's socket may be relayed over TCP.
+
+    Example: nao-hil bridge lola --socket 192.168.1.7:10000
+    """
+    run = run_config(config, robot=robot, mode=mode)
+    body = run.robot if robot is not None else None
+    settings = _bridged(run, body, name, listen, dry_run, realtime_priority, mode=run.mode)
+    address = parse_address(socket)
+    log_to_stderr()
+    stop = stop_event()
+    bridged = LolaBridge(address, settings, stop).run()
+    return Answer(bridged)
 
 
 class ServingWalker:
@@ -52,7 +130,7 @@ class ServingWalker:
         return "" if asked else outcome.error
 
 
-def serve(
+def serve_naoqi(
     url: Annotated[
         str, typer.Option("--listen", help="Address that NAOqi programs connect to.", metavar="URL")
     ] = DEFAULT_URL,
@@ -65,8 +143,7 @@ def serve(
     name: options.Name = DEFAULT_ROBOT,
     connect: options.Connect = DEFAULT_ENDPOINT,
     realtime_priority: options.RealtimePriority = True,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Let any robot on the link pose as a NAOqi robot: programs written for NAOqi connect with qi.
 
     Example: nao-hil serve naoqi --listen tcp://127.0.0.1:9559
@@ -100,9 +177,7 @@ def serve(
             CONTROLLER_PRIORITY if realtime_priority else None,
         )
         server.run()
-    if as_json:
-        print_json({"calls": server.calls})
-    return 0
+    return Answer({"calls": server.calls})
 
 
 def _full(gait: str) -> Vec3:
@@ -114,7 +189,7 @@ def _full(gait: str) -> Vec3:
     return parameters.limits.max_velocity if parameters.limits else parameters.velocity
 
 
-def bridge(
+def bridge_naoqi(
     url: Annotated[
         str, typer.Option("--url", help="Address of the robot's NAOqi, tcp://HOST:9559.", metavar="URL")
     ],
@@ -133,8 +208,7 @@ def bridge(
     dry_run: options.DryRun = False,
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
-    as_json: options.Json = False,
-) -> int:
+) -> Answer:
     """Put a real V3, V4 or V5 on the link: it starts disarmed, see `nao-hil arm`.
 
     Example: nao-hil bridge naoqi --url tcp://192.168.1.7:9559
@@ -142,18 +216,9 @@ def bridge(
     check_url(url)
     require_qi()
     run = run_config(config, robot=robot)
-    settings = BridgeSettings(
-        robot=name,
-        listen=listen,
-        software=f"nao-hil {__version__}",
-        body=run.robot if robot is not None else None,
-        guard=run.guard,
-        dry_run=dry_run,
-        priority=ROBOT_PRIORITY if realtime_priority else None,
-    )
+    body = run.robot if robot is not None else None
+    settings = _bridged(run, body, name, listen, dry_run, realtime_priority)
     log_to_stderr()
     stop = stop_event()
     bridged = NaoqiBridge(url, look_ahead / 1000.0, settings, stop).run()
-    if as_json:
-        print_json(bridged)
-    return 0
+    return Answer(bridged)

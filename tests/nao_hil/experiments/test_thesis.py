@@ -1,5 +1,8 @@
-"""The identification experiment: the thesis' plant comes out of the mechanics."""
+"""The thesis: its plant out of the mechanics, design values off plans, its claims on a nominal robot."""
 
+from __future__ import annotations
+
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +13,16 @@ from bridge.body import BODIES, load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import CentreOfMass
 from bridge.errors import ConfigurationError
+from nao_hil.experiments import torso_design
+from nao_hil.experiments.planned_walks import DT, EXPECTED, design_values, plan, read_plan
+from nao_hil.experiments.spring import deflection
+from nao_hil.experiments.torso_control import SWITCHES, drift_per_step
 from nao_hil.experiments.torso_responses import THESIS, Plant, fit_plant, one_leg_stance, read_shape
 from nao_hil.experiments.torso_step import run
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.walk import Walk, walk
+from walker.gaits import gait_parameters, make_gait
+from walker.mechanisms.admittance import LegParameters
 
 TIME = np.arange(0.01, 4.001, 0.01)
 
@@ -81,3 +92,61 @@ def test_the_nominal_robot_answers_like_the_thesis_plant(tmp_path: Path) -> None
 def test_a_wave_that_throws_the_robot_over_is_one_clear_sentence() -> None:
     with pytest.raises(ConfigurationError, match="No stance on one leg survived a wave of 15 deg"):
         run([0], amplitude=0.2618)
+
+
+V3 = load_body("nao-v3")
+
+
+def test_the_static_gait_is_read_as_it_was_asked_for() -> None:
+    asked = {"T_DSP": 2.5, "T_SSP": 1.2, "l_lift": 0.03, "l_GH": 0.175}
+    gait = make_gait("static", gait_parameters("static", asked), V3)
+    assert design_values(plan(gait, 12.0), V3) == pytest.approx(asked, rel=1e-3)
+
+
+def test_the_dynamic_gait_is_read_as_the_thesis_parameters_mean() -> None:
+    thesis = {"e_s1": 0.03, "e_su": 0.0051, "S_a0": 0.04, "z": 0.23, "l_FA": 0.1}
+    gait = make_gait("dynamic", gait_parameters("dynamic", thesis), V3)
+    assert read_plan(plan(gait, 4.0, DT), DT) == pytest.approx(EXPECTED, rel=0.01)
+
+
+def test_another_step_is_read_as_another_step() -> None:
+    gait = make_gait("dynamic", gait_parameters("dynamic", {"S_a0": 0.03}), V3)
+    found = read_plan(plan(gait, 4.0, DT), DT)
+    # the times depend on the sideways motion alone, the ways are proportional to S_a0
+    assert found["step_time"] == pytest.approx(EXPECTED["step_time"], rel=0.01)
+    assert found["step_length"] == pytest.approx(0.75 * EXPECTED["step_length"], rel=0.01)
+
+
+def test_no_history_of_forces_reaches_the_pole() -> None:
+    for seed in range(3):
+        assert 0.5 < deflection(seed, LegParameters(), cycles=500) < 1.0
+
+
+def test_a_polynomial_is_as_far_off_as_its_worst_coefficient() -> None:
+    assert torso_design.off(1.02, 1.0) == pytest.approx(0.02)
+    assert torso_design.off((1.0, -2.0), (1.0, -2.5)) == pytest.approx(0.2)
+    assert math.isinf(torso_design.off((1.0,), (1.0, 2.0)))
+    assert np.isfinite(torso_design.off((0.5,), (1.0,)))
+
+
+def test_without_torso_control_the_static_gait_pitches_further_with_every_step_until_it_falls() -> None:
+    """Figure 4.9: with the admittances alone the robot falls after about 20 s; torso control holds it."""
+    outcomes = {
+        name: walk(
+            Walk(
+                name=f"{name} torso control",
+                config=RunConfig(
+                    robot="nao-v3", engine="mujoco", gait="static", seed=500, controller={"switches": switches}
+                ),
+                duration=25.0,
+            )
+        )
+        for name, switches in SWITCHES.items()
+    }
+    with_, without = outcomes["with"], outcomes["without"]
+    assert without.end.ending == "fell" and without.end.pitch > 0.3
+    growth, held = drift_per_step(without), drift_per_step(with_)
+    assert growth is not None and held is not None
+    assert growth > 1.0  # deg per step, forward
+    assert abs(held) < 0.3 * growth
+    assert with_.end.time > without.end.time

@@ -1,0 +1,262 @@
+"""Runs: figures against closed forms, resets under way, standing up first, one engine beside the other."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import msgspec
+import pytest
+from msgspec.structs import replace
+from scipy.spatial.transform import Rotation
+
+import nao_hil
+from bridge.body import load_body
+from bridge.guard import Guard
+from bridge.messages import Notice, WalkTelemetry
+from bridge.motion import MotionPlayer, load_motion
+from bridge.recording.playback import read_recording
+from bridge.recording.recorder import Recorder
+from bridge.rotations import R_yaw
+from emulator.robot import EmulatedRobot
+from nao_hil.analysis.inspection import inspect
+from nao_hil.runs import in_process
+from nao_hil.runs.build import build_robot, controller_maker
+from nao_hil.runs.config import RunConfig, run_config
+from nao_hil.runs.in_process import walk_in_process
+from nao_hil.runs.motion import play
+from nao_hil.runs.summary import RunStatistics
+from nao_hil.runs.walk_figures import SETTLING, FallWatch, HeadingMotion
+from tests.frames import walk_telemetry
+from walker.controller import Controller, WalkOrder
+from walker.gaits import gait_parameters, make_gait
+
+
+def says(state: str) -> WalkTelemetry:
+    return walk_telemetry(1, state=state, phase="stand")
+
+
+def test_a_robot_that_began_lying_falls_once_it_has_stood() -> None:
+    watch = FallWatch()
+    assert [watch.update(down=down) for down in (True, True, False, True, True)] == [False] * 3 + [True, False]
+    watch.restart()
+    assert not watch.update(down=True)
+
+
+@pytest.mark.parametrize(
+    ("state", "falls"), [("walk", True), ("stand", True), ("motion", False), ("rest", False)]
+)
+def test_going_down_in_a_motion_or_at_rest_is_no_fall(state: str, falls: bool) -> None:
+    watch = FallWatch()
+    watch.update(down=False)
+    watch.telemetry(says(state))
+    assert watch.update(down=True) == falls
+
+
+def test_a_robot_that_its_guard_sits_down_has_not_fallen() -> None:
+    watch = FallWatch()
+    watch.update(down=False)
+    watch.notice(Notice(seq=1, level="info", code="guard-sit", text=""))
+    assert not watch.update(down=True)
+    watch.update(down=False)
+    watch.notice(Notice(seq=1, level="info", code="guard-active", text=""))
+    assert watch.update(down=True)
+
+
+class Deaf(RunStatistics):
+    """As for a foreign client: no telemetry."""
+
+    def telemetry(self, message: WalkTelemetry) -> None:
+        pass
+
+
+def test_what_is_seen_of_a_walk_is_what_its_walker_says() -> None:
+    body = load_body("nao-v3")
+    gait = make_gait("dynamic", gait_parameters("dynamic"), body)
+    controller = Controller(body, gait, WalkOrder(steps=8, settle=0.0), body.cycle)
+    told, seen = RunStatistics(3, "pybullet"), Deaf(3, "pybullet")
+    with EmulatedRobot(body, seed=3, engine="mujoco") as robot:
+        in_process.run(robot, Guard(body), controller, [told, seen], 1500)
+    expected, found = told.summary(1.0), seen.summary(1.0)
+    assert expected.steps == 8
+    assert abs(found.steps - expected.steps) <= 2  # the feet are closed by one more, and one may tap twice
+    # From the first lift to the last touch-down: without the shift of weight before, which the walker counts.
+    assert expected.speed < found.speed
+    # the way has the sway to both sides in it
+    assert expected.velocity[0] < found.speed < 1.4 * expected.velocity[0]
+    assert found.velocity[0] == pytest.approx(expected.velocity[0], rel=0.1)
+    assert found.torso_max > 0.0
+    for field in ("distance", "cycles", "frames_sha256", "fell"):
+        assert getattr(found, field) == getattr(expected, field)
+
+
+def test_speed_is_way_over_time_where_the_walk_goes_in_a_circle() -> None:
+    body = load_body("nao-v6")
+    told = RunStatistics(0, "mujoco")
+    circle = RunConfig(robot="nao-v6", gait="omni", velocity=(0.15, 0.0, 0.8), steps=40)
+    controller = controller_maker(circle)(body, body.cycle)
+    with EmulatedRobot(body, seed=0, engine="mujoco") as robot:
+        in_process.run(robot, Guard(body), controller, [told], 1700)
+    summary = told.summary(1.0)
+    assert not summary.fell and summary.steps == 40
+    # A circle of 0.19 m radius: it never gets farther than its diameter, and goes on at its speed.
+    assert summary.distance < 0.45 < summary.way
+    # start and stop included; by displacement it would be below 0.03
+    assert summary.speed == pytest.approx(0.15, rel=0.3)
+
+
+class Truth(msgspec.Struct):
+    time: float
+    torso_position: tuple[float, float, float]
+    torso_orientation: tuple[float, float, float, float]
+
+
+def truth(time, x, y, yaw):
+    quaternion = tuple(Rotation.from_matrix(R_yaw(yaw)).as_quat())
+    return Truth(time, (x, y, 0.3), quaternion)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, -1.5])
+def test_motion_on_a_circle_has_a_constant_velocity(turn):
+    """A body that goes at (u, v) in its own axes and turns at w: its place is the integral in closed form."""
+    u, v, motion = 0.2, -0.05, HeadingMotion()
+    motion.begin(0.0)
+    for k in range(1001):
+        t = 0.01 * k
+        s, c = (math.sin(turn * t) / turn, (1.0 - math.cos(turn * t)) / turn) if turn else (t, 0.0)
+        motion.add(truth(t, u * s - v * c, u * c + v * s, turn * t))
+    assert motion.velocity == pytest.approx((u, v, turn), abs=1e-5)
+    assert motion.turned == pytest.approx(10.0 * turn, abs=1e-9)
+
+
+def test_the_beginning_and_what_follows_the_end_do_not_count():
+    motion = HeadingMotion()
+    motion.begin(1.0)
+    x = 0.0
+    for k in range(800):
+        t = 0.01 * k
+        motion.add(truth(t, x, 0.0, 0.0))
+        x += 0.01 * (0.3 if 1.0 + SETTLING <= t < 5.0 else 9.0)
+        if k == 499:
+            motion.end()
+    assert motion.velocity[0] == pytest.approx(0.3, abs=1e-6)
+
+
+BODY = load_body("nao-v3")
+ORDER = WalkOrder(steps=2, settle=0.0)
+
+
+def walk(robot: EmulatedRobot, recorder: Recorder, statistics: RunStatistics, most: int) -> None:
+    gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
+    controller = Controller(BODY, gait, ORDER, BODY.cycle)
+    in_process.run(robot, Guard(BODY), controller, [recorder, statistics], most)
+
+
+def test_after_a_reset_the_robot_is_as_at_a_start_and_the_sum_goes_on(tmp_path: Path) -> None:
+    with EmulatedRobot(BODY, seed=5, engine="mujoco") as robot:
+        statistics = RunStatistics(5, "pybullet")
+        with Recorder(tmp_path / "frames.mcap", {}) as recorder:
+            walk(robot, recorder, statistics, 320)
+            before = statistics.summary(wall_seconds=1.0)
+            robot.reset()
+            walk(robot, recorder, statistics, 2000)
+        both = statistics.summary(wall_seconds=1.0)
+        assert recorder.paths == [tmp_path / "frames.mcap", tmp_path / "frames-2.mcap"]
+    with EmulatedRobot(BODY, seed=5, engine="mujoco") as robot:
+        alone = RunStatistics(5, "pybullet")
+        with Recorder(tmp_path / "alone.mcap", {}) as recorder:
+            walk(robot, recorder, alone, 2000)
+    fresh = alone.summary(wall_seconds=1.0)
+    assert (both.resets, fresh.steps) == (1, 2)
+    for field in ("falls", "steps", "distance", "real_time_factor", "cycles", "cycles_missed"):
+        total = getattr(before, field) + getattr(fresh, field)
+        assert getattr(both, field) == pytest.approx(total), field
+    assert both.torso_max == max(before.torso_max, fresh.torso_max)
+    assert (tmp_path / "frames-2.mcap").read_bytes() == (tmp_path / "alone.mcap").read_bytes()
+    assert inspect(tmp_path / "frames-2.mcap").frames_sha256 == fresh.frames_sha256 != both.frames_sha256
+    for name in ("frames.mcap", "frames-2.mcap"):
+        times = [item.time for item in read_recording(tmp_path / name)]
+        assert times == sorted(times)
+
+
+def test_a_fall_before_a_reset_is_not_forgotten() -> None:
+    with EmulatedRobot(BODY, seed=5, engine="mujoco") as robot:
+        statistics = RunStatistics(5, "pybullet")
+
+        def stand(cycles: int) -> None:
+            for _ in range(cycles):
+                statistics.sensors(robot.frame, robot.truth())
+                robot.advance(None)
+
+        stand(5)
+        fallen = replace(robot.truth(), fell=True)
+        for seq in (5, 6, 7):  # it lies
+            statistics.sensors(replace(robot.frame, seq=seq), replace(fallen, seq=seq))
+        robot.reset()
+        stand(20)
+    summary = statistics.summary(wall_seconds=1.0)
+    assert (summary.fell, summary.falls, summary.resets) == (True, 1, 1)
+    assert summary.cycles == 7 + 19
+
+
+def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) -> None:
+    with (
+        EmulatedRobot(BODY, seed=5, engine="mujoco") as robot,
+        Recorder(tmp_path / "frames.mcap", {}) as recorder,
+    ):
+        gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
+        old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
+        recorder.sensors(robot.frame, robot.truth())
+        recorder.telemetry(old)  # on its way when the robot began anew
+        walk(robot, recorder, RunStatistics(5, "pybullet"), 2000)
+    assert inspect(tmp_path / "frames.mcap").steps == 2
+
+
+@pytest.mark.parametrize(("robot", "start"), [("nao-v6", "lie-back"), ("nao-v3", "lie-front")])
+def test_onto_its_feet_and_on(robot: str, start: str) -> None:
+    summary = walk_in_process(
+        run_config(
+            None, robot=robot, engine="mujoco", gait="dynamic", start=start, steps=4, seed=21, recover=True
+        )
+    )
+    # it lay from the start: that is no fall; it stands at the end, and has walked what was asked for
+    assert (summary.falls, summary.recoveries, summary.steps) == (0, 1, 4)
+    assert summary.stands
+    assert summary.displacement[0] > 0.1
+    assert abs(summary.displacement[2]) < 0.5  # rad; what it turned while it got up is no turn of its walk
+    assert summary.speed > 0.0
+
+
+def test_without_recovery_it_stays_where_it_is() -> None:
+    summary = walk_in_process(
+        run_config(None, robot="nao-v6", engine="mujoco", gait="dynamic", start="lie-back", steps=4, seed=21)
+    )
+    assert (summary.recoveries, summary.steps, summary.stands) == (0, 0, False)
+
+
+@pytest.mark.parametrize(("robot", "motion"), [("nao-v3", "stand-up-v3"), ("nao-v6", "stand-up")])
+def test_a_robot_that_begins_sitting_stands_up(robot: str, motion: str) -> None:
+    with build_robot(RunConfig(robot=robot, engine="mujoco", start="sit", seed=1)) as body:
+        result = play(body, motion, MotionPlayer(load_motion(motion), body.body))
+    assert result.stands and result.began == result.ended == "upright"
+
+
+@pytest.mark.parametrize(
+    ("gait", "steps", "body"), [("static", 2, "nao-v3"), ("dynamic", 6, "nao-v3"), ("huang", 4, "nao-v3")]
+)
+def test_a_walk_is_as_fast_on_either_engine(gait: str, steps: int, body: str) -> None:
+    pytest.importorskip("pybullet")
+    bullet, mujoco = (
+        nao_hil.walk(gait, body=body, seed=1, steps=steps, engine=engine) for engine in ("pybullet", "mujoco")
+    )
+    assert (bullet.engine, mujoco.engine) == ("pybullet", "mujoco")
+    assert not bullet.fell and not mujoco.fell
+    assert mujoco.steps == bullet.steps == steps
+    assert mujoco.speed == pytest.approx(bullet.speed, rel=0.1)
+
+
+def test_the_same_seed_gives_the_same_frames_on_mujoco() -> None:
+    first, again, other = (
+        nao_hil.walk("dynamic", seed=seed, steps=3, engine="mujoco").frames_sha256 for seed in (1, 1, 2)
+    )
+    assert first == again != other
