@@ -15,8 +15,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from nao_hil.cli.console import print_json
+from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 
@@ -55,7 +55,7 @@ class WalkProgress:
         for notice in monitor.take_notices():
             if notice.code == CAPTION:
                 self._console.print(notice.text, style="bold", highlight=False, soft_wrap=True)
-            elif not notice.routine:
+            elif not notice.routine and notice.code != WALKER_ENDED:  # `up` prints it itself
                 self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
             self._live.update(_table(values), refresh=True)
