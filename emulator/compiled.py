@@ -9,14 +9,37 @@ tuple assigned to a slice, the first expression of whole arrays and `np.interp` 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from pathlib import Path
-from typing import TypeVar
+from types import ModuleType
+from typing import Final, TypeVar
 
 import numba
+from numba.core.registry import cpu_target
 from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., object])
+
+
+BLAS: Final = "scipy.linalg.cython_blas"
+"""Module of which numba's library asks whether it is there, before the first call of any function."""
+
+
+def _load_library() -> None:
+    """Load numba's library without `scipy.linalg`, which takes a third of the time, in each start of a robot.
+
+    No loop here needs it. A function that multiplies matrices loads it when it is compiled.
+    """
+    if BLAS in sys.modules:
+        return
+    sys.modules[BLAS] = ModuleType(BLAS)  # SciPy is always there: the answer is yes
+    try:
+        cpu_target.target_context.refresh()
+    finally:
+        del sys.modules[BLAS]
+
+
+_load_library()
 
 
 def compiled(function: Function, *, nogil: bool = False) -> Function:
@@ -33,11 +56,6 @@ def compiled(function: Function, *, nogil: bool = False) -> Function:
     except RuntimeError:  # no folder can be written
         kept = numba.njit(function, nogil=nogil)
     return kept
-
-
-def compiled_count() -> int:
-    """Functions whose machine code is kept beside the sources: how far a first start is."""
-    return sum(1 for _ in Path(__file__).parent.rglob("*.nbi"))
 
 
 def compilable(function: Function) -> Function:
