@@ -24,7 +24,7 @@ from playwright.sync_api import Page
 from bridge.body import load_body
 from bridge.link.client import WalkClient
 from emulator.shell import lamps
-from tests.loops import until
+from tests.loops import repeat_while, until
 from tests.ports import free_endpoint, free_port
 from tests.system.conftest import Command
 from tests.system.pages import browser_page, open_page, state, velocity
@@ -121,7 +121,7 @@ def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live,
     def read_away(program: socket.socket) -> None:
         """A program that does not read is given up."""
         with contextlib.suppress(OSError):
-            while program.recv(1 << 16):
+            for _ in repeat_while(lambda: program.recv(1 << 16), limit=1 << 20):
                 pass
 
     page.evaluate("Object.keys(player.overlays).forEach((name) => (player.overlays[name] = false))")
