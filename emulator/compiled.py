@@ -10,7 +10,6 @@ tuple assigned to a slice, the first expression of whole arrays and `np.interp` 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TypeVar
 
 import numba
@@ -33,11 +32,6 @@ def compiled(function: Function, *, nogil: bool = False) -> Function:
     except RuntimeError:  # no folder can be written
         kept = numba.njit(function, nogil=nogil)
     return kept
-
-
-def compiled_count() -> int:
-    """Functions whose machine code is kept beside the sources: how far a first start is."""
-    return sum(1 for _ in Path(__file__).parent.rglob("*.nbi"))
 
 
 def compilable(function: Function) -> Function:

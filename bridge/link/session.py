@@ -44,7 +44,7 @@ RIGHTS: Final = {
     "controller": Rights(
         hears=(keys.SENSORS, keys.GUARD, keys.NOTICES, "walk/**"),
         asks=(keys.INFO, "guard", "stop", "arm", keys.LEASE, "dcm/**", "walk/**"),
-        publishes=(keys.ACTUATORS, keys.LEDS, "walk/**"),
+        publishes=(keys.ACTUATORS, keys.LEDS, keys.NOTICES, "walk/**"),
         answers=("walk/**",),
         lives=(keys.ALIVE_CONTROLLERS,),
     ),

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.types import Quaternion, Side, Vec2, Vec3
-from emulator.vectors import Rotation
+
+if TYPE_CHECKING:  # `nao-hil up` checks a run without Numba, which takes half a second of its start
+    from emulator.vectors import Rotation
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import typer
 
@@ -13,6 +14,9 @@ from bridge.validation import unknown_name
 from nao_hil.analysis.plots import PLOTS
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console
+
+NAMED: Final = 3
+"""Runs that the name of a picture holds."""
 
 
 def plot(
@@ -39,6 +43,8 @@ def plot(
 ) -> Answer:
     """Draw plots of a recording, one file each, FILE-NAME.png; of several, later ones dashed over the first.
 
+    Those of several are named after their runs, RUN-and-RUN-NAME.png.
+
     Three of them, or what --what names. Bands mark single supports (blue on the left foot, red on the right),
     dotted lines what happened in the world, a red line the fall; the axes show the range before the fall.
 
@@ -60,12 +66,13 @@ def plot(
     console = open_console()
     written: list[Path] = []
     with console.status(f"reading {files[0]}") as status:
-        runs = []
+        runs, labels = [], []
         for file in files:
             tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
             if not tables.sensors:
                 raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
             label = file.resolve().parent.name if file.name == RECORDING else file.stem
+            labels.append(label)
             runs.append((tables, ", ".join(word for word in (run_title(file), label) if word)))
         folder = out if out is not None else files[0].parent
         _make(folder)
@@ -73,8 +80,7 @@ def plot(
             if what == "all" and any(missing(tables, name) for tables, _ in runs):
                 continue
             status.update(f"drawing {name}")
-            several = f"-and-{len(runs) - 1}-more" if len(runs) > 1 else ""
-            written.append(folder / f"{files[0].stem}{several}-{name}.{form}")
+            written.append(folder / f"{_stem(files, labels)}-{name}.{form}")
             draw(runs, name, written[-1])
     for path in written:
         console.print(f"written to {path}", soft_wrap=True)
@@ -102,6 +108,14 @@ def complete(incomplete: str) -> list[str]:
     """Names that go on with what was typed after the last comma."""
     before, comma, last = incomplete.rpartition(",")
     return [f"{before}{comma}{name}" for name in [*PLOTS, "all"] if name.startswith(last)]
+
+
+def _stem(files: Sequence[Path], labels: Sequence[str]) -> str:
+    """Name of a picture without the plot's: of the file, or of the first `NAMED` runs."""
+    if len(files) == 1:
+        return files[0].stem
+    more = len(labels) - NAMED
+    return "-and-".join([*labels[:NAMED], *([f"{more}-more"] if more > 0 else [])])
 
 
 def _make(folder: Path) -> None:

@@ -14,10 +14,11 @@ from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+import emulator
 from nao_hil.cli.console import open_console
 from nao_hil.cli.signals import stop_event
+from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.config import RunConfig
-from nao_hil.runs.demo import CAPTION
 from nao_hil.runs.folder import RunDirectory
 from nao_hil.runs.monitor import Monitor
 
@@ -31,10 +32,8 @@ CAMPAIGN_LINE_INTERVAL: Final = 10.0
 
 
 def _compiled_count() -> int:
-    """Loops of the emulator that are compiled; imported late, since the command line loads without numba."""
-    from emulator.compiled import compiled_count
-
-    return compiled_count()
+    """Loops of the emulator whose machine code is kept beside its sources: how far a first start is."""
+    return sum(1 for _ in Path(emulator.__file__).parent.rglob("*.nbi"))
 
 
 class WalkProgress:
@@ -59,7 +58,7 @@ class WalkProgress:
         for notice in monitor.take_notices():
             if notice.code == CAPTION:
                 self._console.print(notice.text, style="bold", highlight=False, soft_wrap=True)
-            elif not notice.routine:
+            elif not notice.routine and notice.code != WALKER_ENDED:  # `up` prints it itself
                 self._console.print(f"the robot says: {notice.text}")
         if self._live is not None:
             self._live.update(_table(values), refresh=True)

@@ -24,11 +24,9 @@ from nao_hil.runs.config import RunConfig, run_config
 from nao_hil.runs.demo import GAIT, ROBOT, Demo
 from nao_hil.runs.folder import RunDirectory, robot_scene
 from nao_hil.runs.monitor import Monitor
-from nao_hil.runs.supervisor import Child, ChildResult
+from nao_hil.runs.sides import GRACE, Sides
+from nao_hil.runs.supervisor import ChildResult
 from nao_hil.view.child import DEFAULT_PORT, LivePage
-
-GRACE = 5.0
-"""s a side has to end by itself after it was asked to."""
 
 
 @takes_run()
@@ -48,7 +46,8 @@ def up(
     Example: nao-hil up --robot nao-v4 --steps 20 --mode lockstep --seed 1
 
     With --serve both run until Ctrl-C, and the robot walks as it is told to (`nao-hil drive`, or the page).
-    Then, or where it begins lying, the robot gets up by itself, unless --no-recover is given.
+    Then, or where it begins lying, the robot gets up by itself, unless --no-recover is given; and a walker
+    that ends before is started again, at most three times in a minute.
     """
     # imported late: the walk stands on SciPy, which help and completion need not wait for
     from nao_hil.runs.build import clipped_velocity
@@ -101,6 +100,8 @@ def both_sides(
 ) -> Answer:
     """Robot and walker as two processes until one ends, a signal comes, or the demo is over.
 
+    A serving walker that ends is started again (`nao_hil.runs.sides`); then only the robot's end is one.
+
     Args:
         settings: Of the run.
         directory: Its folder.
@@ -120,13 +121,15 @@ def both_sides(
     page = LivePage(name, listen, port, directory.path) if port is not None else None
     run = 1
     while True:
-        sides = _Sides(settings, directory, name, listen, serve=serve)
+        sides = Sides(settings, directory, name, listen, serve=serve)
         again: RunConfig | None = None
         try:
             with Monitor(name, listen) as monitor, WalkProgress(settings, console) as progress:
                 while not stop.is_set() and sides.running and not (demo and demo.done) and again is None:
                     stop.wait(0.2)
                     progress.show(monitor)
+                    if sentence := sides.restart_walker(monitor.sensors):
+                        console.print(sentence, highlight=False)
                     if page is not None:
                         page.tell(console)
                         again = _asked(page, settings)
@@ -139,7 +142,8 @@ def both_sides(
             if page is not None and again is None:
                 page.end(GRACE)
         if again is None:
-            answer = _conclude(settings, directory, robot_result, walker_result, stop.is_set())
+            walker = None if sides.given_up else walker_result
+            answer = _conclude(settings, directory, robot_result, walker, stop.is_set())
             break
         run += 1
         folder = directory.path.parent / f"{directory.path.name}-{run}"
@@ -151,40 +155,6 @@ def both_sides(
         if not serve:
             console.print(f"walk it, push it: {own_command()} up --serve --view", highlight=False)
     return answer._replace(code=0) if serve and answer.code == 130 else answer  # serving has no other end
-
-
-class _Sides:
-    """Robot and walker as two processes.
-
-    Args:
-        settings: Of the run.
-        directory: Its folder.
-        name: Id of the robot.
-        listen: Zenoh endpoint of the robot.
-        serve: The walker waits for commands.
-    """
-
-    def __init__(
-        self, settings: RunConfig, directory: RunDirectory, name: str, listen: str, *, serve: bool
-    ) -> None:
-        directory.release()  # the robot's process takes it
-        folder, common = directory.path, ["--name", name, "--config", str(directory.config), "--json"]
-        serving = ["--serve"] if serve else []
-        self._robot = Child("robot", ["emulate", "--listen", listen, "--out", str(folder), *common], folder)
-        self._walker = Child("walker", ["walk", "--connect", listen, *serving, *common], folder)
-
-    @property
-    def running(self) -> bool:
-        """Whether both are."""
-        return self._robot.running and self._walker.running
-
-    def end(self) -> tuple[ChildResult, ChildResult]:
-        """End both, and give the results of walker and robot."""
-        # Both at once; a walker that ended by itself has brought the robot to a stand before.
-        self._walker.ask_to_end()
-        self._robot.ask_to_end()
-        walker = self._walker.end(GRACE)
-        return walker, self._robot.end(GRACE)
 
 
 def _asked(page: LivePage, settings: RunConfig) -> RunConfig | None:
@@ -223,24 +193,26 @@ def _conclude(
     settings: RunConfig,
     directory: RunDirectory,
     robot: ChildResult,
-    walker: ChildResult,
+    walker: ChildResult | None,
     interrupted: bool,
 ) -> Answer:
-    """Summary, JSON and exit code of a run."""
+    """Summary, JSON and exit code of a run; without a walker it was given up, which the user was told."""
     console = open_console()
-    if interrupted and (robot.result is None or walker.result is None):
+    if interrupted and (robot.result is None or (walker is not None and walker.result is None)):
         return Answer(None, code=130)  # before both sides had begun
     failed = [
         (name, outcome)
         for name, outcome in (("robot", robot), ("walker", walker))
-        if outcome.code not in (0, 1, 130) or outcome.result is None
+        if outcome is not None and (outcome.code not in (0, 1, 130) or outcome.result is None)
     ]
     if failed:
         # A side that ended because the other failed has no result either: the one with the reason speaks.
         raise _failure(*max(failed, key=lambda side: (side[1].code == 2, side[1].code not in (0, 1, 130))))
     assert robot.result is not None
-    summary = robot.result | {"walker": walker.result}
+    summary = robot.result | {"walker": walker.result if walker is not None else None}
     summary = conclude(summary, directory, console, interrupted=interrupted, target=settings.target)
+    if walker is None:
+        return Answer(summary, code=3)
     fell = summary["falls"] > summary["recoveries"] or walker.code == 1
     return Answer(summary, code=1 if fell else 130 if interrupted else 0)
 

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-import zenoh
-
 from bridge.errors import NaoHilError
-from bridge.link import keys
 from bridge.link.client import WalkClient, WorldClient
-from bridge.link.session import open_client
-from bridge.messages import Notice, SensorFrame, encode
+from bridge.messages import SensorFrame
 from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push
+from nao_hil.runs.announcer import CAPTION, CONNECT_TIMEOUT, Announcer
 
 ROBOT: Final = "nao-v6"
 GAIT: Final = "omni"
-CAPTION: Final = "caption"
-"""Code of the notices that carry the lines."""
-CONNECT_TIMEOUT: Final = 10.0
-"""s; the robot is there already."""
 
 
 class DemoPart(NamedTuple):
@@ -79,7 +72,7 @@ class Demo:
         self._part = 0
         self._next: float | None = None
         """Robot time at which the next part begins, s."""
-        self._session: zenoh.Session | None = None
+        self._announcer = Announcer(robot, endpoint)
         self.done = False
 
     def go_on(self, frame: SensorFrame | None, state: str) -> None:
@@ -99,11 +92,11 @@ class Demo:
         part = PARTS[self._part]
         self._part += 1
         self._next = frame.time + part.lasts
-        self._tell(part.text, frame.seq)
+        self._announcer.announce(CAPTION, part.text, frame.seq)
         try:
             self._give(part.command)
         except NaoHilError as error:  # it fell, say: the sentence tells, the demo goes on
-            self._tell(str(error), frame.seq)
+            self._announcer.announce(CAPTION, str(error), frame.seq)
 
     def _give(self, command: WalkCommand | Push | None) -> None:
         if isinstance(command, Push):
@@ -113,16 +106,8 @@ class Demo:
             with WalkClient(self._robot, self._endpoint, CONNECT_TIMEOUT) as walker:
                 walker.send(command)
 
-    def _tell(self, text: str, seq: int) -> None:
-        """Publish a line: the terminal and the page show it."""
-        if self._session is None:
-            self._session = open_client(self._endpoint, CONNECT_TIMEOUT, "controller")
-        notice = Notice(seq=seq, level="info", code=CAPTION, text=text)
-        self._session.put(keys.key(self._robot, keys.NOTICES), encode(notice))
-
     def __enter__(self) -> Demo:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._session is not None:
-            self._session.close()
+        self._announcer.close()

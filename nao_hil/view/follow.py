@@ -38,7 +38,7 @@ from nao_hil.analysis.diagnosis import (
     Symptoms,
     explain,
 )
-from nao_hil.runs.demo import CAPTION
+from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
 from nao_hil.view.live import Commands, Published, Subscriber
@@ -55,6 +55,8 @@ RATE: Final = 40.0
 """Looks for new messages per second."""
 WATCH_EVERY: Final = 0.15
 """s between two questions for the walker's status and the world."""
+NOTICE_CYCLES: Final = 500
+"""Cycles of a new walker after which the end of the one before is no news."""
 MAX_ROWS: Final = 10_000
 """Rows that are kept: five minutes."""
 MAX_EVENTS: Final = 200
@@ -183,6 +185,8 @@ class Follower:
         self._guard: GuardStatus | None = None
         self._walk: WalkStatus | None = None
         self._world: WorldReply | None = None
+        self._walker_ended: Notice | None = None
+        """That `nao-hil up` lost its walker."""
         self._state: dict[str, Any] = {}
         self._watcher: threading.Thread | None = None
 
@@ -213,6 +217,8 @@ class Follower:
                 return
         if isinstance(message, Notice) and message.code == CAPTION:
             self._server.publish({"caption": message.text})
+        if isinstance(message, Notice) and message.code == WALKER_ENDED:
+            self._walker_ended = message
         if (moment := builder.add(message)) is not None and self._run is not None:
             for part in self._run.take(moment):
                 self._server.publish(part)
@@ -222,9 +228,17 @@ class Follower:
         newest, silent = self._run.newest if self._run else None, time.monotonic() - self._heard
         state = describe(newest, self._guard, self._walk, self._world, silent)
         state["holds"] = self._hand is not None and self._hand.holds
+        state["notice"] = self._notice(newest)
         if state != self._state:
             self._state = state
             self._server.publish({"state": state})
+
+    def _notice(self, newest: Moment | None) -> str:
+        """That the walker ended, until another one has had the robot for `NOTICE_CYCLES`."""
+        ended, walk = self._walker_ended, newest.walk if newest is not None else None
+        if ended is not None and walk is not None and walk.seq > ended.seq + NOTICE_CYCLES:
+            self._walker_ended = None
+        return self._walker_ended.text if self._walker_ended is not None else ""
 
     def _end(self) -> None:
         self._subscriber.close()
@@ -249,6 +263,8 @@ class Follower:
         """A robot that is new, or began again."""
         emulated = info.side == "emulator"
         self._world = None
+        if self._walker_ended is not None:
+            self._walker_ended = msgspec.structs.replace(self._walker_ended, seq=0)  # frames count from 0 again
         if emulated:
             with contextlib.suppress(NaoHilError):
                 self._world = self._commands.world(Status(terrain=True))

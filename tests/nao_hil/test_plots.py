@@ -24,6 +24,7 @@ from nao_hil.analysis.plots.draw import FIGURES, draw, missing
 from nao_hil.analysis.plots.motion_figures import cycle
 from nao_hil.analysis.plots.tables import Tables, load
 from nao_hil.analysis.plots.time_axes import explain_marks, fit_to_walk
+from nao_hil.cli.main import run
 from nao_hil.cli.plot import chosen, complete
 from tests.frames import standing_frame
 
@@ -156,6 +157,17 @@ def test_a_robot_without_truth_and_telemetry_has_plots_too(tmp_path: Path) -> No
     draw([(alone, "alone.mcap")], "torso", tmp_path / "torso.png")
     assert (tmp_path / "torso.png").read_bytes().startswith(b"\x89PNG")
     assert not (tmp_path / "no.png").exists()
+
+
+def test_a_picture_of_several_runs_bears_their_names(tmp_path: Path) -> None:
+    for name in ("with", "half"):
+        (tmp_path / name).mkdir()
+        record(tmp_path / name / "frames.mcap")
+    single = record(tmp_path / "walk.mcap")
+    assert run(["plot", str(tmp_path / "with"), str(tmp_path / "half"), "--what", "torso"]) == 0
+    assert [file.name for file in (tmp_path / "with").glob("*.png")] == ["with-and-half-torso.png"]
+    assert run(["plot", *[str(single)] * 5, "--what", "torso", "--out", str(tmp_path / "out")]) == 0
+    assert [f.name for f in (tmp_path / "out").iterdir()] == ["walk-and-walk-and-walk-and-2-more-torso.png"]
 
 
 def test_a_stretch_of_time_is_cut_out(tmp_path: Path) -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Error, Page, sync_playwright
+from playwright.sync_api import Page
 
 from bridge.body import load_body
 from bridge.recording.playback import read_recording
@@ -19,16 +18,12 @@ from nao_hil.runs.config import RunConfig
 from nao_hil.view.access import Access
 from nao_hil.view.page import page as live_page
 from nao_hil.view.server import PageServer
-from nao_hil.view.video import SOFTWARE
 from tests.loops import until
 from tests.proxy import proxy
+from tests.system.pages import browser_page, open_page, press, state, velocity
 
 Start = Callable[..., Any]
 
-TIMEOUT = 120_000
-"""ms: a browser that draws in software beside a robot on two cores takes its time."""
-OWN = ("http://127.0.0.1:", "ws://127.0.0.1:", "data:")
-"""Beginnings of addresses that the page may ask for."""
 SIZES = [(1280, 800), (390, 844)]
 
 pytestmark = pytest.mark.browser
@@ -42,48 +37,8 @@ def errors() -> list[str]:
 
 @pytest.fixture
 def page(errors: list[str]) -> Iterator[Page]:
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    assert chromium, "these tests need Chromium: apt-get install chromium"
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(SOFTWARE))
-        opened = browser.new_page(viewport={"width": 1280, "height": 800})
-        opened.set_default_timeout(TIMEOUT)
-        opened.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
-        opened.on("pageerror", lambda error: errors.append(str(error)))
-        opened.on("request", lambda r: None if r.url.startswith(OWN) else errors.append(r.url))
+    with browser_page(errors) as opened:
         yield opened
-        browser.close()
-
-
-def open_page(page: Page, port: int) -> None:
-    """Open it as soon as it is served, and wait until it shows a robot."""
-
-    def opened() -> bool:
-        try:
-            page.goto(f"http://127.0.0.1:{port}/")
-        except Error:
-            page.wait_for_timeout(500)
-            return False
-        return True
-
-    until(opened, "the page")
-    page.wait_for_selector("body[data-ready=yes]")
-
-
-def state(page: Page, words: str) -> None:
-    """Wait until the robot's state is this."""
-    until(lambda: words in page.inner_text("#state"), f"the state `{words}`")
-
-
-def press(page: Page, tab: str, button: str) -> None:
-    page.get_by_role("tab", name=tab).click()
-    page.get_by_role("button", name=button, exact=True).click()
-
-
-def velocity(page: Page) -> list[float]:
-    """Numbers of the velocity's pad."""
-    numbers: list[float] = page.evaluate("player.live.velocity.pad.values()")
-    return numbers
 
 
 def check_in_sight(page: Page, *buttons: str) -> None:

@@ -25,6 +25,7 @@ from bridge.recording.playback import read_recording
 from nao_hil.analysis.diagnosis import diagnose
 from nao_hil.analysis.inspection import inspect
 from nao_hil.cli.main import run
+from nao_hil.runs.announcer import WALKER_ENDED
 from nao_hil.runs.monitor import Monitor
 from tests.loops import until
 
@@ -279,6 +280,49 @@ def test_a_side_that_is_killed_ends_up_with_one_sentence(
     os.kill(victim, signal.SIGKILL)
     assert command.wait() == 3
     assert f"the {side}'s process failed: it was killed by SIGKILL" in one_sentence(command.stderr)
+
+
+def test_a_served_robot_whose_walker_is_killed_stays_and_gets_a_new_one_three_times_in_a_minute(
+    start: Start, endpoint: str, tmp_path: Path, monitor: Monitor
+) -> None:
+    up = ["up", "--serve", "--engine", "mujoco", "--mode", "lockstep", "--listen", endpoint]
+    command = start(*up, "--out", str(tmp_path / "run"), "--json")
+
+    def walkers() -> list[int]:
+        command_lines = {
+            pid: Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0") for pid in command.children()
+        }
+        return [pid for pid, words in command_lines.items() if b"walk" in words]
+
+    def killed() -> int:
+        """The walker that was killed."""
+        (victim,) = until(walkers, "a walker")
+        os.kill(victim, signal.SIGKILL)
+        until(lambda: victim not in walkers(), "its end")
+        return int(victim)
+
+    until(heard(monitor, lambda frame: frame.command > 5), "the walker")
+    killed()
+    lost = monitor.sensors
+    assert lost is not None
+    until(heard(monitor, lambda frame: frame.command > lost.seq + 5), "the next walker")
+    monitor.take_notices()
+    for _ in range(3):
+        killed()
+    until(lambda: "is not started again" in command.stderr, "the sentence")
+    told = " ".join(command.stderr.split())
+    assert told.count("The walker ended: it was killed by SIGKILL. A new one starts") == 3
+    assert "The walker ended 4 times within a minute, at last because it was killed by SIGKILL" in told
+    until(
+        lambda: [n for n in monitor.take_notices() if n.code == WALKER_ENDED and "4 times" in n.text],
+        "a notice",
+    )
+    until(lambda: monitor.status and monitor.status.state == "rest", "the robot to rest")
+    assert walkers() == [] and command.process.poll() is None
+    command.interrupt()
+    assert command.process.returncode == 3
+    assert command.result["walker"] is None and not command.result["fell"]
+    assert "Traceback" not in command.stderr
 
 
 def test_a_port_in_use_is_one_sentence_and_leaves_the_folder_as_it_was(

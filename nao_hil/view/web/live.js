@@ -107,6 +107,7 @@ class Live {
   // What is in force: buttons, pad and fields.
   state(state) {
     const { live } = this.player.runs[0].header;
+    Object.assign($("notice"), { hidden: !state.notice, textContent: state.notice ?? "" });
     if (!this.orders) return;
     for (const [name, button] of Object.entries(this.orders)) button.hidden = (name === "Arm") === state.armed && name !== "Emergency stop";
     const everywhere = live.gaits[state.gait] ?? true;

@@ -1,0 +1,98 @@
+"""Robot and walker of `nao-hil up` as two processes; a walker that serves is started again when it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import deque
+from typing import Final
+
+from bridge.errors import LinkError
+from bridge.messages import SensorFrame
+from nao_hil.runs.announcer import WALKER_ENDED, Announcer
+from nao_hil.runs.config import RunConfig
+from nao_hil.runs.folder import RunDirectory
+from nao_hil.runs.supervisor import Child, ChildResult
+
+GRACE: Final = 5.0
+"""s a side has to end by itself after it was asked to."""
+MAX_RESTARTS: Final = 3
+"""Restarts of the walker within `RESTART_WINDOW`; one that ends oftener has a cause that a restart keeps."""
+RESTART_WINDOW: Final = 60.0
+"""s"""
+_MISUSED: Final = 2
+"""Exit code of a configuration that a restart does not mend."""
+
+
+class Sides:
+    """Robot and walker as two processes.
+
+    Args:
+        settings: Of the run.
+        directory: Its folder.
+        name: Id of the robot.
+        listen: Zenoh endpoint of the robot.
+        serve: The walker waits for commands, and is started again when it ends.
+    """
+
+    def __init__(
+        self, settings: RunConfig, directory: RunDirectory, name: str, listen: str, *, serve: bool
+    ) -> None:
+        directory.release()  # the robot's process takes it
+        self._folder, common = directory.path, ["--name", name, "--config", str(directory.config), "--json"]
+        self._robot = Child(
+            "robot", ["emulate", "--listen", listen, "--out", str(self._folder), *common], self._folder
+        )
+        self._serve, self._mode = serve, settings.mode
+        self._walk = ["walk", "--connect", listen, *(["--serve"] if serve else []), *common]
+        self._walker = Child("walker", self._walk, self._folder)
+        self._announcer = Announcer(name, listen)
+        self._began: deque[float] = deque(maxlen=MAX_RESTARTS)
+        """Times of the last restarts, s."""
+        self._count = 0
+        self.given_up = False
+        """Whether the walker ended too often."""
+
+    @property
+    def running(self) -> bool:
+        """Whether the run goes on: both are, or the robot is and its walker serves."""
+        if not self._robot.running:
+            return False
+        return self._walker.running or (self._serve and self._walker.end(0.0).code != _MISUSED)
+
+    def restart_walker(self, frame: SensorFrame | None) -> str:
+        """Start a serving walker again that has ended; call it regularly.
+
+        Args:
+            frame: Newest of the robot; None: it has sent none yet.
+
+        Returns:
+            The sentence that the page shows as well; empty: there was nothing to do.
+        """
+        if self.given_up or not self.running or self._walker.running:
+            return ""
+        now, why = time.monotonic(), self._walker.end(0.0).error.rstrip(".")
+        self.given_up = len(self._began) == MAX_RESTARTS and now - self._began[0] < RESTART_WINDOW
+        if self.given_up:
+            sentence = (
+                f"The walker ended {MAX_RESTARTS + 1} times within a minute, at last because {why}; it is not "
+                f"started again. The robot stays without a walker; `nao-hil walk --serve` gives it one."
+            )
+        else:
+            self._began.append(now)
+            self._count += 1
+            sentence = f"The walker ended: {why}. A new one starts; until it has the robot, the guard has it."
+            self._walker = Child(f"walker-{self._count + 1}", self._walk, self._folder)
+        if frame is not None:
+            with contextlib.suppress(LinkError):  # the robot ended meanwhile
+                self._announcer.announce(WALKER_ENDED, sentence, frame.seq)
+        return sentence
+
+    def end(self) -> tuple[ChildResult, ChildResult]:
+        """End both, and give the results of walker and robot."""
+        # Both at once; a walker that ended by itself has brought the robot to a stand before.
+        self._walker.ask_to_end()
+        self._robot.ask_to_end()
+        self._announcer.close()
+        walker = self._walker.end(GRACE)
+        return walker, self._robot.end(GRACE)
