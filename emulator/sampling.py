@@ -48,14 +48,7 @@ class FrameSampler:
         return self._hands.put(slots.tolist())
 
     def sample(
-        self,
-        position: Array,
-        contacts: GroundContacts,
-        *,
-        seq: int,
-        time: float,
-        command: int,
-        missed: int,
+        self, position: Array, contacts: GroundContacts, *, seq: int, time: float, command: int, missed: int
     ) -> SensorFrame:
         """The frame of a boundary.
 

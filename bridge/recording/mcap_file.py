@@ -146,11 +146,7 @@ class McapFile:
         data = canonical_json(message) if isinstance(message, Recordable) else msgspec.json.encode(message)
         try:
             self._writer.add_message(
-                self._channels[kind],
-                log_time=time,
-                data=data,
-                publish_time=time,
-                sequence=self._sequence[kind],
+                self._channels[kind], log_time=time, data=data, publish_time=time, sequence=self._sequence[kind]
             )
             if not 0 <= time - self._chunk_began < _CHUNK:
                 self._writer.flush()

@@ -10,16 +10,7 @@ from bridge.body.postures import POSTURES
 from bridge.messages.world import Friction, StartName, ThingKind
 from bridge.types import Vec2
 from bridge.validation import unknown_name
-from emulator.scenarios.table import (
-    Degrees,
-    NotNegative,
-    Plane,
-    Positive,
-    ScenarioTable,
-    Seed,
-    Size,
-    Slope,
-)
+from emulator.scenarios.table import Degrees, NotNegative, Plane, Positive, ScenarioTable, Seed, Size, Slope
 
 START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
 """How a robot can begin; what each is: `emulator.start.START_POSES`."""

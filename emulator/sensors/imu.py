@@ -221,11 +221,7 @@ class InertialSensors:
             for_accelerometer,
         )
         self.gyroscope = TriaxialSensor(
-            unit.gyroscope_range,
-            unit.gyroscope_step,
-            unit.gyroscope_axes,
-            parameters.gyroscope,
-            for_gyroscope,
+            unit.gyroscope_range, unit.gyroscope_step, unit.gyroscope_axes, parameters.gyroscope, for_gyroscope
         )
         self._place = unit.accelerometer
         self._gravity, self._up = gravity, (0.0, 0.0, gravity)

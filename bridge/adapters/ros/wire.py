@@ -23,11 +23,7 @@ from zenoh.handlers import Callback
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 
-DISTROS: Final = {
-    "humble": Stores.ROS2_HUMBLE,
-    "jazzy": Stores.ROS2_JAZZY,
-    "kilted": Stores.ROS2_KILTED,
-}
+DISTROS: Final = {"humble": Stores.ROS2_HUMBLE, "jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED}
 NO_HASH: Final = "TypeHashNotSupported"
 """Where Humble has no hashes of types."""
 MAX_DOMAIN: Final = 232

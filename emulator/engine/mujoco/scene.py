@@ -115,11 +115,7 @@ class MujocoScene(Scene):
         self, name: str, size: Vec3, pose: Pose, *, mass: float = 0.0, friction: float | None = None
     ) -> None:
         """See `Scene`."""
-        box = {
-            "type": mujoco.mjtGeom.mjGEOM_BOX,
-            "size": tuple(0.5 * edge for edge in size),
-            "name": name,
-        }
+        box = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": tuple(0.5 * edge for edge in size), "name": name}
         body = None
         if mass > 0.0:
             pose = compose(self._floor, pose)

@@ -286,9 +286,4 @@ def _primitive(shape: BoxShape | CapsuleShape | SphereShape) -> dict[str, Any]:
     if isinstance(shape, SphereShape):
         return {"type": kinds.mjGEOM_SPHERE, "pos": shape.centre, "size": (shape.radius, 0.0, 0.0)}
     size = (shape.radius, shape.length / 2.0, 0.0)
-    return {
-        "type": kinds.mjGEOM_CAPSULE,
-        "pos": shape.centre,
-        "quat": wxyz(shape.orientation),
-        "size": size,
-    }
+    return {"type": kinds.mjGEOM_CAPSULE, "pos": shape.centre, "quat": wxyz(shape.orientation), "size": size}

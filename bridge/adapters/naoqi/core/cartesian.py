@@ -19,12 +19,7 @@ from bridge.adapters.naoqi.core.inverse import Goal, InverseKinematics, masked_a
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    MAX_DURATION,
-    Fraction,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import MAX_DURATION, Fraction, number, offers
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.model import Lengths

@@ -18,10 +18,7 @@ from scipy.spatial import ConvexHull
 
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.sensing import CONTACT
-from bridge.adapters.naoqi.declared import (
-    flag,
-    offers,
-)
+from bridge.adapters.naoqi.declared import flag, offers
 from bridge.body import TORSO, Body
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
@@ -92,10 +89,7 @@ class RobotFrames:
     """
 
     def __init__(
-        self,
-        joints: Joints,
-        robot_place: Callable[[], Sequence[float]],
-        steps: Callable[[], list[list[Any]]],
+        self, joints: Joints, robot_place: Callable[[], Sequence[float]], steps: Callable[[], list[list[Any]]]
     ) -> None:
         self._joints, self._robot_place, self._steps = joints, robot_place, steps
         self.links: LinkFrames = BodyTree(joints.body).link_frames

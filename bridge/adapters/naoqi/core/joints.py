@@ -11,10 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Answers, offers
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import HANDS, absent_joints, joint_no_load_speed, joint_nominal_torque, limits

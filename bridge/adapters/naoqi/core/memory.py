@@ -10,11 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.sensor_keys import getters
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import Answers, offers, text
 from bridge.body import Body
 from bridge.dcm import Dcm
 from bridge.dcm.actuators import short

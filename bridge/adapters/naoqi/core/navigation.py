@@ -12,12 +12,7 @@ from bridge.adapters.naoqi.core.cameras import CAMERAS
 from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import (
-    Pairs,
-    Range,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Pairs, Range, number, offers
 from bridge.types import Vec2
 
 logger = logging.getLogger(__name__)

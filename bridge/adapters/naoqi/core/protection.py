@@ -14,13 +14,7 @@ from bridge.adapters.naoqi.core.frames import LinkFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
 from bridge.adapters.naoqi.core.sensing import CONTACT
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    Pairs,
-    flag,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import Answers, Pairs, flag, offers, text
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.guard.config import FallSettings
@@ -54,8 +48,7 @@ class WalkProtection:
         self._enabled = {FEET: True, STIFFNESS: True}
 
     @offers(
-        "ALMotion.setMotionConfig",
-        partly="the two conditions hold when a walk begins; they do not end a walk",
+        "ALMotion.setMotionConfig", partly="the two conditions hold when a walk begins; they do not end a walk"
     )
     def configure(self, config: Pairs) -> None:
         """Switch conditions on or off: `[[name, True or False], ...]`.
@@ -129,11 +122,7 @@ class FallManager:
     def _set_fall_manager_enabled(self, enabled: bool) -> Any:
         self.enabled = enabled
 
-    answers = Answers(
-        {
-            "ALMotion.getFallManagerEnabled": lambda self: self.enabled,
-        }
-    )
+    answers = Answers({"ALMotion.getFallManagerEnabled": lambda self: self.enabled})
 
 
 ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}

@@ -10,10 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Answers, offers
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 

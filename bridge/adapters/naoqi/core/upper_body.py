@@ -9,11 +9,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    flag,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Answers, flag, offers
 from bridge.errors import NaoqiRefused
 from bridge.messages.walk import UpperBody
 from bridge.validation import unknown_name
@@ -83,8 +79,4 @@ class UpperBodyShare:
             raise NaoqiRefused(f"ALMotion.getMoveArmsEnabled: {unknown_name('chain', str(arm), _SIDES)}.")
         return self._swings[arm]
 
-    answers = Answers(
-        {
-            "ALMotion.getWalkArmsEnabled": lambda self: [self._swings[side] for side in _SIDES],
-        }
-    )
+    answers = Answers({"ALMotion.getWalkArmsEnabled": lambda self: [self._swings[side] for side in _SIDES]})

@@ -12,14 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import Eyes
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused

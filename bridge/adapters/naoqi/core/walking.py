@@ -13,13 +13,7 @@ from typing import Annotated, Any, Final, NamedTuple
 
 from bridge.adapters.naoqi.core.motion_tasks import pass_on
 from bridge.adapters.naoqi.core.walker_handover import WalkerHandover
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    OneOf,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import Answers, OneOf, number, offers, text
 from bridge.errors import NaoqiRefused
 from bridge.rotations import planar_local, planar_point
 from bridge.types import Vec3

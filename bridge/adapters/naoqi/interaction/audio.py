@@ -83,10 +83,7 @@ class AudioPlayer:
         self._master = 1.0
         self._output, self._muted = 100, False
 
-    @offers(
-        "ALAudioPlayer.loadFile",
-        partly=SILENT,
-    )
+    @offers("ALAudioPlayer.loadFile", partly=SILENT)
     def load(self, path: RobotFile) -> int:
         """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
         if len(self._files) >= MAX_FILES:

@@ -13,13 +13,7 @@ from bridge.adapters.naoqi.core.cartesian import look_angles
 from bridge.adapters.naoqi.core.frames import RobotFrames, inverse
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    OneOf,
-    Setting,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, offers
 from bridge.adapters.naoqi.interaction.detection import Stage
 from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
 from bridge.body.cameras import LINK as CAMERA_LINK
@@ -213,8 +207,6 @@ class Awareness:
     )
 
     starting = Answers(
-        {
-            "ALBasicAwareness.startAwareness": lambda self: self._enable(True),
-        },
+        {"ALBasicAwareness.startAwareness": lambda self: self._enable(True)},
         partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
     )

@@ -12,14 +12,7 @@ from bridge.adapters.naoqi.core.cameras import CAMERAS, Eyes
 from bridge.adapters.naoqi.core.frames import RobotFrames, inverse, position6
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -133,11 +126,7 @@ class Stage:
         return self._hear(words)
 
     answers = Answers(
-        {
-            "NaoHil.things": lambda self: [
-                [t.kind, t.name, list(t.place), t.size] for t in self._things.values()
-            ],
-        }
+        {"NaoHil.things": lambda self: [[t.kind, t.name, list(t.place), t.size] for t in self._things.values()]}
     )
 
 

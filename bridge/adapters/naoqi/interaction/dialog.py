@@ -10,14 +10,7 @@ from concurrent.futures import Future
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    RobotFile,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, RobotFile, offers, text
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
@@ -370,9 +363,7 @@ class Dialog:
     )
 
     answers2 = Answers(
-        {
-            "ALDialog.compileAll": lambda self: None,
-        },
+        {"ALDialog.compileAll": lambda self: None},
         partly="without effect: topics are ready when they are loaded",
     )
 

@@ -12,13 +12,7 @@ from typing import Annotated, Any, Final
 from bridge.adapters.naoqi.core.cameras import Eyes
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    new_file,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, new_file, offers
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -180,12 +174,7 @@ class PhotoCapture:
         }
     )
 
-    answers2 = Answers(
-        {
-            "ALPhotoCapture.halfPress": lambda self: self._set_half(not self._half),
-        },
-        partly=KEPT,
-    )
+    answers2 = Answers({"ALPhotoCapture.halfPress": lambda self: self._set_half(not self._half)}, partly=KEPT)
 
 
 class VideoRecorder:

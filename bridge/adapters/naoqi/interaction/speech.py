@@ -17,16 +17,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    NewFile,
-    OneOf,
-    Range,
-    Setting,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, NewFile, OneOf, Range, Setting, offers, text
 from bridge.adapters.naoqi.interaction.voice import LANGUAGES, Voice
 from bridge.errors import NaoqiRefused
 
@@ -342,8 +333,6 @@ class Speech:
     )
 
     languages = Answers(
-        {
-            "ALTextToSpeech.getAvailableLanguages": lambda self: list(LANGUAGES),
-        },
+        {"ALTextToSpeech.getAvailableLanguages": lambda self: list(LANGUAGES)},
         partly="the languages that espeak-ng may have",
     )

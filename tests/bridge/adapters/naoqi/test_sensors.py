@@ -47,10 +47,7 @@ def test_an_h21_has_neither_wrists_nor_hands(memory_of: MemoryOf) -> None:
     memory = memory_of("nao-v3")
     assert memory.get_list(
         [f"{PREFIX}LHand/Position/Sensor/Value", f"{PREFIX}RWristYaw/Position/Sensor/Value"]
-    ) == [
-        None,
-        None,
-    ]
+    ) == [None, None]
 
 
 def test_forces_are_kilograms_and_sum_to_the_total_weight(memory_of: MemoryOf) -> None:
