@@ -20,13 +20,11 @@ from bridge.types import Quaternion
 from emulator.engine.catalogue import AUTO, open_engine
 from emulator.engine.values import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
-from emulator.hands import Hands
-from emulator.sampling import FrameSampler
+from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
 from emulator.start import StartPose, lay, place, start_pose, start_posture
-from emulator.truth import truth_frame, upright
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
 from emulator.world.timeline import build_world, timeline

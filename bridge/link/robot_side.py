@@ -21,8 +21,7 @@ from bridge.errors import FrameError, LeaseRefused
 from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
-from bridge.link.query import serve_query
-from bridge.link.rate import RateLimit
+from bridge.link.query import RateLimit, serve_query
 from bridge.link.session import open_robot, subscribe
 from bridge.messages import (
     ActuatorFrame,

@@ -11,8 +11,7 @@ from bridge.messages.world import PlateUnderFoot, Push, SetFriction, SwingPendul
 from bridge.messages.world_state import Terrain
 from emulator.engine.base import Engine
 from emulator.poses import Pose
-from emulator.scenarios.model import Scenario
-from emulator.scenarios.terrain import terrain_of
+from emulator.scenarios.model import Scenario, terrain_of
 from emulator.world.events import WorldEvent
 from emulator.world.world import SURFACES, World
 

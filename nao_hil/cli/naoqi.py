@@ -93,9 +93,8 @@ def serve(
             link,
             url,
             gait,
-            lambda _: _full(gait),
+            _full(gait),
             lambda: ServingWalker(name, connect, gait),
-            [sys.executable, "-m", "emulator.camera"],
             stop.is_set,
             CONTROLLER_PRIORITY if realtime_priority else None,
         )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bridge.body import BODIES, TORSO, Body, joint_tree, load_body
-from bridge.body.check import is_possible_inertia
+from bridge.body.load import is_possible_inertia
 
 V3X = ("nao-v3", "nao-v3.2", "nao-v3.3")
 DUMMY_LINKS = 1e-4

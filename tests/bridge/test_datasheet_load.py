@@ -12,7 +12,7 @@ import bridge.body
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.body import Body, load, load_body
 from bridge.body.cameras import cameras
-from bridge.body.check import check_body, is_possible_inertia, principal_moments
+from bridge.body.load import check_body, is_possible_inertia, principal_moments
 from bridge.errors import ConfigurationError
 from bridge.motion import get_up_motions
 

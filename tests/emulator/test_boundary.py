@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from bridge.errors import FrameError, LinkError
-from emulator.boundary import BoundaryQueue
+from emulator.timing import BoundaryQueue
 
 
 def in_thread(queue: BoundaryQueue, work: object) -> tuple[threading.Thread, list[object]]:

@@ -18,8 +18,8 @@ from bridge.dcm import Dcm
 from bridge.errors import DcmRefused, FrameError, LeaseRefused, NaoHilError
 from bridge.messages import SensorFrame, decode
 from bridge.messages import dcm as wire
-from emulator.boundary import BoundaryQueue
-from emulator.process import DcmQueries
+from emulator.queries import DcmQueries
+from emulator.timing import BoundaryQueue
 from tests.frames import standing_frame
 
 LED = "ChestBoard/Led/Red/Actuator/Value"

@@ -12,9 +12,8 @@ from bridge.body.quantities import COUPLED_TO, coupled_limits
 from bridge.messages import ActuatorFrame
 from emulator.drives import BRUSH_REACH
 from emulator.robot import EmulatedRobot
-from emulator.servo.heat import MotorHeat, stiffness_factor
 from emulator.servo.parameters import Backlash, Heating, ServoParameters
-from emulator.servo.servo import RequestLimits, Servo
+from emulator.servo.servo import MotorHeat, RequestLimits, Servo, stiffness_factor
 from emulator.wear import WearProfile, load_wear
 from tests.servos import torques
 

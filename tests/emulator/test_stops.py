@@ -8,8 +8,8 @@ import pytest
 from bridge.body import joint_tree, load_body
 from bridge.body.quantities import joint_no_load_speed
 from bridge.messages import ActuatorFrame
+from emulator.engine.contacts import Stops, own_inertia
 from emulator.engine.pybullet.client import bullet
-from emulator.engine.stops import Stops, own_inertia
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
 

@@ -13,15 +13,14 @@ from bridge.adapters.naoqi.core.breathing import Breathing
 from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
 from bridge.adapters.naoqi.core.cartesian import Cartesian
 from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.inert_settings import InertSettings
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import DcmService, Joints, moved_joints
+from bridge.adapters.naoqi.core.joints import DcmService, Joints, UpperBodyShare, moved_joints
 from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
 from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, AsyncCalls, MotionTasks
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.core.robot_facts import RobotConfig, RobotFacts
+from bridge.adapters.naoqi.core.robot_facts import InertSettings, RobotConfig, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
     BUTTON_KEYS,
     QUIET,
@@ -33,7 +32,6 @@ from bridge.adapters.naoqi.core.sensing import (
     Touch,
     VisionExtractor,
 )
-from bridge.adapters.naoqi.core.upper_body import UpperBodyShare
 from bridge.adapters.naoqi.core.video import VideoDevice
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody

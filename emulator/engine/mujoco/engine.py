@@ -14,6 +14,7 @@ from bridge.types import Array, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.drives import DRIVE, run_drives, take_over
 from emulator.engine.base import Engine
+from emulator.engine.contacts import Stops, brake_joints
 from emulator.engine.mujoco.contacts import MujocoContacts, add_contacts
 from emulator.engine.mujoco.native import LAYOUT, Layout, mj_ray, mj_step
 from emulator.engine.mujoco.picture import Painter
@@ -21,7 +22,6 @@ from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.shapes import GROUND_GROUP, OBJECT_GROUP, ROBOT_GROUP
 from emulator.engine.mujoco.simulation import Simulation, describe_robot
-from emulator.engine.stops import Stops, brake_joints
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
 Places = NDArray[np.int64]

@@ -64,8 +64,7 @@ class WholeBody:
     @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED)
     def enable_effector(self, effector: Follower, enabled: bool) -> None:
         """Have an effector follow its target, or not."""
-        name = effector
-        self._followed = self._followed | {name} if enabled else self._followed - {name}
+        self._followed = self._followed | {effector} if enabled else self._followed - {effector}
 
     @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED)
     def set_effector(
@@ -77,10 +76,9 @@ class WholeBody:
             effector: `Head`, `LArm` or `RArm`.
             target: of the head wx, wy, wz, rad; of an arm x, y, z, m.
         """
-        name, three = effector, target
-        place = [0.0, 0.0, 0.0, *three] if name == "Head" else [*three, 0.0, 0.0, 0.0]
-        if name in self._followed:
-            self._cartesian.go(name, _ROBOT, place, _SPEED, _MASKS[name], transforms=False)
+        place = [0.0, 0.0, 0.0, *target] if effector == "Head" else [*target, 0.0, 0.0, 0.0]
+        if effector in self._followed:
+            self._cartesian.go(effector, _ROBOT, place, _SPEED, _MASKS[effector], transforms=False)
 
     def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
         """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""

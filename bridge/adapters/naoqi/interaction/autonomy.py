@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from bridge.adapters.naoqi.core.cartesian import look_angles
-from bridge.adapters.naoqi.core.frames import RobotFrames, inverse
+from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, offers
@@ -18,6 +18,7 @@ from bridge.adapters.naoqi.interaction.detection import Stage
 from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
+from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
 

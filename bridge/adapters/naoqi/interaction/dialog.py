@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.declared import KEPT, Answers, Range, RobotFile, offers, text
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
-from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
 from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, number, offers
-from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
 NOTHING: Final[list[Any]] = ["", -3.0]
