@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from types import TracebackType
 from typing import Final
 
 import numpy as np
@@ -16,7 +15,7 @@ from bridge.dcm import Dcm
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
-from bridge.types import Quaternion
+from bridge.types import Closing, Quaternion
 from emulator.engine.catalogue import AUTO, open_engine
 from emulator.engine.values import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
@@ -24,15 +23,14 @@ from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
-from emulator.start import StartPose, lay, place, start_pose, start_posture
+from emulator.start import StartPose, build_world, lay, place, start_pose, start_posture, timeline
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
-from emulator.world.timeline import build_world, timeline
 
 IDEAL: Final = WearProfile(name="ideal")
 
 
-class EmulatedRobot:
+class EmulatedRobot(Closing):
     """A NAO in a physics engine, behind its emulated DCM.
 
     It starts in its posture with full stiffness and holds it until a command comes.
@@ -354,11 +352,3 @@ class EmulatedRobot:
     def close(self) -> None:
         """Free the physics engine; may be called twice."""
         self.engine.close()
-
-    def __enter__(self) -> EmulatedRobot:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

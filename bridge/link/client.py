@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
-from typing import Any, ClassVar, Final, Literal, TypeVar
+from typing import Any, ClassVar, Final, Literal
 
 from bridge.errors import FrameError, LinkError, NaoHilError, RobotSilent, WalkRefused
 from bridge.link import keys
@@ -16,12 +15,10 @@ from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
 from bridge.messages.walk import WALK_COMMAND, TorsoName, WalkCommand, WalkStatus
 from bridge.messages.world import WORLD_COMMAND, WorldCommand
 from bridge.messages.world_state import WorldReply
-from bridge.types import Vec3
-
-C = TypeVar("C", bound="Client")
+from bridge.types import Closing, Vec3
 
 
-class Client:
+class Client(Closing):
     """Asks one robot; close it, or use it as a context manager.
 
     Args:
@@ -60,14 +57,6 @@ class Client:
     def close(self) -> None:
         """Leave the network."""
         self._session.close()
-
-    def __enter__(self: C) -> C:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 _TIMEOUT: Final = 2.0

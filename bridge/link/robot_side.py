@@ -11,7 +11,6 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Final
 
 import msgspec
@@ -36,6 +35,7 @@ from bridge.messages import (
     encode,
 )
 from bridge.messages.guard import GuardStatus
+from bridge.types import Closing
 
 _QUEUE: Final = 64
 RATE: Final = 5000.0
@@ -46,7 +46,7 @@ NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published once per interval."""
 
 
-class RobotLink:
+class RobotLink(Closing):
     """Open link of a robot side; close it, or use it as a context manager.
 
     Args:
@@ -254,11 +254,3 @@ class RobotLink:
     def close(self) -> None:
         """Leave the network; harmless when done already."""
         self._session.close()
-
-    def __enter__(self) -> RobotLink:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

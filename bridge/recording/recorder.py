@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import msgspec
@@ -20,6 +19,7 @@ from bridge.recording.canonical import Recordable
 from bridge.recording.foxglove import SHOWN, RobotScene
 from bridge.recording.mcap_file import McapFile
 from bridge.recording.observer import Observer
+from bridge.types import Closing
 
 
 def later_file(first: Path, number: int) -> Path:
@@ -32,7 +32,7 @@ def later_file(first: Path, number: int) -> Path:
     return first.with_name(f"{first.stem}-{number}{first.suffix}") if number > 1 else first
 
 
-class Recorder(Observer):
+class Recorder(Observer, Closing):
     """Writes a recording; also a `bridge.recording.observer.Observer`.
 
     Frames without a time of their own get the time of the last sensor frame written before them. One file is
@@ -106,11 +106,3 @@ class Recorder(Observer):
             LinkError: the rest cannot be written; the file is closed and readable up to there.
         """
         self._file.close()
-
-    def __enter__(self) -> Recorder:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()

@@ -15,7 +15,7 @@ from bridge.messages.world import PlaceBox, Push, SetFriction, StartFault, TiltF
 from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import SCENARIOS, Scenario, load_scenario
-from emulator.world.timeline import timeline
+from emulator.start import timeline
 
 BODY = load_body("nao-v3")
 

@@ -28,8 +28,8 @@ from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
 from emulator.scenarios.model import Scenario, terrain_of
+from emulator.start import lay_terrain
 from emulator.world.actions import PendulumStrike
-from emulator.world.timeline import lay_terrain
 from emulator.world.world import World
 
 BODY = load_body("nao-v3")

@@ -14,7 +14,6 @@ from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.qi_library import require_free
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
-from bridge.adapters.notice_log import NoticeHandler, log_notice
 from bridge.body import Body, load_body
 from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
@@ -22,6 +21,7 @@ from bridge.link.client import WalkClient
 from bridge.messages import Info, SensorFrame
 from bridge.messages.frames import N_LEDS
 from bridge.realtime import quiet_process
+from bridge.recording.observer import NoticeHandler, log_notice
 from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
