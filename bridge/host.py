@@ -252,7 +252,7 @@ class RobotHost:
         if given is not None:
             for observer in self._observers:
                 observer.command(given)
-        self._tell()
+        self._publish_notices()
         if self.guard.take_revocation():
             self.link.leases.revoke()
         if self._dry_run:
@@ -264,9 +264,9 @@ class RobotHost:
         """A robot that waits for answers (lockstep) waits in vain: it may have been released since `seq`."""
         if self.link.holder is None and not self.link.leases.abandoned:
             self.guard.released(seq)
-            self._tell()
+            self._publish_notices()
 
-    def _tell(self) -> None:
+    def _publish_notices(self) -> None:
         """Pass on the guard's status and notices."""
         self.report()
         for notice in self.guard.take_notices():

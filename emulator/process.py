@@ -88,13 +88,13 @@ class RobotProcess:
             before = timer.skipped
             timer.wait()
             if runs and timer.skipped - before >= LONG_PAUSE / self._cycle_time:
-                self._say_pause((timer.skipped - before) * self._cycle_time)
+                self._notify_pause((timer.skipped - before) * self._cycle_time)
             self._commands.run()
             if runs and not self._robot.run_stalled():
                 self._cycle(self._link.commands(), supervised=self._host.supervised)
         self._world.close()
 
-    def _say_pause(self, seconds: float) -> None:
+    def _notify_pause(self, seconds: float) -> None:
         text = (
             f"The robot's process stood still for {seconds:.1f} s of wall clock (suspended, or starved by "
             "other work); the robot goes on where it was."
@@ -125,12 +125,12 @@ class RobotProcess:
     def _run_events(self) -> None:
         """Carry out the events of robot and world between two cycles."""
         self._events.run()
-        if self._world.began_anew:
-            self._world.began_anew = False
+        if self._world.restarted:
+            self._world.restarted = False
             self._host.guard.reset()
             self._publish()
         self._host.report()
-        self._tell()
+        self._publish_notices()
 
     def _serve(self, command: ActuatorFrame | None) -> None:
         """One cycle, if this answers the present frame; the frame is sent again if nothing came at all."""
@@ -161,9 +161,9 @@ class RobotProcess:
 
     def _publish(self) -> None:
         self._host.publish(self._robot.frame, self._robot.truth)
-        self._tell()
+        self._publish_notices()
 
-    def _tell(self) -> None:
+    def _publish_notices(self) -> None:
         """Pass on the robot's notices about its world."""
         for notice in self._robot.take_notices():
             self._link.publish_notice(notice)

@@ -132,7 +132,7 @@ class WorldQueries:
         self._paused = False
         self._steps = 0
         self._stepping: Future[WorldReply] | None = None
-        self.began_anew = False
+        self.restarted = False
         """The robot was reset; whoever publishes its frames takes note and sets it back."""
 
     @property
@@ -183,7 +183,7 @@ class WorldQueries:
         elif isinstance(command, Reset):
             self._end_steps("The world began anew.")
             self._robot.reset()
-            self.began_anew, text = True, "The world began anew."
+            self.restarted, text = True, "The world began anew."
         elif isinstance(command, StandUp):
             if self._guard.moves and not self._robot.truth().fell:
                 raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")

@@ -23,7 +23,7 @@ from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
-from emulator.start import StartPose, build_world, lay, place, start_pose, start_posture, timeline
+from emulator.start import StartPose, build_world, place, place_lying, start_pose, start_posture, timeline
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
 
@@ -102,7 +102,7 @@ class EmulatedRobot(Closing):
         if self._start is None:
             self._place(at)
         else:
-            lay(self.world, body, self._start, at)
+            place_lying(self.world, body, self._start, at)
         self._require_room()
         placed_upright = upright(engine.robot.torso())
         self._hands = Hands(body, self.posture)
@@ -120,10 +120,10 @@ class EmulatedRobot(Closing):
         self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
-        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._say)
+        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._notify)
         """Carries out the events in the world."""
         rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
-        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._say)
+        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._notify)
         """Faults in force and to come."""
         self._command = -1
         self._missed = 0
@@ -203,7 +203,7 @@ class EmulatedRobot(Closing):
             require_finite("stiffness", command.stiffness)
         while self.run_stalled():
             pass
-        command = self.faults.carry(command)
+        command = self.faults.apply_command_faults(command)
         if command is not None:
             self.dcm.put_frame(command.position, command.stiffness)
             self._command = command.reply_to
@@ -224,7 +224,7 @@ class EmulatedRobot(Closing):
         """The last part of `advance`: measure, and return the frame of the new boundary."""
         if not self._ahead:
             self._measure()
-        self._go_on()
+        self._next_cycle()
         self.frame = self._sample()
         return self.frame
 
@@ -255,10 +255,10 @@ class EmulatedRobot(Closing):
         self.dcm.skip_cycle()
         self.run_physics()
         self._measure()
-        self._go_on()
+        self._next_cycle()
         return True
 
-    def _go_on(self) -> None:
+    def _next_cycle(self) -> None:
         """To the next boundary."""
         self._hands.run_cycle(self.body.cycle)
         self._ahead = False
@@ -279,7 +279,7 @@ class EmulatedRobot(Closing):
         """Angle of the torso's z axis to the vertical, rad."""
         return math.acos(max(-1.0, min(1.0, self._torso.rotation[8])))
 
-    def _say(self, code: str, text: str) -> None:
+    def _notify(self, code: str, text: str) -> None:
         self._notices.append(Notice(seq=self._seq, level="info", code=code, text=text))
 
     def take_notices(self) -> list[Notice]:
@@ -296,7 +296,7 @@ class EmulatedRobot(Closing):
             command=self._command,
             missed=self._missed,
         )
-        return self.faults.spoil(frame)
+        return self.faults.corrupt_frame(frame)
 
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
@@ -338,7 +338,7 @@ class EmulatedRobot(Closing):
         if found is None:
             return self.stand_up()
         x, y, _ = self.world.to_floor(self._torso.position)
-        lay(self.world, self.body, found, (x, y, self._torso.heading))
+        place_lying(self.world, self.body, found, (x, y, self._torso.heading))
         self._release(found)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)

@@ -257,7 +257,9 @@ def place(
     robot.set_torso(compose(world.pose, compose(where, turned)))
 
 
-def lay(world: World, body: Body, pose: StartPose, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+def place_lying(
+    world: World, body: Body, pose: StartPose, at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> None:
     """Put the robot at rest with its lowest point on or over the ground, or on a hook; then let it settle.
 
     Args:

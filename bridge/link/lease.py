@@ -99,7 +99,7 @@ class LeaseBook:
                 False, "Nobody holds the robot." if self._holder is None else "The robot is held."
             )
 
-    def gone(self, ticket: int) -> bool:
+    def on_token_lost(self, ticket: int) -> bool:
         """The liveliness token with this ticket disappeared; True if that ended the lease."""
         with self._lock:
             ended = self._holder is not None and self._holder.ticket == ticket
@@ -114,7 +114,7 @@ class LeaseBook:
             if self._holder is not None:
                 self.abandoned, self._holder = True, None
 
-    def heard(self, lease: int, now: float) -> bool:
+    def keepalive(self, lease: int, now: float) -> bool:
         """A frame came; True if it is the holder's.
 
         Args:

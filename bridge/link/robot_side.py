@@ -133,12 +133,12 @@ class RobotLink(Closing):
 
     def commands(self) -> list[ActuatorFrame]:
         """The holder's actuator frames since the last call, in order; never waits."""
-        self._tell()
+        self._publish_complaints()
         return self._actuators.drain()
 
     def wait_command(self, timeout: float) -> ActuatorFrame | None:
         """The holder's next actuator frame; None after `timeout` s, at a granted lease, or at `wake`."""
-        self._tell()
+        self._publish_complaints()
         return self._actuators.take(timeout)
 
     def wake(self) -> None:
@@ -182,7 +182,7 @@ class RobotLink(Closing):
         Raises:
             LeaseRefused: names the holder.
         """
-        if self.leases.heard(lease, time.monotonic()):
+        if self.leases.keepalive(lease, time.monotonic()):
             return
         holder = self.leases.holder
         who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
@@ -194,7 +194,7 @@ class RobotLink(Closing):
             self._refused += 1
             self._complaints[code] = text
 
-    def _tell(self) -> None:
+    def _publish_complaints(self) -> None:
         """Publish the complaints of the receiving thread."""
         with self._lock:
             complaints, self._complaints = self._complaints, {}
@@ -245,7 +245,7 @@ class RobotLink(Closing):
             return
         name, _, ticket = str(sample.key_expr).rpartition("/")[2].rpartition(".")
         try:
-            ended = self.leases.gone(int(ticket, 16))
+            ended = self.leases.on_token_lost(int(ticket, 16))
         except ValueError:
             return  # a token of another program
         if ended and not self._session.is_closed():  # a session that closes loses every token

@@ -142,20 +142,6 @@ def test_force_sensors_tell_weight_and_centre_of_pressure_of_a_robot_that_leans(
     assert loads["back"][front].sum() < 0.9 * loads["upright"][front].sum()
 
 
-def test_friction_and_normal_force_hold_the_robot_on_a_slope() -> None:
-    """Gravity turned by about 4 degrees: the contact forces are its opposite."""
-    body = load_body("nao-v3")
-    with EmulatedRobot(body, seed=0, settle=0.0) as robot:
-        pull = G * np.array([np.sin(0.06), np.sin(-0.04), -1.0])
-        bullet.setGravity(*pull.tolist(), physicsClientId=robot.engine.robot.model.client)
-        for _ in range(200):
-            robot.advance(None)
-        truth = robot.truth()
-        force = np.array(truth.left.force) + np.array(truth.right.force)
-        np.testing.assert_allclose(force, -weight(body) / G * pull, atol=0.01 * weight(body))
-        np.testing.assert_allclose(robot.truth().torso_velocity, (0.0, 0.0, 0.0), atol=2e-3)
-
-
 def test_a_drop_gains_no_energy() -> None:
     body = load_body("nao-v3")
     with EmulatedRobot(body, seed=0, settle=0.0, lift=0.03) as robot:

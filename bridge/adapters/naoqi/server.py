@@ -181,7 +181,7 @@ class NaoqiServer:
             self._lock,
             WalkingMethods(handover, self._full),
             self._require_lease,
-            self._answer_anew,
+            self._answer_again,
             self._publish,
             eyes,
         )
@@ -202,7 +202,7 @@ class NaoqiServer:
                 walks = services.handover.active
                 self._link.publish_upper_body(services.upper_body.order(walks=walks))
 
-    def _answer_anew(self) -> None:
+    def _answer_again(self) -> None:
         """A call came after the newest frame was answered: the robot takes the newest answer."""
         if self._services is not None:
             self._send(self._services)

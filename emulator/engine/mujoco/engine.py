@@ -185,7 +185,7 @@ class MujocoEngine(Engine):
     def add_robot(self, body: Body, rotor_inertia: Array, *, held: bool = False) -> None:
         """See `Engine`."""
         description = describe_robot(self.simulation, body, rotor_inertia, held=held)
-        self.scene.meet(body)
+        self.scene.set_robot(body)
         self.robot = MujocoRobot(description, self.simulation, self.scene)
         self._stops = Stops(body, self.robot.joints, rotor_inertia, self.settings.step)
         self._contacts = MujocoContacts(self.simulation, self.robot, self.scene)

@@ -85,7 +85,7 @@ class MujocoScene(Scene):
                 geom.friction = (fraction * friction, 0.0, 0.0)
         self._simulation.changed()
 
-    def meet(self, body: Body) -> None:
+    def set_robot(self, body: Body) -> None:
         """Let a robot's soles and shell meet the surface."""
         self._body, self._shell = body, body.shapes.shell_friction
         self._set_frictions()

@@ -156,7 +156,7 @@ class Following:
     def _find(self, target: FollowedTarget) -> Array | None:
         """The target in the Torso frame, (4,), m; None: no camera sees it."""
         if target.kind is None:
-            return self._tell(target.name)
+            return self._place_of_event(target.name)
         for i, name in enumerate(self._cameras):
             for sighting in self._stage.seen(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
@@ -165,7 +165,7 @@ class Following:
                     return point
         return None
 
-    def _tell(self, event: str) -> Array | None:
+    def _place_of_event(self, event: str) -> Array | None:
         """Newest value of an event since the last look, as `_find` gives it; None: nothing, or no place."""
         told, before = self._events.history(event), self._told
         self._told = told

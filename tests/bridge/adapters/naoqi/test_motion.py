@@ -241,14 +241,9 @@ def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(ro
         ),
         ("setAngles", ["HeadYaw"], "missing a required argument: 'angles'"),
         ("setAngles", ["HeadYaw", float("nan"), 0.1], "a finite number is expected"),
-        ("setAngles", ["HeadYaw", 1.0, 0.0], "a fraction above 0"),
-        ("setAngles", ["HeadYaw", 1.0, 1.5], "a number from 0 to 1"),
-        ("setAngles", [["HeadYaw", "HeadPitch"], [1.0], 0.1], "1 entries for 2 joints"),
         ("angleInterpolation", ["HeadYaw", [1.0, 2.0], [1.0], True], "2 values and 1 times"),
         ("angleInterpolation", ["HeadYaw", [1.0, 2.0], [1.0, 0.5], True], "increasing ones above 0"),
-        ("setStiffnesses", ["Body", 2.0], "a number from -1 to 1"),
         ("getAngles", [3, True], "a name or a list of names"),
-        ("openHand", ["Head"], "no hand of nao-v5"),
     ],
 )
 def test_wrong_arguments_are_refused_in_a_sentence(
