@@ -174,7 +174,7 @@ def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool
 
 
 class Answers:
-    """Methods without arguments, as a table in the body of a class: NAOqi name -> function of the object.
+    """Short methods as a table in the body of a class: NAOqi name -> function of the object and its arguments.
 
     Args:
         table: `{"ALTouch.getStatus": lambda self: ...}`.
@@ -183,7 +183,7 @@ class Answers:
     """
 
     def __init__(
-        self, table: Mapping[str, Callable[[Any], Any]], partly: str = "", kind: Kind = "read"
+        self, table: Mapping[str, Callable[..., Any]], partly: str = "", kind: Kind = "read"
     ) -> None:
         self.table, self.partly, self.kind = table, partly, kind
 

@@ -368,6 +368,8 @@ class _Module:
             ".getBrokerName": lambda self: "naoqi",
             ".getMethodList": lambda self: sorted(self._methods),
             ".getModuleHelp": lambda self: [f"{self.service}, served by nao-hil", []],
+            ".isRunning": lambda self, key: self._services._async_calls.running(key),
+            ".stop": lambda self, key: self._services._async_calls.stop(key),
         }
     )
     exit = Answers({".exit": lambda self: None}, partly="the module stays")
@@ -385,17 +387,9 @@ class _Module:
         names = map(as_vendor, self._services.parameters(self.service, method).signature.parameters)
         return f"{self.service}.{method}({', '.join(names)})"
 
-    @offers(".isRunning")
-    def _is_running(self, key: Any) -> bool:
-        return self._services._async_calls.running(key)
-
     @offers(".wait")
     def _wait(self, key: Any, timeout: Annotated[float, Range(0, LONGEST_WAIT, "ms")] = 0) -> Future[Any]:
         return self._services._async_calls.wait(key, timeout)
-
-    @offers(".stop")
-    def _stop(self, key: Any) -> bool:
-        return self._services._async_calls.stop(key)
 
 
 def _log_error(done: Future[Any]) -> None:

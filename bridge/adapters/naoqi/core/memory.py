@@ -323,13 +323,10 @@ class Events:
         """`[[value, [s, us]], ...]` of the last values of an event, oldest first."""
         return list(self._history.get(name, ()))
 
-    @offers("ALMemory.declareEvent")
-    def _declare_event(self, name: Any, extractor: Any = "") -> Any:
-        return self.declare(name, extractor)
-
     answers = Answers(
         {
             "ALMemory.getEventList": lambda self: sorted(self._declared),
             "ALMemory.getMicroEventList": lambda self: sorted(self._micro),
+            "ALMemory.declareEvent": lambda self, name, extractor="": self.declare(name, extractor),
         }
     )

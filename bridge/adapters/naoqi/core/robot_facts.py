@@ -140,16 +140,13 @@ class RobotFacts:
             "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
             "ALConnectionManager.state": lambda self: "ready",
             "ALConnectionManager.technologies": lambda self: ["ethernet"],
+            "ALSystem.diskFree": lambda self, every: [["rootfs", "/", *_disk()]],
         }
     )
     network = Answers(
         {"ALConnectionManager.services": lambda self: [_WIRED]},
         partly="one wired service, which stands for the network of this machine",
     )
-
-    @offers("ALSystem.diskFree")
-    def _disk_free(self, every: Any) -> list[list[Any]]:
-        return [["rootfs", "/", *_disk()]]
 
     @offers("ALConnectionManager.scan", partly="nothing is looked for")
     def _scan(self, technology: str = "") -> None:

@@ -315,22 +315,6 @@ class VideoDevice:
     def _get_param(self, parameter: Any) -> Any:
         return self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
 
-    @offers("ALVideoDevice.releaseImage")
-    def _release_image(self, handle: Any) -> Any:
-        return self._of(handle, "releaseImage").rate > 0
-
-    @offers("ALVideoDevice.getResolution")
-    def _get_resolution(self, handle: Any) -> Any:
-        return self._of(handle, "getResolution").resolution
-
-    @offers("ALVideoDevice.getColorSpace")
-    def _get_color_space(self, handle: Any) -> Any:
-        return self._of(handle, "getColorSpace").space
-
-    @offers("ALVideoDevice.getFrameRate")
-    def _get_frame_rate(self, handle: Any) -> Any:
-        return self._of(handle, "getFrameRate").rate
-
     @offers("ALVideoDevice.setParameterToDefault", partly=KEPT)
     def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
         return self._set_parameter(camera, parameter)
@@ -348,6 +332,10 @@ class VideoDevice:
             "ALVideoDevice.getSubscribers": lambda self: list(self._subscriptions),
             "ALVideoDevice.getCameraIndexes": lambda self: [0, 1],
             "ALVideoDevice.hasDepthCamera": lambda self: False,
+            "ALVideoDevice.releaseImage": lambda self, handle: self._of(handle, "releaseImage").rate > 0,
+            "ALVideoDevice.getResolution": lambda self, handle: self._of(handle, "getResolution").resolution,
+            "ALVideoDevice.getColorSpace": lambda self, handle: self._of(handle, "getColorSpace").space,
+            "ALVideoDevice.getFrameRate": lambda self, handle: self._of(handle, "getFrameRate").rate,
         }
     )
 

@@ -357,15 +357,12 @@ class WalkingMethods:
     def _move_config(self, config: Annotated[str, OneOf("config", _KINDS)]) -> list[list[Any]]:
         return move_config(config)
 
-    @offers("ALMotion.getRobotPosition", kind="walk")
-    def _get_robot_position(self, *_: Any) -> Any:
-        return self.handover.position()
-
     answers = Answers(
         {
             "ALMotion.getRobotVelocity": lambda self: self.handover.velocity(),
             "ALMotion.moveIsActive": lambda self: self.handover.active_or_ordered,
             "ALMotion.walkIsActive": lambda self: self.handover.active_or_ordered,
+            "ALMotion.getRobotPosition": lambda self, *_: self.handover.position(),
         },
         kind="walk",
     )

@@ -382,10 +382,6 @@ class Tracker:
     def _search(self, on: bool) -> None:
         """Without effect."""
 
-    @offers("ALTracker.getTargetPosition")
-    def _get_target_position(self, space: Any = 0) -> Any:
-        return self._following.position(space)
-
     answers = Answers(
         {
             "ALTracker.getRegisteredTargets": lambda self: list(self._targets),
@@ -401,6 +397,7 @@ class Tracker:
             "ALTracker.isActive": lambda self: self._following.target is not None,
             "ALTracker.isTargetLost": lambda self: self._following.lost,
             "ALTracker.isNewTargetDetected": lambda self: not self._following.lost,
+            "ALTracker.getTargetPosition": lambda self, space=0: self._following.position(space),
         }
     )
 
