@@ -46,7 +46,7 @@ class DcmQueries:
     Args:
         robot: touched at cycle boundaries only.
         boundary: where work waits for them.
-        require_lease: raises `LeaseRefused` unless the number is the lease's; the second argument says what
+        require_lease: raises `LeaseRefused` unless the number is the lease's; the second argument names what
             is refused.
     """
 
@@ -124,7 +124,7 @@ class WorldQueries:
     Args:
         robot: Touched at cycle boundaries only.
         boundary: Where commands wait for them.
-        guard: Of the robot; it is told when somebody put the robot on its feet.
+        guard: Of the robot; it is told when the robot was put on its feet.
     """
 
     def __init__(self, robot: EmulatedRobot, boundary: BoundaryQueue, guard: Guard) -> None:
@@ -233,7 +233,7 @@ def carry_out(robot: EmulatedRobot, command: WorldCommand) -> str:
         command: Any but those of the clock.
 
     Returns:
-        What was done, in one sentence.
+        The act, in one sentence.
 
     Raises:
         FrameError: not possible in this world.

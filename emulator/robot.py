@@ -173,7 +173,7 @@ class EmulatedRobot(Closing):
                 engine.run(servo.drives, 1, servo.advance(1))
 
     def _measure(self) -> None:
-        """What drives, sensors and feet felt in the cycle that ends now."""
+        """Update drives, sensors and contacts by the cycle that ends now."""
         self.servo.end_cycle()
         self._torso = self.engine.robot.torso()
         self.sensors.update(self._torso, self.servo.drawn())
@@ -345,7 +345,7 @@ class EmulatedRobot(Closing):
         return self.world.clear_robot()
 
     def reset(self) -> None:
-        """Begin anew: same posture, same seed, `seq` 0."""
+        """Restart: same posture, same seed, `seq` 0."""
         self.engine.reset()
         self._build()
 

@@ -80,7 +80,7 @@ def build_world(engine: Engine, scenario: Scenario, random: np.random.Generator)
 
 
 def timeline(scenario: Scenario) -> list[tuple[float, WorldEvent]]:
-    """What happens when (s), as the commands that would do it live; events of one time in the order here."""
+    """Time (s) and event, as the commands that would do it live; events of one time in the order here."""
     events: list[tuple[float, WorldEvent]] = []
     for change in scenario.frictions:
         events.append((change.time, SetFriction(friction=change.friction)))

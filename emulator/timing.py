@@ -68,7 +68,7 @@ class CycleTimer:
         self._deadline = clock() + self._period
 
     def restart(self) -> None:
-        """Begin anew: the next deadline is one period from now; for the start and after a pause."""
+        """Restart: the next deadline is one period from now; for the start and after a pause."""
         self._woke = None
         self._deadline = self._clock() + self._period
 

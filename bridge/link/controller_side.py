@@ -172,7 +172,7 @@ class ControllerLink(Closing):
         """Ask for the lease, which the actuator frames then carry; sensor frames from before are dropped.
 
         Raises:
-            LeaseRefused: somebody else holds the robot; names who.
+            LeaseRefused: another controller holds the robot; names it.
             RobotSilent: the robot did not answer.
             LinkError: the robot did not understand; says why.
         """
@@ -271,7 +271,7 @@ class ControllerLink(Closing):
         """The newest such command since the last call, or None; never waits.
 
         Raises:
-            FrameError: somebody sent something else.
+            FrameError: another message came.
         """
         payloads = self._upper.drain()
         return decode(payloads[-1], UpperBody) if payloads else None

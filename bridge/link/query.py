@@ -77,7 +77,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
 def ask(
     session: zenoh.Session, key: str, payload: bytes, timeout: float, refused: type[NaoHilError]
 ) -> bytes | None:
-    """The first answer to a query; None when nobody answered.
+    """The first answer to a query; None when none came.
 
     Args:
         session: of the side that asks.

@@ -39,7 +39,7 @@ from bridge.types import Closing
 
 _QUEUE: Final = 64
 RATE: Final = 5000.0
-"""1/s; actuator frames taken in the long run, several times what lockstep reaches."""
+"""1/s; actuator frames taken in the long run, several times the rate of lockstep."""
 BURST: Final = 1000
 """Actuator frames taken at once, as they come after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0

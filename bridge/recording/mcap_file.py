@@ -124,7 +124,7 @@ class McapFile:
         self._file.flush()
 
     def show(self, kinds: Mapping[type[Shown], str]) -> None:
-        """Add channels for what Foxglove draws: kind of message -> topic."""
+        """Add channels for Foxglove's drawings: kind of message -> topic."""
         self._channels |= {
             kind: self._register(kind, topic, f"foxglove.{kind.__name__}") for kind, topic in kinds.items()
         }

@@ -21,14 +21,14 @@ class Observer:
         """The actuator frame that was put in force, after the guard."""
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """What the walker says of its walk."""
+        """The walker's report on its walk."""
 
     def notice(self, message: Notice) -> None:
-        """What the robot side says that happened in its world: pushes, plates, faults."""
+        """An event in the robot's world: a push, a plate, a fault."""
 
 
 class NoticeLog(Observer):
-    """Tells a bridge's terminal what the guard says: what it does and why, who armed it and who stopped it."""
+    """Logs the guard's notices: its acts with their reasons, who armed it and who stopped it."""
 
     def notice(self, message: Notice) -> None:
         """Its sentence, as a warning unless it is one of level `info`."""

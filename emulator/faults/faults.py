@@ -184,7 +184,7 @@ class FrameFaults:
         """Values that a stuck sensor repeats, by fault."""
 
     def forget(self, name: str) -> None:
-        """A fault has ended, or begins anew."""
+        """A fault has ended, or begins again."""
         self._held.pop(name, None)
 
     def corrupt_frame(self, frame: SensorFrame, faults: Iterable[FrameFault]) -> SensorFrame:

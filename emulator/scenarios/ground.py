@@ -25,7 +25,7 @@ class ScenarioTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
-"""How a robot can begin; what each is: `emulator.start.START_POSES`."""
+"""How a robot can begin; their meaning: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
 """Of a heightfield."""

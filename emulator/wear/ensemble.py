@@ -17,7 +17,7 @@ from emulator.sensors.parameters import SensorParameters
 from emulator.servo.parameters import ServoParameters
 
 GENERATION: Final = "generation"
-"""Table of a profile with what differs on some bodies, by the beginning of their names."""
+"""Table of a profile with the differences of some bodies, by the beginning of their names."""
 
 
 class WearProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

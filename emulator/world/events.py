@@ -152,7 +152,7 @@ class EventExecutor:
         """Carry out a command at a cycle boundary.
 
         Returns:
-            What was done, in one sentence, which is also said.
+            The act, in one sentence, which is also a notice.
 
         Raises:
             FrameError: the command means something that is not there, or cannot be.

@@ -55,7 +55,7 @@ class LolaDevice(Closing):
         silence: s without a packet after which the connection is given up.
 
     Raises:
-        OSError: nobody is there.
+        OSError: no listener there.
     """
 
     def __init__(self, address: Address, silence: float = SILENCE) -> None:

@@ -182,9 +182,7 @@ class Answers:
         kind: as of `offers`.
     """
 
-    def __init__(
-        self, table: Mapping[str, Callable[..., Any]], partly: str = "", kind: Kind = "read"
-    ) -> None:
+    def __init__(self, table: Mapping[str, Callable[..., Any]], partly: str = "", kind: Kind = "read") -> None:
         self.table, self.partly, self.kind = table, partly, kind
 
 

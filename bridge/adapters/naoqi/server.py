@@ -153,7 +153,7 @@ class NaoqiServer:
             with self._lock:
                 services.cycle(frame)
                 if not self._commanding:
-                    services.hold()  # the walker moves them: what was sent is where they are
+                    services.hold()  # the walker moves them: the last command is their place
             self._send(services)
         elif frame.seq < services.joints.frame.seq:
             logger.warning("the robot restarted")

@@ -138,7 +138,7 @@ class Services:
         self._table = self._build()
 
     def _hear(self, said: str) -> list[str]:
-        """Somebody says something; the words that were recognized."""
+        """Take an utterance of a person; the words that were recognized."""
         self._dialog.hear(said)
         return self._recognition.hear(said)
 

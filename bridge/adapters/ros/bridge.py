@@ -48,7 +48,7 @@ class RosBridge:
         connect: Zenoh endpoint of the robot.
         node: of the ROS graph.
         description: URDF of a body.
-        picture_rate: pictures a second of each camera that somebody listens to.
+        picture_rate: pictures a second of each camera with listeners.
         stop: set when it is to end.
     """
 
@@ -161,7 +161,7 @@ class RosBridge:
         self._told = now
 
     def _send_pictures(self, messages: RosMessages, info: Info) -> None:
-        """Pictures of the cameras to which somebody listens."""
+        """Send pictures of the cameras that have listeners."""
         if info.side != "emulator":
             return
         eyes = DrawnEyes(info.robot, self._endpoint, info.body)

@@ -245,7 +245,7 @@ class RosMessages:
         )
 
     def image(self, camera: int, width: int, pixels: bytes, stamp: int) -> tuple[Any, Any]:
-        """A picture and what is known of its camera.
+        """A picture and the facts of its camera.
 
         Args:
             camera: 0 top, 1 bottom.

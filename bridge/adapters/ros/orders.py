@@ -1,4 +1,4 @@
-"""What ROS nodes order: velocities of the walk, ways of head and arms, motions, and speech."""
+"""Orders of ROS nodes: velocities of the walk, ways of head and arms, motions, and speech."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class RosNode:
         def on_sample(sample: zenoh.Sample) -> None:
             try:
                 message = self.store.deserialize_cdr(sample.payload.to_bytes(), type_name)
-            except Exception:  # rosbags raises what its generated code raises
+            except Exception:  # rosbags passes on any error of its generated code
                 return
             receive(message)
 

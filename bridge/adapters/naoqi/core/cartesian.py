@@ -233,7 +233,7 @@ class Cartesian:
             else:
                 goals.append(Goal(name, H @ place, masked_axes(mask, H[:3, :3])))
         if len(legs := [name for name in names if name in _FEET]) == 1 and not torso:
-            # the hips share a motor: the other foot holds against what it would do to it
+            # the hips share a motor: the other foot holds against the motion that it would get
             other, space = _FEET[1 - _FEET.index(legs[0])], spaces[names.index(legs[0])]
             goals.append(
                 Goal(other, space.frame @ space.feet[other], _STANCE_WEIGHT * masked_axes(63, np.eye(3)))

@@ -96,7 +96,7 @@ STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "T
 NOBODY: Final = -1
 """In place of a person's number (confirmed: vendor's page)."""
 LOST: Final = 3000
-"""ms without a sight of somebody after which the robot has lost them (assumed)."""
+"""ms without a sight of a person after which the robot has lost them (assumed)."""
 _PERSON: Final = "PeoplePerception/Person/"
 _SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
 

@@ -67,7 +67,7 @@ class Dialog:
             events.declare(f"Dialog/{event}", "ALDialog")
 
     def hear(self, said: str) -> None:
-        """Somebody says something to the robot."""
+        """Take an utterance of a person."""
         if self._subscribers:
             self._input(said)
 

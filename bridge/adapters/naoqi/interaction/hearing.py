@@ -50,7 +50,7 @@ class SpeechRecognition:
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
 
     def hear(self, said: str) -> list[str]:
-        """Somebody says something; the words of the vocabulary that were recognized, best first.
+        """Take an utterance of a person; the words of the vocabulary that were recognized, best first.
 
         Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
         """

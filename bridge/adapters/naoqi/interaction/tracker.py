@@ -72,7 +72,7 @@ class Following:
         motion: turns its head.
         events: told that a target is lost or reached.
         neck: height of the head's joints in the Torso frame, m.
-        walk: walks at a velocity; None: nobody can.
+        walk: walks at a velocity; None: there is no walker.
     """
 
     def __init__(
