@@ -1,6 +1,6 @@
-"""Configuration files: TOML in, a checked msgspec struct out, or one sentence that says what is wrong where.
+"""Configuration files: TOML in, a checked msgspec struct out, or one sentence that names a fault's place.
 
-Used for every file a person may write: bodies, gaits, wear profiles, scenarios. A key nobody knows is an
+Used for every file a person may write: bodies, gaits, wear profiles, scenarios. An unknown key is an
 error with a suggestion, whether or not the struct forbids unknown fields: a silently ignored misspelling
 would be a wrong number in an experiment.
 """
@@ -36,7 +36,7 @@ def read_limited(path: str | Path, limit: int, right: str) -> bytes:
     Args:
         path: the file.
         limit: bytes.
-        right: what to give instead, for the error, for example `give a readable TOML file`.
+        right: the remedy, for the error, for example `give a readable TOML file`.
 
     Raises:
         ConfigurationError: unreadable, not a regular file, or too long.

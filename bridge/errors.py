@@ -44,4 +44,4 @@ class WalkRefused(NaoHilError):
 
 
 class NaoqiRefused(NaoHilError):
-    """A NAOqi call that cannot be carried out; names what is wrong and what would be right."""
+    """A NAOqi call that cannot be carried out; names the fault and the remedy."""

@@ -1,4 +1,4 @@
-"""What is known of the ground before a walk: plain data that a planner is given.
+"""Knowledge of the ground before a walk: plain data for a planner.
 
 Nothing here says where the knowledge is from: a scenario's file, a measurement, a map.
 """

@@ -18,7 +18,7 @@ _N_EDGES: Final = round(math.log10(MAX_DURATION / MIN_DURATION) * BINS_PER_DECAD
 
 
 class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
-    """What a histogram says in four numbers, s; all 0 when nothing was counted."""
+    """A histogram in four numbers, s; all 0 when nothing was counted."""
 
     count: int
     p50: float

@@ -7,7 +7,7 @@ A robot that sets the pace (LoLA, NAOqi, an emulator in real time) calls `exchan
         while not stop.is_set():
             frame = device.read()             # SensorFrame with seq = 0, 1, 2, ..., blocks until the next cycle
             command = host.exchange(frame)    # publishes, takes the newest command, guards
-            if command is not None:           # None: what is in force stays
+            if command is not None:           # None: the command in force stays
                 device.write(command.position, command.stiffness)
 
 Everything else, as the lease, the watchdog, arming, the emergency stop and the notices, happens inside. A robot
@@ -50,12 +50,12 @@ logger = logging.getLogger(__name__)
 
 
 def robot_info(body: Body, *, robot: str, side: str, mode: str, software: str) -> Info:
-    """What a robot of a body answers to `info`; each call is a boot of its own.
+    """The answer of a robot of a body to `info`; each call is a boot of its own.
 
     Args:
         body: data sheet.
         robot: id on the link.
-        side: what is behind it: `emulator`, `lola` or `naoqi`.
+        side: the device behind it: `emulator`, `lola` or `naoqi`.
         mode: `real-time` or `lockstep`.
         software: of the robot's side.
     """
@@ -129,12 +129,12 @@ class RobotHost:
         """One cycle of a robot that sets the pace: publish its frame, return its command.
 
         Args:
-            frame: what the robot measured; its `command` and `missed` are filled in here.
+            frame: the robot's measurements; its `command` and `missed` are filled in here.
             wait: s to wait for the answer to this very frame. 0: the newest command so far is taken, which
                 answers the frame before.
 
         Returns:
-            What is put in force; None: what is in force stays.
+            The command put in force; None: the one in force stays.
         """
         if wait > 0.0:
             self._publish_counted(frame)
@@ -187,7 +187,7 @@ class RobotHost:
 
     @property
     def supervised(self) -> bool:
-        """Somebody holds the robot, or died holding it: the watchdog counts."""
+        """A controller holds the robot, or died holding it: the watchdog counts."""
         return self.link.holder is not None or self.link.leases.abandoned
 
     @property
@@ -200,7 +200,7 @@ class RobotHost:
         """Publish a frame, and after it the truth of the same instant where there is one.
 
         Args:
-            frame: what the robot measured.
+            frame: the robot's measurements.
             truth_of: computes the truth; called once the frame is out, because its controller waits for that.
         """
         self._asked = self.link.holder
@@ -234,7 +234,7 @@ class RobotHost:
     def decide(
         self, frame: SensorFrame, command: ActuatorFrame | None, *, supervised: bool
     ) -> ActuatorFrame | None:
-        """The command of the cycle that begins at `frame`; None: what is in force stays.
+        """The command of the cycle that begins at `frame`; None: the one in force stays.
 
         Args:
             frame: of the present boundary.
@@ -252,7 +252,7 @@ class RobotHost:
         if given is not None:
             for observer in self._observers:
                 observer.command(given)
-        self._tell()
+        self._publish_notices()
         if self.guard.take_revocation():
             self.link.leases.revoke()
         if self._dry_run:
@@ -264,9 +264,9 @@ class RobotHost:
         """A robot that waits for answers (lockstep) waits in vain: it may have been released since `seq`."""
         if self.link.holder is None and not self.link.leases.abandoned:
             self.guard.released(seq)
-            self._tell()
+            self._publish_notices()
 
-    def _tell(self) -> None:
+    def _publish_notices(self) -> None:
         """Pass on the guard's status and notices."""
         self.report()
         for notice in self.guard.take_notices():

@@ -31,7 +31,7 @@ class StanceSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 STANCE: Final = StanceSettings()
-"""Where nobody says otherwise."""
+"""The default."""
 
 
 def legs_stiff(stiffness: Sequence[float]) -> bool:

@@ -6,7 +6,7 @@ msgspec checks the bounds wherever a struct has a field of such a type: on the w
 from __future__ import annotations
 
 import sys
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, TypeVar
 
 import msgspec
 import numpy as np
@@ -41,3 +41,19 @@ SIDES: Final[tuple[Side, Side]] = ("L", "R")
 
 Array = NDArray[np.float64]
 """Floats of any shape; the docstring of the function says which."""
+
+C = TypeVar("C", bound="Closing")
+
+
+class Closing:
+    """Base of a context manager that closes itself at its end."""
+
+    def close(self) -> None:
+        """Close it."""
+        raise NotImplementedError
+
+    def __enter__(self: C) -> C:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

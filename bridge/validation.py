@@ -1,4 +1,4 @@
-"""Check plain data against msgspec types, and say in plain words where the first fault is and what is expected.
+"""Check plain data against msgspec types, and name the first fault's place and the expected value.
 
 The only place that words a fault: files, options, frames and commands all use it.
 """
@@ -26,7 +26,7 @@ class Invalid(ValueError):
 
     Args:
         path: where in the data, for example `joints.LKneePitch.lower` or `position[3]`; empty: the whole.
-        reason: what is wrong and what is expected, without a full stop.
+        reason: the fault and the expected value, without a full stop.
     """
 
     def __init__(self, path: str, reason: str) -> None:
@@ -60,7 +60,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
     """Clause for a name that is not in a list.
 
     Args:
-        kind: what the name is of, for example `gait`.
+        kind: of the named thing, for example `gait`.
         name: as given.
         known: all names that exist; the nearest one is suggested.
     """
@@ -86,7 +86,7 @@ _WORDS: Final = (
     (re.compile("`object`"), "a table"),
     (re.compile("`null`"), "nothing"),
 )
-"""What people call msgspec's types. The only pattern of the product is that of names."""
+"""Plain words for msgspec's types. The only pattern of the product is that of names."""
 
 
 def _convert(value: Any, kind: Any, path: str) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from types import TracebackType
 from typing import Final
 
 import numpy as np
@@ -16,25 +15,22 @@ from bridge.dcm import Dcm
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.codec import require_finite
-from bridge.types import Quaternion
+from bridge.types import Closing, Quaternion
 from emulator.engine.catalogue import AUTO, open_engine
 from emulator.engine.values import SETTINGS, PhysicsSettings
 from emulator.faults import Faults
-from emulator.hands import Hands
-from emulator.sampling import FrameSampler
+from emulator.sampling import FrameSampler, Hands, truth_frame, upright
 from emulator.scenarios import FLAT, Scenario
 from emulator.sensors.suite import Sensors
 from emulator.servo.servo import Servo
-from emulator.start import StartPose, lay, place, start_pose, start_posture
-from emulator.truth import truth_frame, upright
+from emulator.start import StartPose, build_world, place, place_lying, start_pose, start_posture, timeline
 from emulator.wear import WearProfile
 from emulator.world.events import EventExecutor
-from emulator.world.timeline import build_world, timeline
 
 IDEAL: Final = WearProfile(name="ideal")
 
 
-class EmulatedRobot:
+class EmulatedRobot(Closing):
     """A NAO in a physics engine, behind its emulated DCM.
 
     It starts in its posture with full stiffness and holds it until a command comes.
@@ -106,7 +102,7 @@ class EmulatedRobot:
         if self._start is None:
             self._place(at)
         else:
-            lay(self.world, body, self._start, at)
+            place_lying(self.world, body, self._start, at)
         self._require_room()
         placed_upright = upright(engine.robot.torso())
         self._hands = Hands(body, self.posture)
@@ -124,10 +120,10 @@ class EmulatedRobot:
         self._contacts = engine.contacts()
         self._seq = 0
         self._notices: list[Notice] = []
-        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._say)
+        self.world_events = EventExecutor(self.world, body, timeline(self._scenario), self._notify)
         """Carries out the events in the world."""
         rezero, planned = self.sensors.inertial.rezero, self._scenario.faults
-        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._say)
+        self.faults = Faults(engine.robot, self.servo, rezero, planned, chance, self._notify)
         """Faults in force and to come."""
         self._command = -1
         self._missed = 0
@@ -177,7 +173,7 @@ class EmulatedRobot:
                 engine.run(servo.drives, 1, servo.advance(1))
 
     def _measure(self) -> None:
-        """What drives, sensors and feet felt in the cycle that ends now."""
+        """Update drives, sensors and contacts by the cycle that ends now."""
         self.servo.end_cycle()
         self._torso = self.engine.robot.torso()
         self.sensors.update(self._torso, self.servo.drawn())
@@ -207,7 +203,7 @@ class EmulatedRobot:
             require_finite("stiffness", command.stiffness)
         while self.run_stalled():
             pass
-        command = self.faults.carry(command)
+        command = self.faults.apply_command_faults(command)
         if command is not None:
             self.dcm.put_frame(command.position, command.stiffness)
             self._command = command.reply_to
@@ -228,7 +224,7 @@ class EmulatedRobot:
         """The last part of `advance`: measure, and return the frame of the new boundary."""
         if not self._ahead:
             self._measure()
-        self._go_on()
+        self._next_cycle()
         self.frame = self._sample()
         return self.frame
 
@@ -259,10 +255,10 @@ class EmulatedRobot:
         self.dcm.skip_cycle()
         self.run_physics()
         self._measure()
-        self._go_on()
+        self._next_cycle()
         return True
 
-    def _go_on(self) -> None:
+    def _next_cycle(self) -> None:
         """To the next boundary."""
         self._hands.run_cycle(self.body.cycle)
         self._ahead = False
@@ -283,7 +279,7 @@ class EmulatedRobot:
         """Angle of the torso's z axis to the vertical, rad."""
         return math.acos(max(-1.0, min(1.0, self._torso.rotation[8])))
 
-    def _say(self, code: str, text: str) -> None:
+    def _notify(self, code: str, text: str) -> None:
         self._notices.append(Notice(seq=self._seq, level="info", code=code, text=text))
 
     def take_notices(self) -> list[Notice]:
@@ -300,7 +296,7 @@ class EmulatedRobot:
             command=self._command,
             missed=self._missed,
         )
-        return self.faults.spoil(frame)
+        return self.faults.corrupt_frame(frame)
 
     def truth(self) -> TruthFrame:
         """Ground truth at the present boundary."""
@@ -342,25 +338,17 @@ class EmulatedRobot:
         if found is None:
             return self.stand_up()
         x, y, _ = self.world.to_floor(self._torso.position)
-        lay(self.world, self.body, found, (x, y, self._torso.heading))
+        place_lying(self.world, self.body, found, (x, y, self._torso.heading))
         self._release(found)
         self._torso = self.engine.robot.torso()
         self.sensors.inertial.start(self._torso)
         return self.world.clear_robot()
 
     def reset(self) -> None:
-        """Begin anew: same posture, same seed, `seq` 0."""
+        """Restart: same posture, same seed, `seq` 0."""
         self.engine.reset()
         self._build()
 
     def close(self) -> None:
         """Free the physics engine; may be called twice."""
         self.engine.close()
-
-    def __enter__(self) -> EmulatedRobot:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -8,7 +8,8 @@ import msgspec
 
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
-from bridge.messages import Info, SensorFrame, WalkTelemetry
+from bridge.messages import Contact, Info, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.world_state import WorldReply
 
 STANDING: Final = SensorFrame(
     seq=0,
@@ -44,3 +45,23 @@ def walk_telemetry(seq: int = 0, **changes: Any) -> WalkTelemetry:
     fields: dict[str, Any] = {"state": "walk", "phase": "DSL", "step": 0, "steps": 0}
     feet = {"left": (0.0, 0.05, 0.0, 0.0, 0.0, 0.0), "right": (0.0, -0.05, 0.0, 0.0, 0.0, 0.0)}
     return WalkTelemetry(seq=seq, **(fields | {"zmp": (0.0, 0.0), "com": (0.0, 0.0)} | feet | changes))
+
+
+def truth_frame(seq: int = 0, **changes: Any) -> TruthFrame:
+    """Ground truth of a robot at rest in the air, in a cycle of 10 ms, with some fields changed."""
+    nothing = Contact(force=(0.0, 0.0, 0.0), cop=None)
+    zero = (0.0, 0.0, 0.0)
+    fields: dict[str, Any] = {"seq": seq, "time": 0.01 * seq, "torso_position": (0.0, 0.0, 0.33), "com": zero}
+    fields |= {
+        "torso_orientation": (0.0, 0.0, 0.0, 1.0),
+        "torso_velocity": zero,
+        "torso_angular_velocity": zero,
+    }
+    fields |= {"joints": (0.0,) * N_JOINTS, "zmp": None, "left": nothing, "right": nothing, "fell": False}
+    return TruthFrame(**(fields | changes))
+
+
+def world_reply(**changes: Any) -> WorldReply:
+    """An empty, level world that runs, with some fields changed."""
+    fields: dict[str, Any] = {"text": "", "seq": 0, "time": 0.0, "paused": False, "floor": (0.0, 0.0)}
+    return WorldReply(**(fields | {"friction": 0.8, "objects": (), "things": (), "faults": ()} | changes))

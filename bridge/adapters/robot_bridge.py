@@ -1,7 +1,7 @@
 """A real robot's side of the link, common to LoLA and NAOqi: settings, counts, guard and host of a connection.
 
 Each connection to a robot is a boot of its own: when it ends, the robot's token disappears, and the next one
-begins anew at `seq` 0, disarmed. The robot itself keeps the last command it got.
+begins at `seq` 0 again, disarmed. The robot itself keeps the last command it got.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The two cameras in the head: where they are and what they see.
+"""The two cameras in the head: their places and their fields of view.
 
 Sources: vendor's pages on the video cameras, NAOqi 1.14 (V3, V4), 2.1 (V4, V5) and 2.8 (V6); the places also in
 the vendor's URDFs (confirmed).

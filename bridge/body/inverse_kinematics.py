@@ -58,7 +58,7 @@ class LegPair(NamedTuple):
     """Turn of both feet about their own soles' normals away from the targets, rad. Eleven motors cannot meet
     twelve conditions: positions, soles' normals and the angle between the feet are met, this one is left."""
     spread: float
-    """What is amiss with the angle between the feet, rad (left against right): zero to 1e-12 in any stance, not
+    """Error of the angle between the feet, rad (left against right): zero to 1e-12 in any stance, not
     always with legs drawn up to the ends of their ranges, or for feet turned further than the hips allow."""
 
 

@@ -1,4 +1,4 @@
-"""Which joint limits a set of leg angles breaks, by how much, and what an ankle is allowed."""
+"""Which joint limits a set of leg angles breaks, by how much, and the range of an ankle."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class Fsr(_Sheet, frozen=True):
 
 
 class InertialUnit(_Sheet, frozen=True):
-    """Places of the inertial sensors in the Torso frame, and what they resolve."""
+    """Places of the inertial sensors in the Torso frame, and their resolution."""
 
     accelerometer: Vec3
     gyroscope: Vec3
@@ -184,4 +184,4 @@ class Body(_Sheet, frozen=True):
     sources: dict[str, str]
     """Where each group of numbers comes from, tagged `confirmed: ...` or `assumed: ...`."""
     repairs: tuple[str, ...]
-    """Numbers of a source that cannot be right, and what stands here instead."""
+    """Numbers of a source that cannot be right, and the values here instead."""

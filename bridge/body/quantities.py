@@ -1,4 +1,4 @@
-"""What follows from a data sheet: joint-side figures of the drives, ranges, mass, absent joints."""
+"""Quantities computed from a data sheet: joint-side figures of the drives, ranges, mass, absent joints."""
 
 from __future__ import annotations
 

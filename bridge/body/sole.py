@@ -23,7 +23,7 @@ def sole_outline(body: Body, side: Side) -> Array:
 
 
 def sole_hull(body: Body, side: Side) -> Array:
-    """Convex hull of a sole, counter-clockwise from the heel's left corner, (n, 2): what bears load."""
+    """Convex hull of a sole, which bears load: counter-clockwise from the heel's left corner, (n, 2)."""
     hull = np.array(convex_hull(sole_outline(body, side)))
     return np.roll(hull, -int(np.arctan2(hull[:, 1], hull[:, 0]).argmax()), axis=0)
 

@@ -1,8 +1,8 @@
 """The actuators of a body: their names, ranges, and the integers that their boards take.
 
 Names: vendor's actuator list (NAOqi 2.8; the same on V4 and V5). A float becomes the board's integer by
-`(value - offset) / gain`. No gains are published; these are assumed: 16 bits for what motor boards take, and
-1/256 for LEDs, the grid on which the vendor's example (0.4 reads back 0.398) lies.
+`(value - offset) / gain`. No gains are published; these are assumed: 16 bits for the inputs of motor boards,
+and 1/256 for LEDs, the grid on which the vendor's example (0.4 reads back 0.398) lies.
 """
 
 from __future__ import annotations

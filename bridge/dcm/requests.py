@@ -34,7 +34,7 @@ class Clock:
 
     Args:
         cycle: cycle time, s.
-        start: what the clock shows at the start, ms.
+        start: reading of the clock at the start, ms.
     """
 
     def __init__(self, cycle: float, start: int) -> None:
@@ -56,7 +56,7 @@ class Clock:
         self.now = round(self._cycles * self._cycle)
 
     def shown(self, offset: int = 0) -> int:
-        """What the clock shows `offset` ms from now."""
+        """Reading of the clock `offset` ms from now."""
         return wrapped(self._start + self.now + offset)
 
     def since_start(self, shown: int) -> int:

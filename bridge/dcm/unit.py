@@ -124,7 +124,7 @@ class Dcm:
     Args:
         body: Data sheet.
         position: Where the joints are held at the start, frame order, rad; the stiffnesses are 1, all else 0.
-        start: What the clock shows at the start, ms.
+        start: Reading of the clock at the start, ms.
         limit: Timed commands that an actuator's buffer takes.
     """
 
@@ -249,22 +249,22 @@ class Dcm:
         return tuple(np.clip(np.rint(counts), 0, 255).astype(int).tolist()) if counts.any() else ()
 
     def light(self, leds: Sequence[int]) -> None:
-        """Set the brightness of each LED, 0 to 255; what waits for them is left out."""
+        """Set the brightness of each LED, 0 to 255; their waiting commands are dropped."""
         first = 2 * self._table.n_joints
         self._last[first : first + N_LEDS] = leds
         for row in range(first, first + N_LEDS):
             self._buffers.pop(row, None)
 
     def move(self, name: str, value: float) -> None:
-        """Put an actuator at a value; what waits for it goes on from there."""
+        """Put an actuator at a value; its waiting commands go on from there."""
         index = self._table.index[short(name)]
         self._last[index] = self._table.to_counts(index, value)
 
     def run_cycle(self) -> Targets | None:
-        """Compute what is sent in the cycle that begins now, and go to the next boundary.
+        """Compute the values of the cycle that begins now, and go to the next boundary.
 
         Returns:
-            What the motor boards get, or None when that cannot have changed.
+            Values for the motor boards, or None when they cannot have changed.
         """
         moved, self._framed = self._framed, False
         self.modes_sent = {}
@@ -315,7 +315,8 @@ class Dcm:
 
         Args:
             names: keys, with or without the prefix.
-            measured: joint angles in frame order, rad: what positions read while the stiffness is not above 0.
+            measured: joint angles in frame order, rad: the positions' reading while the stiffness is not above
+                0.
 
         Raises:
             DcmRefused: a key that is none of these.

@@ -1,4 +1,4 @@
-"""The guard of one robot: decides what reaches the motors, and brings the robot to rest without a controller.
+"""The guard of one robot: decides which commands reach the motors, and rests a robot without a controller.
 
 One object for emulated and real robots. It reads no clock: it is told of each cycle, and counts them. The same
 cycles give the same answers, so runs in process and in lockstep stay the same.
@@ -55,7 +55,7 @@ class Guard:
         self.reset()
 
     def reset(self) -> None:
-        """The robot began anew (`seq` 0): all is forgotten but whether it is armed."""
+        """The robot restarted (`seq` 0): forget all but whether it is armed."""
         self._output = JointOutput(self._body, self._s.speed_ratio)
         self._crouch = self._output.ranges.clip(POSTURES[self._s.crouch.posture])
         self._fall = FallMonitor(self._body, self._s.fall, self._s.stance)
@@ -80,7 +80,7 @@ class Guard:
 
     @property
     def state(self) -> State:
-        """What it is doing."""
+        """Its present state."""
         return self.status.state
 
     @property
@@ -90,7 +90,7 @@ class Guard:
 
     @property
     def clipped(self) -> str:
-        """One sentence on what the last `check` had to clip; empty when nothing."""
+        """One sentence on the clipped joint of the last `check`; empty when none was clipped."""
         return self._output.ranges.clipped
 
     @property
@@ -114,7 +114,7 @@ class Guard:
         return self._output.stiffness
 
     def stood_up(self, seq: int, posture: tuple[float, ...]) -> None:
-        """Somebody put the robot on its feet, stiff: a fall or a rest is over.
+        """The robot was put on its feet, stiff: a fall or a rest is over.
 
         No command is taken for `STAND_UP_HOLD`: the newest may still be a fallen robot's.
 
@@ -130,7 +130,7 @@ class Guard:
         self._log.enter(seq, "idle", "", "The robot was put on its feet.")
 
     def laid_down(self, seq: int) -> None:
-        """Somebody put the robot down limp: whatever was under way is over, and it is left alone.
+        """The robot was put down limp: end the present motion and leave it alone.
 
         No command is taken for `STAND_UP_HOLD`: the newest may still be a standing robot's.
 
@@ -201,12 +201,13 @@ class Guard:
         Args:
             frame: of the present boundary.
             command: newest one, as `check` gave it; None: none has come.
-            supervised: the watchdog counts when none has come: somebody holds the robot, or died holding it.
-            direct: the holder serves another robot's protocol, and an emulated robot follows it as that robot
-                does: without an approach, a limit of the speed or a reaction to falls.
+            supervised: the watchdog counts when none has come: a controller holds the robot, or died
+                holding it.
+            direct: the holder serves another robot's protocol, and an emulated robot follows it as that
+                robot does: without an approach, a limit of the speed or a reaction to falls.
 
         Returns:
-            What is put in force now; None: what is in force stays.
+            The command put in force now; None: the one in force stays.
         """
         self._handle_requests(frame)
         for text in self._supplies.update(frame):
@@ -275,7 +276,7 @@ class Guard:
             done.set()
 
     def _supervise(self, frame: SensorFrame, command: ActuatorFrame | None, supervised: bool) -> None:
-        """Act on what the watchdog says."""
+        """Carry out the watchdog's decision."""
         demand = self._watchdog.update(received=command is not None, supervised=supervised)
         if demand == "close" and self.state == "active" and self._stream.in_quick_step:
             self._close(frame.seq, "Commands broke off in a quick step.")
@@ -317,7 +318,7 @@ class Guard:
         return "crouch" if moving else "rest"
 
     def _sit_down_in_time(self, frame: SensorFrame) -> None:
-        """From a crouch in which nobody wants the robot for long; after a stop it stays still."""
+        """Sit down after an idle time in the crouch; after a stop stay there."""
         if self.state != "rest" or self.status.reason not in ("silence", "battery"):
             self._crouched = 0 if self.state == "crouch" else None
         elif self._crouched is not None and self._motion is not None:
@@ -367,7 +368,7 @@ class Guard:
             self._log.enter(frame.seq, state, "")
 
     def _advance_own_motion(self, frame: SensorFrame) -> ActuatorFrame | None:
-        """What the guard itself asks of the joints, if anything."""
+        """The guard's own command to the joints, if it has one."""
         output = self._output
         if self._guard_motion is not None:
             position, output.stiffness = self._guard_motion.advance(frame)

@@ -77,10 +77,10 @@ class Watchdog:
 
         Args:
             received: a command came.
-            supervised: somebody holds the robot, or died holding it.
+            supervised: a controller holds the robot, or died holding it.
 
         Returns:
-            What the silence so far asks for: nothing, that a quick step ends, that the joints hold, or that
+            Reaction to the silence so far: nothing, that a quick step ends, that the joints hold, or that
             the robot goes down.
         """
         if received:
@@ -102,7 +102,7 @@ class Descent:
 
     Args:
         start: 25 positions put out last, rad.
-        stiffness: 25, as they are in force; what is free stays free.
+        stiffness: 25, as they are in force; free joints stay free.
         goal: the crouch, 25 positions.
         settings: speeds and times.
         cycle: s

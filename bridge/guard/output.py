@@ -39,7 +39,7 @@ class Ranges:
                 self._lower[INDEX[joint]], self._upper[INDEX[joint]] = limits(body, joint)
         self._coupled = {j: (INDEX[j], INDEX[other]) for j, other in COUPLED_TO.items() if j not in absent}
         self.clipped = ""
-        """One sentence on what the last `check` had to clip; empty when nothing."""
+        """One sentence on the clipped joint of the last `check`; empty when none was clipped."""
 
     def check(self, frame: ActuatorFrame, seq: int) -> ActuatorFrame:
         """The frame with its angles inside their ranges; the slots of absent joints become 0.
@@ -89,7 +89,7 @@ class Ranges:
 
 
 def require_numbers(frame: ActuatorFrame) -> None:
-    """See that a command's numbers are what they must be on any body.
+    """Check the bounds of a command's numbers that hold on any body.
 
     Raises:
         FrameError: an element that is not finite, or a stiffness outside -1..1; names the joint and the value.
@@ -122,7 +122,7 @@ class SpeedLimiter:
             if joint in INDEX:
                 self.steps[INDEX[joint]] = ratio * joint_no_load_speed(body, joint) * body.cycle
         self.last: tuple[float, ...] | None = None
-        """What was put out last, 25 slots; None: nothing yet."""
+        """Positions put out last, 25 slots, rad; None: none yet."""
 
     def follow(
         self, wanted: Sequence[float], slow: Collection[int] = (), speed: float = math.inf
@@ -184,7 +184,7 @@ class SpeedLimiter:
 
 
 class JointOutput:
-    """What the joints were last asked for; all positions are 25 in frame order, rad, inside their ranges.
+    """The joints' last commands; all positions are 25 in frame order, rad, inside their ranges.
 
     Args:
         body: data sheet.

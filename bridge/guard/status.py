@@ -87,7 +87,7 @@ class SupplyMonitor:
 
     @property
     def fault(self) -> Reason:
-        """What is beyond its limit and not yet back; empty: nothing."""
+        """The quantity beyond its limit and not yet back; empty: none."""
         return "temperature" if self._hot else "battery" if self._empty else ""
 
     def update(self, frame: SensorFrame) -> list[str]:
@@ -124,7 +124,7 @@ class StatusLog:
         self.reset()
 
     def reset(self) -> None:
-        """The robot began anew: state `idle` at `seq` 0."""
+        """The robot restarted: state `idle` at `seq` 0."""
         self.status = self._status(0, "idle", "", "")
         """As `guard` answers it."""
 

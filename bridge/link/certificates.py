@@ -167,7 +167,7 @@ def _common_name(certificate: dict[str, Any]) -> str:
 def check_peer(locator: str, files: Certificates) -> None:
     """Ask a robot that did not let this party in, by a handshake of its own, for the reason.
 
-    Nothing is raised when nobody listens there, or when it cannot be told.
+    Nothing is raised without a listener there, or without a reason.
 
     Raises:
         LinkError: the robot's certificate, or its opinion of this one.

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
-from typing import Any, ClassVar, Final, Literal, TypeVar
+from typing import Any, ClassVar, Final, Literal
 
 from bridge.errors import FrameError, LinkError, NaoHilError, RobotSilent, WalkRefused
 from bridge.link import keys
@@ -16,22 +15,20 @@ from bridge.messages.guard import ArmRequest, GuardStatus, StopRequest
 from bridge.messages.walk import WALK_COMMAND, TorsoName, WalkCommand, WalkStatus
 from bridge.messages.world import WORLD_COMMAND, WorldCommand
 from bridge.messages.world_state import WorldReply
-from bridge.types import Vec3
-
-C = TypeVar("C", bound="Client")
+from bridge.types import Closing, Vec3
 
 
-class Client:
+class Client(Closing):
     """Asks one robot; close it, or use it as a context manager.
 
     Args:
         robot: id of the robot.
         connect: Zenoh endpoint of the robot.
-        connect_timeout: s to wait for somebody to listen there; None: `CONNECT_TIMEOUT`.
+        connect_timeout: s to wait for a listener there; None: `CONNECT_TIMEOUT`.
 
     Raises:
         ConfigurationError: bad id, endpoint or time.
-        RobotSilent: nobody listens there.
+        RobotSilent: no listener there.
     """
 
     ROLE: ClassVar[Literal["controller", "world"]] = "controller"
@@ -61,17 +58,9 @@ class Client:
         """Leave the network."""
         self._session.close()
 
-    def __enter__(self: C) -> C:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
 
 _TIMEOUT: Final = 2.0
-"""s until nobody answers."""
+"""s to wait for an answer."""
 _RETRY: Final = 0.05
 """s between two attempts."""
 
@@ -85,7 +74,7 @@ class GuardClient(Client):
         """State of the guard.
 
         Raises:
-            LinkError: nobody answered, or the robot could not; its own sentence.
+            LinkError: no answer, or the robot could not; its own sentence.
         """
         return self._query(keys.GUARD, b"", GuardStatus)
 
@@ -102,12 +91,12 @@ class GuardClient(Client):
         return self._query(keys.INFO, b"", Info)
 
     def holder(self) -> str:
-        """Name of the controller that holds the robot; empty: nobody does. Raises as `status`."""
+        """Name of the controller that holds the robot; empty: none does. Raises as `status`."""
         request = LeaseRequest(op="status", controller="guard-client")
         return self._query(keys.LEASE, encode(request), LeaseReply).holder
 
     def _query(self, suffix: str, payload: bytes, kind: type[M]) -> M:
-        """Ask until somebody answers: a robot that has just begun serves its keys one after the other."""
+        """Ask until an answer comes: a robot that has just begun serves its keys one after the other."""
         deadline = time.monotonic() + _TIMEOUT
         while time.monotonic() < deadline:
             reply = self._ask(suffix, payload, _TIMEOUT, LinkError)
@@ -198,7 +187,7 @@ class WalkClient(Client):
 
         Raises:
             WalkRefused: the walker refused; its own sentence.
-            LinkError: nobody answered.
+            LinkError: no answer.
         """
         reply = self._ask(WALK_COMMAND, encode(command), timeout, WalkRefused)
         if reply is not None:
@@ -231,7 +220,7 @@ class WorldClient(Client):
 
         Raises:
             FrameError: the robot refused the command; its own sentence.
-            LinkError: nobody answered: no robot there, or one that has no world.
+            LinkError: no answer: no robot there, or one that has no world.
         """
         reply = self._ask(WORLD_COMMAND, encode(command), timeout, FrameError)
         if reply is not None:

@@ -7,7 +7,6 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Final, Literal
 
 import msgspec
@@ -32,6 +31,7 @@ from bridge.messages import (
     encode,
 )
 from bridge.messages.walk import UpperBody
+from bridge.types import Closing
 
 _QUEUE: Final = 64
 _QUERY: Final = 1.0
@@ -40,7 +40,7 @@ _RETRY_INTERVAL: Final = 0.05
 """s between two looks for a robot that is not there."""
 
 
-class ControllerLink:
+class ControllerLink(Closing):
     """Link of a controller; close it, or use it as a context manager.
 
     Making it does not connect: `wait_robot` does, and from then on the link connects again by itself whenever
@@ -172,7 +172,7 @@ class ControllerLink:
         """Ask for the lease, which the actuator frames then carry; sensor frames from before are dropped.
 
         Raises:
-            LeaseRefused: somebody else holds the robot; names who.
+            LeaseRefused: another controller holds the robot; names it.
             RobotSilent: the robot did not answer.
             LinkError: the robot did not understand; says why.
         """
@@ -271,7 +271,7 @@ class ControllerLink:
         """The newest such command since the last call, or None; never waits.
 
         Raises:
-            FrameError: somebody sent something else.
+            FrameError: another message came.
         """
         payloads = self._upper.drain()
         return decode(payloads[-1], UpperBody) if payloads else None
@@ -290,11 +290,3 @@ class ControllerLink:
         """Leave the network; the token disappears, and with it the lease."""
         if self._session is not None:
             self._session.close()
-
-    def __enter__(self) -> ControllerLink:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -3,7 +3,8 @@
 A lease is granted by name and ticket (a number the controller draws at its start, also in its liveliness
 token), so two controllers of the same name are still two. It ends when it is given back, when the holder's
 liveliness token disappears, when another asks and the holder has been silent for `SILENCE`, or when the guard
-takes it away. A holder whose token disappeared gets the same lease back if nobody has had the robot since.
+takes it away. A holder whose token disappeared gets the same lease back if no other controller has had the
+robot since.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class LeaseBook:
         self._last = first
         self._holder: Holder | None = None
         self._lost: Holder | None = None
-        """The last holder, if its session broke off and nobody has held the robot since."""
+        """The last holder, if its session broke off and no other has held the robot since."""
         self._heard = 0.0
         self.abandoned = False
         """The last holder did not give the robot back: it died, or the lease was taken from it."""
@@ -99,7 +100,7 @@ class LeaseBook:
                 False, "Nobody holds the robot." if self._holder is None else "The robot is held."
             )
 
-    def gone(self, ticket: int) -> bool:
+    def on_token_lost(self, ticket: int) -> bool:
         """The liveliness token with this ticket disappeared; True if that ended the lease."""
         with self._lock:
             ended = self._holder is not None and self._holder.ticket == ticket
@@ -114,7 +115,7 @@ class LeaseBook:
             if self._holder is not None:
                 self.abandoned, self._holder = True, None
 
-    def heard(self, lease: int, now: float) -> bool:
+    def keepalive(self, lease: int, now: float) -> bool:
         """A frame came; True if it is the holder's.
 
         Args:

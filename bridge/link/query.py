@@ -1,4 +1,4 @@
-"""Queries as this project answers them: a payload, or an error reply of one sentence."""
+"""Queries as this project answers them, at a limited rate: a payload, or an error reply of one sentence."""
 
 from __future__ import annotations
 
@@ -10,7 +10,29 @@ from typing import Any, Final
 import zenoh
 
 from bridge.errors import NaoHilError
-from bridge.link.rate import RateLimit
+
+
+class RateLimit:
+    """Token bucket: bursts pass, a lasting flood does not. Not thread-safe.
+
+    Args:
+        rate: events per second in the long run.
+        burst: events at once, after a pause.
+    """
+
+    def __init__(self, rate: float, burst: int) -> None:
+        self._rate, self._burst = rate, float(burst)
+        self._tokens, self._last = float(burst), 0.0
+
+    def admits(self, now: float) -> bool:
+        """Whether an event at `now` (monotonic, s) is within the bound; it then counts."""
+        self._tokens = min(self._burst, self._tokens + self._rate * max(0.0, now - self._last))
+        self._last = now
+        if self._tokens < 1.0:
+            return False
+        self._tokens -= 1.0
+        return True
+
 
 RATE: Final = 1000.0
 """1/s; queries of one key answered in the long run, and at once."""
@@ -55,7 +77,7 @@ def serve_query(session: zenoh.Session, key: str, answer: Callable[[bytes], byte
 def ask(
     session: zenoh.Session, key: str, payload: bytes, timeout: float, refused: type[NaoHilError]
 ) -> bytes | None:
-    """The first answer to a query; None when nobody answered.
+    """The first answer to a query; None when none came.
 
     Args:
         session: of the side that asks.

@@ -11,7 +11,6 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Final
 
 import msgspec
@@ -21,8 +20,7 @@ from bridge.errors import FrameError, LeaseRefused
 from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
-from bridge.link.query import serve_query
-from bridge.link.rate import RateLimit
+from bridge.link.query import RateLimit, serve_query
 from bridge.link.session import open_robot, subscribe
 from bridge.messages import (
     ActuatorFrame,
@@ -37,17 +35,18 @@ from bridge.messages import (
     encode,
 )
 from bridge.messages.guard import GuardStatus
+from bridge.types import Closing
 
 _QUEUE: Final = 64
 RATE: Final = 5000.0
-"""1/s; actuator frames taken in the long run, several times what lockstep reaches."""
+"""1/s; actuator frames taken in the long run, several times the rate of lockstep."""
 BURST: Final = 1000
 """Actuator frames taken at once, as they come after an outage of the network."""
 NOTICE_INTERVAL: Final = 1.0
 """s; the same kind of notice is published once per interval."""
 
 
-class RobotLink:
+class RobotLink(Closing):
     """Open link of a robot side; close it, or use it as a context manager.
 
     Args:
@@ -134,12 +133,12 @@ class RobotLink:
 
     def commands(self) -> list[ActuatorFrame]:
         """The holder's actuator frames since the last call, in order; never waits."""
-        self._tell()
+        self._publish_complaints()
         return self._actuators.drain()
 
     def wait_command(self, timeout: float) -> ActuatorFrame | None:
         """The holder's next actuator frame; None after `timeout` s, at a granted lease, or at `wake`."""
-        self._tell()
+        self._publish_complaints()
         return self._actuators.take(timeout)
 
     def wake(self) -> None:
@@ -183,7 +182,7 @@ class RobotLink:
         Raises:
             LeaseRefused: names the holder.
         """
-        if self.leases.heard(lease, time.monotonic()):
+        if self.leases.keepalive(lease, time.monotonic()):
             return
         holder = self.leases.holder
         who = f"controller `{holder.name}` holds the robot" if holder else "nobody holds the robot"
@@ -195,7 +194,7 @@ class RobotLink:
             self._refused += 1
             self._complaints[code] = text
 
-    def _tell(self) -> None:
+    def _publish_complaints(self) -> None:
         """Publish the complaints of the receiving thread."""
         with self._lock:
             complaints, self._complaints = self._complaints, {}
@@ -246,7 +245,7 @@ class RobotLink:
             return
         name, _, ticket = str(sample.key_expr).rpartition("/")[2].rpartition(".")
         try:
-            ended = self.leases.gone(int(ticket, 16))
+            ended = self.leases.on_token_lost(int(ticket, 16))
         except ValueError:
             return  # a token of another program
         if ended and not self._session.is_closed():  # a session that closes loses every token
@@ -255,11 +254,3 @@ class RobotLink:
     def close(self) -> None:
         """Leave the network; harmless when done already."""
         self._session.close()
-
-    def __enter__(self) -> RobotLink:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -101,7 +101,7 @@ def access_control() -> dict[str, Any]:
 RETRY: Final = {"period_init_ms": 10, "period_max_ms": 50, "period_increase_factor": 1.5}
 """Reconnects within tens of milliseconds instead of Zenoh's seconds."""
 MAX_RECEIVED: Final = 1 << 20
-"""bytes; Zenoh itself drops longer messages, so that nobody can fill the memory of the robot side."""
+"""bytes; Zenoh itself drops longer messages, so that no sender can fill the memory of the robot side."""
 SESSION_LEASE: Final = 30_000
 """ms of silence of a party after which its session ends; longer than a pause in which a machine swaps or all
 processes are stopped. A party that dies ends its session at once."""
@@ -249,14 +249,14 @@ def _cannot_listen(listen: str, reason: str) -> LinkError:
 
 
 def check_free(listen: str) -> None:
-    """Refuse a place at which somebody listens, before anything there is taken for one's own.
+    """Refuse an endpoint that has a listener, before anything there is taken for one's own.
 
     Args:
         listen: endpoint of a robot side that is not open yet.
 
     Raises:
         ConfigurationError: not an endpoint.
-        LinkError: somebody listens there.
+        LinkError: it has a listener.
     """
     locator, _ = split_endpoint(check_endpoint(listen))
     _require_guarded(listen)
@@ -275,7 +275,7 @@ def check_free(listen: str) -> None:
 
 
 def try_client(connect: str, role: str = "listener", *, timestamps: bool = False) -> zenoh.Session | None:
-    """A session of anyone else, or None when nobody listens there (yet).
+    """A session of anyone else, or None without a listener there (yet).
 
     One attempt, a millisecond on one machine: Zenoh's own wait for the first connection sees no Ctrl-C. Once
     open, the session connects again by itself whenever the robot side is back.
@@ -336,7 +336,7 @@ def open_client(connect: str, timeout: float = 10.0, role: str = "listener") -> 
 
     Raises:
         ConfigurationError, LinkError: as `try_client`.
-        RobotSilent: nobody listened there for `timeout` s.
+        RobotSilent: no listener there for `timeout` s.
     """
     deadline = time.monotonic() + timeout
     while (session := try_client(connect, role)) is None:
@@ -368,8 +368,8 @@ def other_robots(session: zenoh.Session, robot: str) -> str:
 def subscribe(session: zenoh.Session, key: str, receive: Callable[[bytes], None]) -> Any:
     """Call `receive` with each payload in Zenoh's own receiving thread.
 
-    So what one sender sent arrives here in the order of its sending, also over several keys; Zenoh's default,
-    a thread for each subscriber, does not keep that order. `receive` must be short and must not raise.
+    So messages of one sender arrive here in the order of their sending, also over several keys; Zenoh's
+    default, a thread for each subscriber, does not keep that order. `receive` must be short and must not raise.
     """
 
     def on_sample(sample: zenoh.Sample) -> None:

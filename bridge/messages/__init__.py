@@ -5,9 +5,16 @@ for other languages.
 """
 
 from bridge.messages.codec import decode, decode_command, encode
-from bridge.messages.frames import MAX_PAYLOAD, SCHEMA_VERSION, ActuatorFrame, LedFrame, SensorFrame
+from bridge.messages.frames import (
+    MAX_PAYLOAD,
+    SCHEMA_VERSION,
+    ActuatorFrame,
+    Info,
+    LedFrame,
+    Notice,
+    SensorFrame,
+)
 from bridge.messages.guard import LeaseReply, LeaseRequest
-from bridge.messages.info import Info, Notice
 from bridge.messages.walk import WalkTelemetry
 from bridge.messages.world_state import Contact, TruthFrame
 

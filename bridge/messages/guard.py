@@ -84,5 +84,5 @@ class LeaseReply(msgspec.Struct, frozen=True, kw_only=True):
     lease: Count
     """The number to put into each actuator frame; 0 unless granted."""
     holder: str
-    """Name of the controller that holds the lease now; empty when nobody does."""
+    """Name of the controller that holds the lease now; empty when none does."""
     message: str

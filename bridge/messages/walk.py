@@ -57,9 +57,9 @@ class WalkCommand(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UpperBody(msgspec.Struct, frozen=True, kw_only=True):
-    """Head and arms of a robot that a walker has, by somebody else (key `walk/upper-body`); the newest counts.
+    """Head and arms of a robot that a walker has, by another program (key `walk/upper-body`).
 
-    The joints that it leaves out are the walker's.
+    The newest counts. The joints that it leaves out are the walker's.
     """
 
     version: int = SCHEMA_VERSION

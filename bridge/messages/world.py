@@ -55,7 +55,7 @@ class Status(_Command, frozen=True, kw_only=True, tag="status"):
 
 
 class Reset(_Command, frozen=True, kw_only=True, tag="reset"):
-    """Restart: same posture, same scenario, same seed, `seq` 0; what was done live is undone."""
+    """Restart: same posture, same scenario, same seed, `seq` 0; live changes are undone."""
 
 
 class Pause(_Command, frozen=True, kw_only=True, tag="pause"):

@@ -16,7 +16,7 @@ import numpy as np
 
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR, TORSO
-from bridge.body.link_transforms import LinkTransforms, Transform
+from bridge.body.kinematics import LinkTransform, LinkTransforms
 from bridge.body.sole import sole_outline
 from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.rotations import R_yaw, heading, matrix, quaternion
@@ -213,16 +213,18 @@ class RobotScene:
         if made:
             yield SceneUpdate(made)
 
-    def _torso(self, frame: SensorFrame, truth: TruthFrame | None) -> list[Transform]:
+    def _torso(self, frame: SensorFrame, truth: TruthFrame | None) -> list[LinkTransform]:
         if truth is not None:
-            return [Transform(WORLD, TORSO, truth.torso_position, truth.torso_orientation)]
+            return [LinkTransform(WORLD, TORSO, truth.torso_position, truth.torso_orientation)]
         x, y, yaw = self._place
         return [
-            Transform(WORLD, _FOOTPRINT, (x, y, 0.0), quaternion(R_yaw(yaw))),
+            LinkTransform(WORLD, _FOOTPRINT, (x, y, 0.0), quaternion(R_yaw(yaw))),
             self._links.torso_over_feet(_FOOTPRINT, frame.position, frame.angle),
         ]
 
-    def _footsteps(self, stamp: Time, frame: SensorFrame, transforms: Sequence[Transform]) -> Iterator[Entity]:
+    def _footsteps(
+        self, stamp: Time, frame: SensorFrame, transforms: Sequence[LinkTransform]
+    ) -> Iterator[Entity]:
         """Soles that stand where their foot did not stand before."""
         by_child = {one.child: one for one in transforms}
         for i, side in enumerate(SIDES):
@@ -248,11 +250,11 @@ class RobotScene:
         return Entity(stamp, WORLD, f"{side}{self._count}", (cube,), Time(0, 0))
 
 
-def _transform(stamp: Time, one: Transform) -> FrameTransform:
+def _transform(stamp: Time, one: LinkTransform) -> FrameTransform:
     return FrameTransform(stamp, one.parent, one.child, Vector3(*one.translation), Quaternion(*one.rotation))
 
 
-def _placed(by_child: Mapping[str, Transform], link: str, point: Vec3) -> tuple[UnitQuaternion, Vec3]:
+def _placed(by_child: Mapping[str, LinkTransform], link: str, point: Vec3) -> tuple[UnitQuaternion, Vec3]:
     """A link's rotation and one of its points in the world's frame; plain numbers, as this runs in a cycle."""
     turn: UnitQuaternion = (0.0, 0.0, 0.0, 1.0)
     while link != WORLD:

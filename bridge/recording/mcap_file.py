@@ -124,7 +124,7 @@ class McapFile:
         self._file.flush()
 
     def show(self, kinds: Mapping[type[Shown], str]) -> None:
-        """Add channels for what Foxglove draws: kind of message -> topic."""
+        """Add channels for Foxglove's drawings: kind of message -> topic."""
         self._channels |= {
             kind: self._register(kind, topic, f"foxglove.{kind.__name__}") for kind, topic in kinds.items()
         }
@@ -146,11 +146,7 @@ class McapFile:
         data = canonical_json(message) if isinstance(message, Recordable) else msgspec.json.encode(message)
         try:
             self._writer.add_message(
-                self._channels[kind],
-                log_time=time,
-                data=data,
-                publish_time=time,
-                sequence=self._sequence[kind],
+                self._channels[kind], log_time=time, data=data, publish_time=time, sequence=self._sequence[kind]
             )
             if not 0 <= time - self._chunk_began < _CHUNK:
                 self._writer.flush()

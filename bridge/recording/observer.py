@@ -1,8 +1,10 @@
-"""Who may look on while robot and controller run: statistics, recordings, progress."""
+"""Observers of a run (statistics, recordings, progress), and notices in logs, logs as notices."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
+from typing import Final
 
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
 
@@ -19,15 +21,53 @@ class Observer:
         """The actuator frame that was put in force, after the guard."""
 
     def telemetry(self, message: WalkTelemetry) -> None:
-        """What the walker says of its walk."""
+        """The walker's report on its walk."""
 
     def notice(self, message: Notice) -> None:
-        """What the robot side says that happened in its world: pushes, plates, faults."""
+        """An event in the robot's world: a push, a plate, a fault."""
 
 
 class NoticeLog(Observer):
-    """Tells a bridge's terminal what the guard says: what it does and why, who armed it and who stopped it."""
+    """Logs the guard's notices: its acts with their reasons, who armed it and who stopped it."""
 
     def notice(self, message: Notice) -> None:
         """Its sentence, as a warning unless it is one of level `info`."""
         logger.log(logging.INFO if message.level == "info" else logging.WARNING, "%s", message.text)
+
+
+SERVER: Final = "server"
+"""Code of notices that are warnings of a server's log."""
+_LEVELS: Final = {"info": logging.INFO, "error": logging.ERROR}
+
+
+def log_notice(logger: logging.Logger, notice: Notice) -> None:
+    """Log a notice at its own level; clipped angles, which may come in each cycle, only for debugging.
+
+    Args:
+        logger: of the server.
+        notice: from the robot.
+    """
+    if notice.code == SERVER:
+        return
+    level = logging.DEBUG if notice.code == "clipped" else _LEVELS.get(notice.level, logging.WARNING)
+    logger.log(level, _SAYS, notice.text)
+
+
+_SAYS: Final = "the robot says: %s"
+
+
+class NoticeHandler(logging.Handler):
+    """Publishes the warnings of a server, for the page and other listeners.
+
+    Args:
+        publish: one notice.
+    """
+
+    def __init__(self, publish: Callable[[Notice], None]) -> None:
+        super().__init__(logging.WARNING)
+        self._publish = publish
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Publish a warning that is not itself a notice."""
+        if record.msg != _SAYS:
+            self._publish(Notice(seq=0, level="warning", code=SERVER, text=record.getMessage()))

@@ -23,7 +23,7 @@ from bridge.recording.mcap_file import METADATA
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _RECORD: Final = struct.Struct("<BQ")
-"""Head of every MCAP record: kind, and the length of what follows."""
+"""Head of every MCAP record: kind, and the length of the rest."""
 _CHUNK: Final = struct.Struct("<16xQII")
 """Of a chunk: its times, its length unpacked, a checksum, and the length of the name of its compression."""
 MAX_RECORD: Final = 1 << 26
@@ -58,7 +58,7 @@ def read_recording(path: str | Path) -> Iterator[Recorded]:
     `bridge.recording.canonical.TOPICS` are passed over.
 
     Raises:
-        ConfigurationError: no such file, not an MCAP file, damaged, or a message that is not what its topic
+        ConfigurationError: no such file, not an MCAP file, damaged, or a message that does not fit its topic
             says; the first two are raised by the call itself, the others where reading gets to them.
     """
     _open(path).close()
@@ -169,7 +169,7 @@ def _unpacked_size(chunk: bytes) -> int:
 
 def _damaged(path: str | Path, how: object) -> ConfigurationError:
     return ConfigurationError(
-        f"{path}: is damaged ({how}); make the recording anew, or take what can be read from it with "
+        f"{path}: is damaged ({how}); make the recording again, or take the readable part from it with "
         "the command `mcap recover` of the MCAP project."
     )
 

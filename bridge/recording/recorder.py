@@ -1,7 +1,7 @@
 """Recordings: all frames of a run in one MCAP file that Foxglove and PlotJuggler open.
 
 Messages are JSON with a JSON schema, and so is the robot for Foxglove's 3-D panel (`foxglove`); their log and
-publish time is robot time. What is not the same in two runs of one seed is left out: the wall-clock fields and
+publish time is robot time. Whatever differs between two runs of one seed is left out: the wall-clock fields and
 the number of the lease. Two lockstep runs therefore give byte-identical files. `bridge.recording.playback`
 reads them back.
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import msgspec
@@ -20,6 +19,7 @@ from bridge.recording.canonical import Recordable
 from bridge.recording.foxglove import SHOWN, RobotScene
 from bridge.recording.mcap_file import McapFile
 from bridge.recording.observer import Observer
+from bridge.types import Closing
 
 
 def later_file(first: Path, number: int) -> Path:
@@ -32,18 +32,18 @@ def later_file(first: Path, number: int) -> Path:
     return first.with_name(f"{first.stem}-{number}{first.suffix}") if number > 1 else first
 
 
-class Recorder(Observer):
+class Recorder(Observer, Closing):
     """Writes a recording; also a `bridge.recording.observer.Observer`.
 
     Frames without a time of their own get the time of the last sensor frame written before them. One file is
-    one run: when the robot begins anew (a sensor frame with a smaller `seq`), the file is closed and the next
+    one run: when the robot restarts (a sensor frame with a smaller `seq`), the file is closed and the next
     one begun beside it, `frames-2.mcap` after `frames.mcap`.
 
     Args:
         path: file to write; an existing one is replaced.
         config: configuration of the run with its seed, anything msgspec can turn into JSON. For
             byte-identical recordings it holds nothing that differs between two equal runs, such as paths.
-        scene: makes what Foxglove's 3-D panel draws, for each file a new one; None: nothing.
+        scene: makes the objects of Foxglove's 3-D panel, for each file a new one; None: nothing.
 
     Raises:
         ConfigurationError: the file cannot be created.
@@ -106,14 +106,3 @@ class Recorder(Observer):
             LinkError: the rest cannot be written; the file is closed and readable up to there.
         """
         self._file.close()
-
-    def __enter__(self) -> Recorder:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()

@@ -75,12 +75,12 @@ def draw(view: View, floor: Floor, solids: Sequence[Solid], width: int, height: 
         part = rays[rows, columns]
         if not part.size:
             continue
-        met = solid.meet(view.eye, part)
-        front = met < depth[rows, columns]
+        depths = solid.intersect(view.eye, part)
+        front = depths < depth[rows, columns]
         if not front.any():
             continue
-        depth[rows, columns][front] = met[front]
-        colours, normals = solid.look(view.eye + met[front][:, None] * part[front])
+        depth[rows, columns][front] = depths[front]
+        colours, normals = solid.colours_and_normals(view.eye + depths[front][:, None] * part[front])
         light = _AMBIENT + (1.0 - _AMBIENT) * np.maximum(normals @ _LIGHT, 0.0)
         picture[rows, columns][front] = colours * light[:, None]
     drawn: NDArray[np.uint8] = (255.0 * np.clip(picture, 0.0, 1.0) + 0.5).astype(np.uint8)
@@ -91,7 +91,7 @@ def hidden(point: Array, view: View, solids: Sequence[Solid]) -> bool:
     """Whether one of the solids is between the camera and a point of the world before it."""
     reach = float(view.seen(point)[0])
     ray = (point - view.eye) / reach
-    return any(float(solid.meet(view.eye, ray[None])[0]) < reach for solid in solids)
+    return any(float(solid.intersect(view.eye, ray[None])[0]) < reach for solid in solids)
 
 
 def _background(view: View, floor: Floor, rays: Array, depth: Array) -> Array:

@@ -19,6 +19,7 @@ from scipy.spatial import ConvexHull
 from bridge.body import TORSO, Body, joint_tree
 from bridge.body.cameras import LINK, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.kinematics import homogeneous
 from bridge.messages import TruthFrame
 from bridge.messages.world_state import WorldReply, WorldThing
 from bridge.rotations import R_pitch, about_axis, matrix, rotation
@@ -121,16 +122,16 @@ class CameraScene:
 
     def links(self, truth: TruthFrame) -> dict[str, Array]:
         """Frames of all links in the world, (4, 4), by the joint that moves each."""
-        frames = {TORSO: _placed(matrix(truth.torso_orientation), np.array(truth.torso_position))}
+        frames = {TORSO: homogeneous(matrix(truth.torso_orientation), np.array(truth.torso_position))}
         for name, joint in self._tree.items():
             turn = about_axis(joint.axis, truth.joints[INDEX_WITH_MIRROR[name]])
-            frames[name] = frames[joint.parent] @ _placed(turn, np.array(joint.offset))
+            frames[name] = frames[joint.parent] @ homogeneous(turn, np.array(joint.offset))
         return frames
 
     def view(self, camera: int, links: dict[str, Array]) -> View:
         """Camera 0 (top) or 1 (bottom) in the world."""
         eye = self._cameras[camera]
-        H = links[LINK] @ _placed(R_pitch(eye.pitch), np.array(eye.place))
+        H = links[LINK] @ homogeneous(R_pitch(eye.pitch), np.array(eye.place))
         return View(H[:3, 3], H[:3, :3], eye.field)
 
     def limbs(self, links: dict[str, Array]) -> list[Solid]:
@@ -193,9 +194,3 @@ def facing_away(thing: WorldThing, eye: Array) -> bool:
         return False
     way = eye - np.array(thing.position)
     return float(way @ np.array(thing.facing)) < math.cos(math.radians(60.0)) * float(np.linalg.norm(way))
-
-
-def _placed(R: Array, d: Array) -> Array:
-    H = np.eye(4)
-    H[:3, :3], H[:3, 3] = R, d
-    return H

@@ -25,15 +25,15 @@ class Solid(Protocol):
 
     @property
     def hull(self) -> Array:
-        """Points (n, 3) whose convex hull, widened by `margin`, it is in, world frame, m."""
+        """Points (n, 3) whose convex hull, widened by `radius`, it is in, world frame, m."""
         ...
 
     @property
-    def margin(self) -> float:
+    def radius(self) -> float:
         """See `hull`, m."""
         ...
 
-    def meet(self, eye: Array, rays: Array) -> Array:
+    def intersect(self, eye: Array, rays: Array) -> Array:
         """Depth at which rays meet it first, infinite where they do not.
 
         Args:
@@ -42,7 +42,7 @@ class Solid(Protocol):
         """
         ...
 
-    def look(self, points: Array) -> tuple[Array, Array]:
+    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """Colours (n, 3) and outward normals (n, 3) at points of the surface (n, 3), world frame."""
         ...
 
@@ -52,7 +52,7 @@ class Ball:
     """A ball of one colour."""
 
     centre: Array
-    margin: float
+    radius: float
     """Its radius, m."""
     colour: Colour
 
@@ -61,22 +61,22 @@ class Ball:
         """See `Solid`."""
         return self.centre[None]
 
-    def meet(self, eye: Array, rays: Array) -> Array:
+    def intersect(self, eye: Array, rays: Array) -> Array:
         """See `Solid`."""
-        return _first_root(rays, eye - self.centre, self.margin)
+        return _first_root(rays, eye - self.centre, self.radius)
 
-    def look(self, points: Array) -> tuple[Array, Array]:
+    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """See `Solid`."""
-        return _plain(self.colour, points), (points - self.centre) / self.margin
+        return _plain(self.colour, points), (points - self.centre) / self.radius
 
 
 @dataclass(frozen=True)
 class Capsule:
-    """All points within `margin` of a line from `begin` to `end`."""
+    """All points within `radius` of a line from `begin` to `end`."""
 
     begin: Array
     end: Array
-    margin: float
+    radius: float
     colour: Colour
 
     @property
@@ -84,26 +84,26 @@ class Capsule:
         """See `Solid`."""
         return np.stack((self.begin, self.end))
 
-    def meet(self, eye: Array, rays: Array) -> Array:
+    def intersect(self, eye: Array, rays: Array) -> Array:
         """See `Solid`."""
         way = self.end - self.begin
         length = float(np.linalg.norm(way))
         axis = way / length
         from_begin = eye - self.begin
         across = rays - (rays @ axis)[..., None] * axis
-        depth = _first_root(across, from_begin - (from_begin @ axis) * axis, self.margin)
+        depth = _first_root(across, from_begin - (from_begin @ axis) * axis, self.radius)
         with np.errstate(invalid="ignore"):  # a ray that misses the cylinder has no place along it
             along = from_begin @ axis + depth * (rays @ axis)
             depth = np.where((along >= 0.0) & (along <= length), depth, np.inf)
         for end in (self.begin, self.end):
-            depth = np.minimum(depth, _first_root(rays, eye - end, self.margin))
+            depth = np.minimum(depth, _first_root(rays, eye - end, self.radius))
         return depth
 
-    def look(self, points: Array) -> tuple[Array, Array]:
+    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """See `Solid`."""
         way = self.end - self.begin
         along = np.clip((points - self.begin) @ way / (way @ way), 0.0, 1.0)
-        return _plain(self.colour, points), (points - self.begin - along[:, None] * way) / self.margin
+        return _plain(self.colour, points), (points - self.begin - along[:, None] * way) / self.radius
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,9 @@ class Convex:
     offsets: Array
     """Of each plane from the world's origin along its normal, (k,), m."""
     colour: Colour
-    margin: float = 0.0
+    radius: float = 0.0
 
-    def meet(self, eye: Array, rays: Array) -> Array:
+    def intersect(self, eye: Array, rays: Array) -> Array:
         """See `Solid`."""
         enter, leave = np.full(rays.shape[:-1], -np.inf), np.full(rays.shape[:-1], np.inf)
         for normal, offset in zip(self.normals, self.offsets, strict=True):
@@ -130,7 +130,7 @@ class Convex:
             leave = np.where(slope > 0.0, np.minimum(leave, depth), leave)
         return np.where((enter <= leave) & (enter > NEAR), enter, np.inf)
 
-    def look(self, points: Array) -> tuple[Array, Array]:
+    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """See `Solid`."""
         nearest = np.argmin(np.abs(points @ self.normals.T - self.offsets), axis=1)
         return _plain(self.colour, points), self.normals[nearest]
@@ -149,7 +149,7 @@ class Disc:
     """A disc with a picture on its front, white behind."""
 
     centre: Array
-    margin: float
+    radius: float
     """Its radius, m."""
     facing: Array
     """Unit vector out of its front, world frame."""
@@ -160,21 +160,21 @@ class Disc:
         """See `Solid`."""
         return self.centre[None]
 
-    def meet(self, eye: Array, rays: Array) -> Array:
+    def intersect(self, eye: Array, rays: Array) -> Array:
         """See `Solid`."""
         slope = rays @ self.facing
         slope = np.where(np.abs(slope) < _PARALLEL, _PARALLEL, slope)
         depth = float((self.centre - eye) @ self.facing) / slope
         apart = eye + depth[..., None] * rays - self.centre
-        inside = np.einsum("...i,...i->...", apart, apart) <= self.margin**2
+        inside = np.einsum("...i,...i->...", apart, apart) <= self.radius**2
         return np.where(inside & (depth > NEAR), depth, np.inf)
 
-    def look(self, points: Array) -> tuple[Array, Array]:
+    def colours_and_normals(self, points: Array) -> tuple[Array, Array]:
         """See `Solid`."""
         right = np.array([-self.facing[1], self.facing[0], 0.0])
         right /= max(float(np.linalg.norm(right)), 1e-9)
         up = np.cross(self.facing, right)
-        apart = (points - self.centre) / self.margin
+        apart = (points - self.centre) / self.radius
         return self.paint(apart @ right, apart @ up), np.broadcast_to(self.facing, points.shape)
 
 
@@ -187,7 +187,7 @@ def window(solid: Solid, eye: Array, R: Array, slopes: Array) -> tuple[float, fl
         R: camera to world.
         slopes: largest of the picture to the left and upward, (2,).
     """
-    points, r = (solid.hull - eye) @ R, solid.margin
+    points, r = (solid.hull - eye) @ R, solid.radius
     x, sides = points[:, 0], points[:, 1:]
     reach = np.sqrt(1.0 + slopes * slopes) * r
     if (x + r).max() <= NEAR:

@@ -31,8 +31,8 @@ class Scene(ABC):
     """Floor and objects of an engine.
 
     The floor is an infinite plane, z = 0 of the floor frame, which begins as the world's frame. Objects are
-    called by names, each used once at a time. What is fixed on the floor moves with it. Everything here may be
-    called between two physics steps of a running robot.
+    called by names, each used once at a time. Everything fixed on the floor moves with it. Everything here may
+    be called between two physics steps of a running robot.
 
     The coefficient of friction between two things that touch is: sole and floor, box and floor: the floor's;
     sole and box: the box's own if it has one, else the floor's. The rest of the robot has the fraction
@@ -47,13 +47,13 @@ class Scene(ABC):
 
         Args:
             pose: Of the floor frame.
-            velocity: Of its origin until the next call, m/s; what stands on it is carried along.
+            velocity: Of its origin until the next call, m/s; objects on it are carried along.
             spin: Angular velocity until the next call, world frame, rad/s.
         """
 
     @abstractmethod
     def set_surface(self, surface: Surface) -> None:
-        """Set what the floor, and what is fixed on it, is to soles."""
+        """Set the surface of the floor, and of everything fixed on it, against soles."""
 
     @abstractmethod
     def add_box(

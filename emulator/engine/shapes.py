@@ -120,7 +120,7 @@ def sole_area(body: Body) -> float:
 
 
 def sole_pad(body: Body, side: Side) -> BoxShape:
-    """A plate in the middle of a sole, flush with it: carries what a patch carries away from its outline."""
+    """A plate in the middle of a sole, flush with it: carries the load of a patch away from its outline."""
     outline = sole_hull(body, side)
     low, high = outline.min(axis=0), outline.max(axis=0)
     x, y = (0.5 * (low + high)).tolist()

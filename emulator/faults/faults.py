@@ -66,7 +66,9 @@ class CommandChannel:
         """Nothing is on the way."""
         return not self._on_the_way
 
-    def carry(self, command: ActuatorFrame | None, faults: Iterable[CommandFault]) -> ActuatorFrame | None:
+    def apply_command_faults(
+        self, command: ActuatorFrame | None, faults: Iterable[CommandFault]
+    ) -> ActuatorFrame | None:
         """One cycle.
 
         Args:
@@ -182,10 +184,10 @@ class FrameFaults:
         """Values that a stuck sensor repeats, by fault."""
 
     def forget(self, name: str) -> None:
-        """A fault has ended, or begins anew."""
+        """A fault has ended, or begins again."""
         self._held.pop(name, None)
 
-    def spoil(self, frame: SensorFrame, faults: Iterable[FrameFault]) -> SensorFrame:
+    def corrupt_frame(self, frame: SensorFrame, faults: Iterable[FrameFault]) -> SensorFrame:
         """The frame as a controller gets to see it."""
         for fault in faults:
             frame = msgspec.structs.replace(frame, **self._changes(frame, fault))
@@ -237,7 +239,7 @@ class Faults:
         rezero: Restarts the inertial unit.
         planned: Faults of the scenario.
         random: Source of everything random in the faults.
-        say: Told in one sentence when a fault begins and ends, with a short code.
+        notify: Told in one sentence when a fault begins and ends, with a short code.
     """
 
     def __init__(
@@ -247,9 +249,9 @@ class Faults:
         rezero: Callable[[], None],
         planned: Sequence[FaultEvent],
         random: np.random.Generator,
-        say: Callable[[str, str], None],
+        notify: Callable[[str, str], None],
     ) -> None:
-        self._say, self._rezero = say, rezero
+        self._notify, self._rezero = notify, rezero
         self._planned = sorted(planned, key=lambda event: event.time, reverse=True)
         self._running: dict[str, _Running] = {}
         chance = random.spawn(2)
@@ -279,7 +281,7 @@ class Faults:
             try:
                 self.start(event.fault, time, event.duration)
             except FrameError as error:
-                self._say("fault-refused", str(error))
+                self._notify("fault-refused", str(error))
         self._look_ahead()
 
     def start(self, fault: Fault, time: float, duration: float) -> str:
@@ -300,13 +302,13 @@ class Faults:
             raise FrameError("A pause of the DCM needs a `duration` in s: standing still, it hears no end.")
         if isinstance(fault, InertialRezero):
             self._rezero()
-            self._say("fault", f"Fault {name} struck.")
+            self._notify("fault", f"Fault {name} struck.")
             return name
         self._frames.forget(name)
         self._running.pop(name, None)
         self._running[name] = _Running(fault, time + duration if duration > 0.0 else math.inf)
         self._changed()
-        self._say("fault", f"Fault {name} begins.")
+        self._notify("fault", f"Fault {name} begins.")
         return name
 
     def end(self, name: str = "") -> None:
@@ -320,7 +322,7 @@ class Faults:
         for ended in [name] if name else list(self._running):
             del self._running[ended]
             self._frames.forget(ended)
-            self._say("fault", f"Fault {ended} ends.")
+            self._notify("fault", f"Fault {ended} ends.")
         self._changed()
 
     def _changed(self) -> None:
@@ -339,12 +341,12 @@ class Faults:
         ends = [running.until for running in self._running.values()]
         self._next = min([*ends, *(event.time for event in self._planned[-1:])], default=math.inf)
 
-    def carry(self, command: ActuatorFrame | None) -> ActuatorFrame | None:
+    def apply_command_faults(self, command: ActuatorFrame | None) -> ActuatorFrame | None:
         """The command that reaches the DCM in this cycle, of the one sent in it and those on the way."""
         if not self._of_commands and self._channel.empty:
             return command
-        return self._channel.carry(command, self._of_commands)
+        return self._channel.apply_command_faults(command, self._of_commands)
 
-    def spoil(self, frame: SensorFrame) -> SensorFrame:
+    def corrupt_frame(self, frame: SensorFrame) -> SensorFrame:
         """The frame that leaves the DCM, of the one that was measured."""
-        return self._frames.spoil(frame, self._of_frames) if self._of_frames else frame
+        return self._frames.corrupt_frame(frame, self._of_frames) if self._of_frames else frame

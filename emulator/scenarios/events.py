@@ -10,7 +10,7 @@ import msgspec
 from bridge.messages.faults import DcmPause, Fault
 from bridge.messages.world import MAX_IMPULSE, Foot, Friction, Impulse
 from bridge.types import Vec2, Vec3
-from emulator.scenarios.table import Degrees, NotNegative, Positive, ScenarioTable, Size, Slope
+from emulator.scenarios.ground import Degrees, NotNegative, Positive, ScenarioTable, Size, Slope
 
 
 class _Event(ScenarioTable, frozen=True, kw_only=True):

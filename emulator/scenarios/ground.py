@@ -1,4 +1,4 @@
-"""The ground of a scenario: floor, start, boxes, tiles, heightfield."""
+"""The ground of a scenario: floor, start, boxes, tiles, heightfield; and the base of all its tables."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ from bridge.body.postures import POSTURES
 from bridge.messages.world import Friction, StartName, ThingKind
 from bridge.types import Vec2
 from bridge.validation import unknown_name
-from emulator.scenarios.table import (
-    Degrees,
-    NotNegative,
-    Plane,
-    Positive,
-    ScenarioTable,
-    Seed,
-    Size,
-    Slope,
-)
+
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
+Slope = Annotated[float, msgspec.Meta(ge=-34.0, le=34.0)]
+Degrees = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
+Seed = Annotated[int, msgspec.Meta(ge=0)]
+Plane = tuple[Positive, Positive]
+Size = tuple[Positive, Positive, Positive]
+
+
+class ScenarioTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Base: frozen, a misspelt key is an error, and a default is not written."""
+
 
 START_NAMES: Final[tuple[str, ...]] = get_args(StartName)
-"""How a robot can begin; what each is: `emulator.start.START_POSES`."""
+"""How a robot can begin; their meaning: `emulator.start.START_POSES`."""
 MAX_TILES: Final = 10_000
 MAX_POINTS: Final = 250_000
 """Of a heightfield."""

@@ -1,4 +1,4 @@
-"""A scenario: the robot's start, the ground, and the events.
+"""A scenario: the robot's start, the ground with its random terrain, and the events.
 
 Lengths in m, masses in kg, times in s from the first frame. Angles are typed by a person: degrees. Positions
 are in the floor frame: origin where the robot starts by default, x in its heading, z along the floor's normal.
@@ -10,13 +10,22 @@ import math
 from typing import Annotated, Final
 
 import msgspec
+import numpy as np
 
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.messages.world import min_tilt_duration
+from bridge.messages.world_state import HeightGrid, Terrain, Tile
 from bridge.validation import unknown_name
 from emulator.scenarios.events import FaultEvent, FrictionEvent, PendulumEvent, PlateEvent, PushEvent, TiltEvent
-from emulator.scenarios.ground import Heightfield, PlacedBox, PlacedThing, ScenarioFloor, Start, Tiles
-from emulator.scenarios.table import ScenarioTable
+from emulator.scenarios.ground import (
+    Heightfield,
+    PlacedBox,
+    PlacedThing,
+    ScenarioFloor,
+    ScenarioTable,
+    Start,
+    Tiles,
+)
 
 MAX_BOXES: Final = 1000
 MAX_THINGS: Final = 100
@@ -65,3 +74,53 @@ class Scenario(ScenarioTable, frozen=True, kw_only=True):
                     f"tilts: the turn at {tilt.time:g} s needs a duration of {shortest:.3g} s or more"
                 )
             at, until = (tilt.roll, tilt.pitch), tilt.time + tilt.duration
+
+
+def terrain_of(scenario: Scenario, random: np.random.Generator) -> Terrain:
+    """The ground of a scenario that is not flat.
+
+    Args:
+        scenario: The world.
+        random: For tiles and heightfields without a seed of their own.
+    """
+    grid = None if scenario.heightfield is None else height_grid(scenario.heightfield, random)
+    return Terrain(() if scenario.tiles is None else tiles_of(scenario.tiles, random), grid)
+
+
+def tiles_of(tiles: Tiles, random: np.random.Generator) -> tuple[Tile, ...]:
+    """Square tiles of random heights, equally likely from 0 to the maximum.
+
+    A round place about the start stays free, so that the robot begins on the floor.
+
+    Args:
+        tiles: Their numbers.
+        random: For tiles without a seed of their own.
+    """
+    if tiles.seed is not None:
+        random = np.random.default_rng(tiles.seed)
+    columns, rows = (max(1, round(length / tiles.edge)) for length in tiles.area)
+    heights = random.uniform(0.0, tiles.height, (rows, columns))
+    found = []
+    for row in range(rows):
+        for column in range(columns):
+            x = tiles.centre[0] + (column - 0.5 * (columns - 1)) * tiles.edge
+            y = tiles.centre[1] + (row - 0.5 * (rows - 1)) * tiles.edge
+            if math.hypot(x, y) >= tiles.free:
+                found.append(Tile((x, y), tiles.edge, float(heights[row, column])))
+    return tuple(found)
+
+
+def height_grid(field: Heightfield, random: np.random.Generator) -> HeightGrid:
+    """The heights as they are given, or random ones.
+
+    Args:
+        field: Its numbers.
+        random: For a field without a seed of its own.
+    """
+    if field.heights:
+        return HeightGrid(field.centre, field.spacing, field.heights)
+    if field.seed is not None:
+        random = np.random.default_rng(field.seed)
+    columns, rows = (max(2, round(length / field.spacing) + 1) for length in field.area)
+    heights = random.uniform(0.0, field.roughness, (rows, columns))
+    return HeightGrid(field.centre, field.spacing, tuple(tuple(row) for row in heights.tolist()))

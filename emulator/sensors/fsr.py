@@ -50,7 +50,7 @@ class ForceCells:
         self._drift_decay = math.exp(-cycle / p.drift_time)
         self._drift_step = p.drift * math.sqrt(1.0 - self._drift_decay**2)
         self.drift: Array = p.drift * self._drifts.next()
-        """What the offsets have wandered to, N."""
+        """Present drift of the offsets, N."""
 
     def read(self, forces: Array) -> tuple[float, ...]:
         """Readings of all cells for the forces on them, (8,), N; once per cycle."""

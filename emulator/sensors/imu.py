@@ -160,7 +160,7 @@ def _take(
     cycle: float,
     fusion: tuple[float, float, float, float],
 ) -> tuple[Vec3, Vec3]:
-    """Sample true means of a cycle, fuse them, and return what both sensors report."""
+    """Sample true means of a cycle, fuse them, and return the reports of both sensors."""
     seen, turned = measured(acceleration, accelerometer, noises[0]), measured(rate, gyroscope, noises[1])
     fuse(state, seen, turned, cycle, *fusion)
     return reported(seen, accelerometer[2]), reported(turned, gyroscope[2])
@@ -221,11 +221,7 @@ class InertialSensors:
             for_accelerometer,
         )
         self.gyroscope = TriaxialSensor(
-            unit.gyroscope_range,
-            unit.gyroscope_step,
-            unit.gyroscope_axes,
-            parameters.gyroscope,
-            for_gyroscope,
+            unit.gyroscope_range, unit.gyroscope_step, unit.gyroscope_axes, parameters.gyroscope, for_gyroscope
         )
         self._place = unit.accelerometer
         self._gravity, self._up = gravity, (0.0, 0.0, gravity)

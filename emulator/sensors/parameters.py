@@ -1,7 +1,7 @@
 """Imperfections of the sensors: one number or switch per effect, every default ideal; noise.
 
 Constants of a robot (gains, biases, offsets) are drawn once per run from a normal distribution with the given
-standard deviation; noise is drawn anew for each sample.
+standard deviation; noise is drawn for each sample.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class BatteryParameters(_Parameters, frozen=True):
     charge: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 1.0
     """At the start."""
     idle_current: NotNegative = 0.0
-    """What the computers draw, A."""
+    """Current of the computers, A."""
     heating: NotNegative = 0.0
     """Temperature over the room's in the end, K per A^2."""
     heating_time: Positive = 900.0

@@ -86,7 +86,7 @@ class Battery:
         """One cycle.
 
         Args:
-            motors: What all motors draw, A.
+            motors: Current of all motors, A.
         """
         current = self._idle + motors
         self._current = -current
@@ -105,7 +105,7 @@ class Battery:
 
 
 class Encoders:
-    """What the encoders of all joints read.
+    """Readings of the encoders of all joints.
 
     Captured V6 packets lie on a grid of 2 pi / 4096 that is off whole counts by the same amount on every joint,
     with a sign that is the joint's own: the grid is shifted, the reading stays true to half a step.
@@ -125,7 +125,7 @@ class Encoders:
         self.shift: Array = np.where(constants.random(count) < 0.5, -1.0, 1.0) * parameters.residue
         """Place of each joint's grid, rad."""
         self.zero_error: Array = constants.standard_normal(count) * parameters.zero_error
-        """What each joint reads too much, rad."""
+        """Excess of each joint's reading, rad."""
         self._noise = parameters.noise
         self._rows = NormalRows(noise, count)
 

@@ -13,8 +13,7 @@ from bridge.body import Body
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
-from emulator.wear.ensemble import ENSEMBLE, ensemble_member, wear_of_seed
-from emulator.wear.profile import WearProfile, read_profile
+from emulator.wear.ensemble import ENSEMBLE, WearProfile, ensemble_member, read_profile, wear_of_seed
 
 __all__ = ["WEAR", "WearProfile", "load_wear", "wear_of_seed"]
 

@@ -107,14 +107,7 @@ class PendulumStrike:
     """
 
     def __init__(
-        self,
-        engine: Engine,
-        name: str,
-        bob: Vec3,
-        heading: float,
-        mass: float,
-        length: float,
-        angle: float,
+        self, engine: Engine, name: str, bob: Vec3, heading: float, mass: float, length: float, angle: float
     ) -> None:
         self._scene, self.name = engine.scene, name
         # The hinge's axis is y of a frame whose x axis is the direction of the strike.

@@ -43,11 +43,11 @@ class WaitingPlates:
     Args:
         world: Where they will lie.
         body: Data sheet of the robot.
-        say: Told in one sentence that a plate lies, with a short code.
+        notify: Told in one sentence that a plate lies, with a short code.
     """
 
-    def __init__(self, world: World, body: Body, say: Callable[[str, str], None]) -> None:
-        self._world, self._say = world, say
+    def __init__(self, world: World, body: Body, notify: Callable[[str, str], None]) -> None:
+        self._world, self._notify = world, notify
         self._waiting: list[PlateUnderFoot] = []
         self._soles: dict[Side, list[Vec3]] = {
             "L": sole_points(body, "L").tolist(),
@@ -86,9 +86,9 @@ class WaitingPlates:
         try:
             world.add_box(plate.name, plate.size, at, yaw + plate.yaw, height=0.0, beside_robot=True)
         except FrameError as error:  # it reaches into the other foot
-            self._say("world-refused", str(error))
+            self._notify("world-refused", str(error))
             return
-        self._say(
+        self._notify(
             "world",
             f"A plate of {1e3 * plate.size[2]:.0f} mm lies under the {_FOOT[side]} foot "
             f"at ({at[0]:.3f}, {at[1]:.3f}).",
@@ -107,7 +107,7 @@ class EventExecutor:
         world: The world, with the robot in its engine.
         body: Data sheet of the robot.
         timeline: Robot time in s and command of each event.
-        say: Told each event in one sentence, with a short code.
+        notify: Told each event in one sentence, with a short code.
     """
 
     def __init__(
@@ -115,13 +115,13 @@ class EventExecutor:
         world: World,
         body: Body,
         timeline: Sequence[tuple[float, WorldEvent]],
-        say: Callable[[str, str], None],
+        notify: Callable[[str, str], None],
     ) -> None:
-        self._world, self._engine, self._say = world, world.engine, say
+        self._world, self._engine, self._notify = world, world.engine, notify
         self._timeline = sorted(timeline, key=lambda event: event[0], reverse=True)
         self._actions: list[Action] = []
         self._pendulums = 0
-        self._plates = WaitingPlates(world, body, say)
+        self._plates = WaitingPlates(world, body, notify)
         self._dt = world.engine.settings.step
 
     def begin_cycle(self, time: float) -> Callable[[], None] | None:
@@ -143,7 +143,7 @@ class EventExecutor:
         try:
             self.execute(command)
         except FrameError as error:
-            self._say("world-refused", str(error))
+            self._notify("world-refused", str(error))
 
     def _before_step(self) -> None:
         self._actions = [action for action in self._actions if action.step()]
@@ -152,7 +152,7 @@ class EventExecutor:
         """Carry out a command at a cycle boundary.
 
         Returns:
-            What was done, in one sentence, which is also said.
+            The act, in one sentence, which is also a notice.
 
         Raises:
             FrameError: the command means something that is not there, or cannot be.
@@ -175,7 +175,7 @@ class EventExecutor:
         else:
             self._world.set_surface(replace(self._world.surface, friction=command.friction))
             text = f"The floor's friction is {command.friction:g}."
-        self._say("world", text)
+        self._notify("world", text)
         return text
 
     def objects(self) -> tuple[WorldObject, ...]:

@@ -112,7 +112,7 @@ class World:
         return self.terrain != Terrain() or any(box.mass <= 0.0 for box in self.boxes.values())
 
     def set_surface(self, surface: Surface) -> None:
-        """Change the surface of the floor and of what is fixed on it; boxes keep a friction of their own."""
+        """Change the surface of the floor and of everything fixed on it; boxes keep a friction of their own."""
         self.surface = surface
         self.engine.scene.set_surface(surface)
 
@@ -230,7 +230,7 @@ class World:
     def put_thing(
         self, name: str, kind: ThingKind, at: Vec2, yaw: float, height: float | None, size: float | None
     ) -> None:
-        """Put something to be seen, or replace what has its name; the fields of `PlaceThing`, floor frame."""
+        """Put a thing to be seen, or replace that of its name; the fields of `PlaceThing`, floor frame."""
         wide = THING_SIZES[kind] if size is None else size
         if height is None:
             height = 0.5 * wide if kind == "ball" else THING_HEIGHT

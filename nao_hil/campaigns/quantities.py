@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 import msgspec
 
 from bridge.body import Body, load_body
-from bridge.body.check import check_body
+from bridge.body.load import check_body
 from bridge.config import from_dict
 from bridge.errors import ConfigurationError
 from bridge.validation import Invalid, convert, unknown_name

@@ -170,9 +170,8 @@ def serve_naoqi(
             link,
             url,
             gait,
-            lambda _: _full(gait),
+            _full(gait),
             lambda: ServingWalker(name, connect, gait),
-            [sys.executable, "-m", "emulator.camera"],
             stop.is_set,
             CONTROLLER_PRIORITY if realtime_priority else None,
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -59,9 +58,7 @@ def ros(
             return 130
     node = RosNode(session, name, domain, distro)
     try:
-        counts = RosBridge(
-            name, connect, node, describe, [sys.executable, "-m", "emulator.camera"], picture_rate, stop
-        ).run()
+        counts = RosBridge(name, connect, node, describe, picture_rate, stop).run()
     finally:
         node.close()
     return Answer(counts)
@@ -79,7 +76,7 @@ def rosbag(
     Example: nao-hil export rosbag runs/20260101T120000Z --out walk-bag
     """
     try:
-        from bridge.adapters.ros.bag import write_bag
+        from bridge.adapters.ros.messages import write_bag
         from bridge.adapters.ros.wire import check_distro
     except ImportError as error:
         raise ConfigurationError(f"{error}; pip install 'nao-hil[ros]'.") from None

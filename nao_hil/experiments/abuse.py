@@ -16,9 +16,9 @@ from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.messages import ActuatorFrame, SensorFrame
 from bridge.messages.faults import PowerLoss
 from bridge.messages.world import EndFault, Push, StandUp, StartFault
+from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
-from emulator.world.queries import carry_out
 from nao_hil.analysis.report.render import Claim, Outcome, yes_no
 from nao_hil.experiments.context import Context
 

@@ -16,8 +16,8 @@ from bridge.guard import Guard
 from bridge.messages.world import Push
 from bridge.stance import FALLEN_TILT
 from emulator.engine.shapes import link_shapes, lowest_point
+from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
-from emulator.world.queries import carry_out
 from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
 from nao_hil.analysis.statistics import few_words, wilson
 from nao_hil.experiments.context import Context

@@ -16,8 +16,7 @@ from bridge.recording.playback import recorded_config
 from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
 from emulator.scenarios import load_scenario
-from emulator.scenarios.model import Scenario
-from emulator.scenarios.terrain import terrain_of
+from emulator.scenarios.model import Scenario, terrain_of
 from nao_hil.analysis.diagnosis import Balance
 from walker.estimation.odometry import on_ground
 from walker.gaits.plan import Foothold

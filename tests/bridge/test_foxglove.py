@@ -20,7 +20,7 @@ from bridge.messages import Contact, SensorFrame, TruthFrame
 from bridge.recording.foxglove import EVERY, RobotScene
 from bridge.recording.playback import read_recording
 from bridge.recording.recorder import Recorder
-from tests.frames import standing_frame
+from tests.frames import standing_frame, truth_frame
 
 BODY = load_body("nao-v6")
 REQUIRED = {
@@ -37,21 +37,9 @@ ENTITY = {
 
 
 def truth(frame: SensorFrame, x: float, yaw: float) -> TruthFrame:
-    on = Contact(force=(0.0, 0.0, 26.0), cop=None)
-    return TruthFrame(
-        seq=frame.seq,
-        time=frame.time,
-        torso_position=(x, 0.1, 0.3),
-        torso_orientation=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
-        torso_velocity=(0.0, 0.0, 0.0),
-        torso_angular_velocity=(0.0, 0.0, 0.0),
-        joints=frame.position,
-        com=(x, 0.1, 0.25),
-        zmp=None,
-        left=on,
-        right=on,
-        fell=False,
-    )
+    on, turn = Contact(force=(0.0, 0.0, 26.0), cop=None), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+    place = {"torso_position": (x, 0.1, 0.3), "torso_orientation": turn, "com": (x, 0.1, 0.25)}
+    return truth_frame(frame.seq, joints=frame.position, left=on, right=on, **place)
 
 
 def record(file: Path, *, with_truth: bool = True) -> dict[str, list[dict[str, Any]]]:

@@ -1,129 +1,82 @@
+"""The lease: one controller at a time, how the lease ends, and who gets it next."""
+
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
 
 from bridge.link.lease import SILENCE, LeaseBook
 
-FIRST = 1000
+
+@pytest.fixture
+def book() -> LeaseBook:
+    return LeaseBook(first=1000)
 
 
-def test_the_first_who_asks_gets_it_and_the_second_hears_who_has_it() -> None:
-    book = LeaseBook(FIRST)
-    assert book.acquire("anna", 1, now=0.0).granted
-    reply = book.acquire("bert", 2, now=0.1)
-    assert not reply.granted
-    assert reply.lease == 0
-    assert reply.holder == "anna"
-    assert "anna" in reply.message
+def test_one_controller_holds_it_by_its_ticket_and_others_hear_who(book: LeaseBook) -> None:
+    assert book.status().holder == "" and not book.keepalive(0, now=0.0)
+    lease = book.acquire("walker", 1, now=0.0).lease
+    assert book.acquire("walker", 1, now=1.0).lease == lease  # asked again
+    for name in ("walker", "bert"):  # a name alone makes no holder
+        reply = book.acquire(name, 2, now=1.1)
+        assert (reply.granted, reply.lease, reply.holder) == (False, 0, "walker")
+        assert "walker" in reply.message
+    status = book.status()
+    assert (status.granted, status.lease, status.holder) == (False, 0, "walker")
+    assert book.release(2).holder == "walker" and not book.on_token_lost(2)
+    assert [book.keepalive(number, now=1.2) for number in (lease, lease + 1, 0)] == [True, False, False]
 
 
-def test_a_name_alone_does_not_make_a_holder() -> None:
-    book = LeaseBook(FIRST)
-    book.acquire("walker", 1, now=0.0)
-    reply = book.acquire("walker", 2, now=0.1)
-    assert not reply.granted
-    book.release(2)
-    assert not book.gone(2)
-    assert book.holder is not None
-    assert book.holder.ticket == 1
+@pytest.mark.parametrize("end", [lambda book: book.release(1), lambda book: book.on_token_lost(1)])
+def test_it_ends_when_it_is_given_back_and_with_its_holder(
+    book: LeaseBook, end: Callable[[LeaseBook], Any]
+) -> None:
+    lease = book.acquire("anna", 1, now=0.0).lease
+    end(book)
+    assert book.holder is None and not book.keepalive(lease, now=0.0)
+    assert book.acquire("bert", 2, now=0.0).granted
 
 
-def test_asking_again_grants_the_same_number() -> None:
-    book = LeaseBook(FIRST)
-    first = book.acquire("anna", 1, now=0.0)
-    assert book.acquire("anna", 1, now=1.0).lease == first.lease
-
-
-def test_every_grant_has_a_number_of_its_own_and_none_is_zero() -> None:
-    book = LeaseBook(0)
-    numbers = []
+def test_every_grant_has_a_number_of_its_own_also_after_a_restart() -> None:
+    book, numbers = LeaseBook(0), []
     for _ in range(5):
         numbers.append(book.acquire("anna", 1, now=0.0).lease)
         book.release(1)
-    assert len(set(numbers)) == 5
-    assert 0 not in numbers
-
-
-def test_a_number_from_before_a_restart_is_not_obeyed() -> None:
-    old = LeaseBook(FIRST).acquire("anna", 1, now=0.0).lease
-    restarted = LeaseBook(FIRST + 12345)
-    assert not restarted.heard(old, now=0.0)
+    assert len(set(numbers)) == 5 and 0 not in numbers
+    restarted = LeaseBook(12345)
+    assert not restarted.keepalive(numbers[-1], now=0.0)
     restarted.acquire("bert", 2, now=0.0)
-    assert not restarted.heard(old, now=0.0)
+    assert not restarted.keepalive(numbers[-1], now=0.0)
 
 
-def test_only_the_holders_number_is_obeyed() -> None:
-    book = LeaseBook(FIRST)
-    assert not book.heard(0, now=0.0)
-    lease = book.acquire("anna", 1, now=0.0).lease
-    assert book.heard(lease, now=0.0)
-    assert not book.heard(lease + 1, now=0.0)
-    assert not book.heard(0, now=0.0)
-
-
-def test_giving_back_frees_it() -> None:
-    book = LeaseBook(FIRST)
-    lease = book.acquire("anna", 1, now=0.0).lease
-    assert book.release(1).holder == ""
-    assert not book.heard(lease, now=0.0)
-    assert book.acquire("bert", 2, now=0.0).granted
-
-
-def test_another_cannot_give_it_back() -> None:
-    book = LeaseBook(FIRST)
-    lease = book.acquire("anna", 1, now=0.0).lease
-    assert book.release(2).holder == "anna"
-    assert book.heard(lease, now=0.0)
-
-
-def test_it_ends_with_its_holder() -> None:
-    book = LeaseBook(FIRST)
-    lease = book.acquire("anna", 1, now=0.0).lease
-    assert not book.gone(2)
-    assert book.gone(1)
-    assert not book.heard(lease, now=0.0)
-    assert book.acquire("bert", 2, now=0.0).granted
-
-
-def test_a_silent_holder_keeps_it_until_another_asks() -> None:
-    book = LeaseBook(FIRST)
+def test_a_silent_holder_keeps_it_until_another_asks(book: LeaseBook) -> None:
+    """Commands are signs of life, and so is asking again."""
     lease = book.acquire("anna", 1, now=0.0).lease
     assert not book.acquire("bert", 2, now=SILENCE).granted
-    assert book.heard(lease, now=100.0)
+    assert book.keepalive(lease, now=100.0)
     assert not book.acquire("bert", 2, now=100.0 + SILENCE).granted
-    taken = book.acquire("bert", 2, now=100.0 + SILENCE + 0.01)
-    assert taken.granted
-    assert taken.lease != lease
-    assert not book.heard(lease, now=104.0)
+    book.acquire("anna", 1, now=102.0)
+    assert not book.acquire("bert", 2, now=102.0 + SILENCE).granted
+    taken = book.acquire("bert", 2, now=102.0 + SILENCE + 0.01)
+    assert taken.granted and taken.lease != lease
+    assert not book.keepalive(lease, now=106.0)
 
 
-def test_asking_again_is_a_sign_of_life() -> None:
-    book = LeaseBook(FIRST)
-    book.acquire("anna", 1, now=0.0)
-    book.acquire("anna", 1, now=2.0)
-    assert not book.acquire("bert", 2, now=SILENCE + 1.0).granted
-
-
-def test_the_status_names_the_holder_and_changes_nothing() -> None:
-    book = LeaseBook(FIRST)
-    assert book.status().holder == ""
-    lease = book.acquire("anna", 1, now=0.0).lease
-    status = book.status()
-    assert (status.granted, status.lease, status.holder) == (False, 0, "anna")
-    assert book.heard(lease, now=0.0)
-
-
-def test_a_holder_whose_session_broke_off_gets_the_same_lease_back() -> None:
-    book = LeaseBook(FIRST)
+def test_a_holder_whose_session_broke_off_gets_the_same_lease_back(book: LeaseBook) -> None:
     first = book.acquire("anna", 1, now=0.0)
-    assert book.gone(1)
+    assert book.on_token_lost(1)
     assert book.acquire("anna", 1, now=40.0).lease == first.lease
     assert not book.abandoned
 
 
-def test_a_holder_gets_another_lease_after_a_stop_or_another_controller() -> None:
-    for other in (LeaseBook.revoke, lambda book: book.acquire("bert", 2, now=1.0)):
-        book = LeaseBook(FIRST)
-        first = book.acquire("anna", 1, now=0.0)
-        assert book.gone(1)
-        other(book)
-        book.gone(2)
-        assert book.acquire("anna", 1, now=2.0).lease not in (first.lease, 0)
+@pytest.mark.parametrize("other", [LeaseBook.revoke, lambda book: book.acquire("bert", 2, now=1.0)])
+def test_a_holder_gets_another_lease_after_a_stop_or_another_controller(
+    book: LeaseBook, other: Callable[[LeaseBook], Any]
+) -> None:
+    first = book.acquire("anna", 1, now=0.0)
+    assert book.on_token_lost(1)
+    other(book)
+    book.on_token_lost(2)
+    assert book.acquire("anna", 1, now=2.0).lease not in (first.lease, 0)

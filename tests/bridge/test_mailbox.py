@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from bridge.link.mailbox import Mailbox
-from bridge.link.rate import RateLimit
+from bridge.link.query import RateLimit
 from tests.loops import TIMEOUT
 
 WAIT = 0.1

@@ -20,7 +20,7 @@ from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.analysis.inspection import inspect
 from nao_hil.recording import load
-from tests.frames import standing_frame, walk_telemetry
+from tests.frames import standing_frame, truth_frame, walk_telemetry
 
 CONFIG = {"robot": "nao-v3", "seed": 7, "parameters": {"step": 0.04}}
 
@@ -42,20 +42,13 @@ def actuator(k: int, wall: int = 0, lease: int = 0) -> ActuatorFrame:
 
 
 def truth(k: int) -> TruthFrame:
-    return TruthFrame(
-        seq=k,
-        time=k * 0.01,
-        torso_position=(0.001 * k, 0.0, 0.31),
-        torso_orientation=(0.0, 0.0, 0.0, 1.0),
-        torso_velocity=(0.1, 0.0, 0.0),
-        torso_angular_velocity=(0.0, 0.0, 0.0),
-        joints=(0.0,) * N_JOINTS,
-        com=(0.0, 0.0, 0.25),
-        zmp=(0.01, 0.0) if k % 2 else None,
-        left=Contact(force=(0.0, 0.0, 26.0), cop=(0.01, 0.0)),
-        right=Contact(force=(0.0, 0.0, 0.0), cop=None),
-        fell=False,
-    )
+    left = Contact(force=(0.0, 0.0, 26.0), cop=(0.01, 0.0))
+    place = {
+        "torso_position": (0.001 * k, 0.0, 0.31),
+        "torso_velocity": (0.1, 0.0, 0.0),
+        "com": (0.0, 0.0, 0.25),
+    }
+    return truth_frame(k, zmp=(0.01, 0.0) if k % 2 else None, left=left, **place)
 
 
 def telemetry(k: int, tick: float = 0.0) -> WalkTelemetry:

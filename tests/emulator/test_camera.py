@@ -14,6 +14,7 @@ from io import BytesIO
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from PIL import Image
@@ -37,6 +38,7 @@ from emulator.camera.scene import (
     picture_file,
     thing_of,
 )
+from tests.frames import truth_frame, world_reply
 from tests.loops import until
 
 NOTHING = Contact(force=(0.0, 0.0, 0.0), cop=None)
@@ -53,34 +55,12 @@ NECK = 0.1265
 def truth(yaw: float, pitch: float, at: Vec3 = (0.0, 0.0, 0.33), heading: float = 0.0) -> TruthFrame:
     joints = list(POSTURES["StandInit"])
     joints[INDEX["HeadYaw"]], joints[INDEX["HeadPitch"]] = yaw, pitch
-    return TruthFrame(
-        seq=0,
-        time=0.0,
-        torso_position=at,
-        torso_orientation=(0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)),
-        torso_velocity=(0.0, 0.0, 0.0),
-        torso_angular_velocity=(0.0, 0.0, 0.0),
-        joints=tuple(joints),
-        com=(0.0, 0.0, 0.0),
-        zmp=None,
-        left=NOTHING,
-        right=NOTHING,
-        fell=False,
-    )
+    turn = (0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0))
+    return truth_frame(torso_position=at, torso_orientation=turn, joints=tuple(joints))
 
 
 def world(*things: WorldThing, boxes: tuple[WorldObject, ...] = ()) -> WorldReply:
-    return WorldReply(
-        text="",
-        seq=0,
-        time=0.0,
-        paused=False,
-        floor=(0.0, 0.0),
-        friction=0.8,
-        objects=boxes,
-        things=things,
-        faults=(),
-    )
+    return world_reply(objects=boxes, things=things)
 
 
 def ball(at: Vec3, size: float = 0.06) -> WorldThing:
@@ -166,7 +146,7 @@ def test_the_robot_sees_its_hands_before_it_and_not_its_head() -> None:
     for side in "LR":
         joints[INDEX[f"{side}ShoulderPitch"]], joints[INDEX[f"{side}ElbowRoll"]] = 0.6, 0.0
         joints[INDEX[f"{side}ShoulderRoll"]] = 0.0
-    reaching = TruthFrame(**{f: getattr(frame, f) for f in frame.__struct_fields__} | {"joints": tuple(joints)})
+    reaching = msgspec.structs.replace(frame, joints=tuple(joints))
     assert (picture("nao-v5", 1, reaching, empty, 160) != floor).any()
 
 

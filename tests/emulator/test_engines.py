@@ -1,5 +1,7 @@
 """What every engine must do, against closed forms: fall, swing, rest, slide, land, turn, block."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,7 +12,9 @@ import pytest
 from bridge.body import TORSO, Body, joint_tree, load_body
 from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
-from emulator.engine.values import PhysicsSettings, PinholeCamera
+from emulator.engine.mujoco.engine import MujocoEngine
+from emulator.engine.mujoco.native import structure
+from emulator.engine.values import PhysicsSettings, PinholeCamera, Surface
 from emulator.poses import ORIGIN, Pose, quaternion
 from emulator.world.world import WOOD
 
@@ -267,3 +271,25 @@ def test_a_robot_on_a_hook_hangs_where_it_was_and_falls_when_it_is_let_go(engine
     before = engine.robot.com()[2]
     run(engine, 100)
     assert before - engine.robot.com()[2] == pytest.approx(0.5 * G * 0.1**2, rel=0.1)
+
+
+def test_the_places_of_fields_are_those_of_the_installed_version() -> None:
+    engine = MujocoEngine(PhysicsSettings())
+    engine.scene.set_surface(Surface(friction=1.0, stiffness_per_area=1e8, relaxation=0.01))
+    body = load_body("nao-v6")
+    engine.add_robot(body, np.full(len(joint_tree(body)), 0.01))
+    engine.robot.set_torso(Pose((0.0, 0.0, 0.333)))
+    engine.begin_cycle()
+    for _ in range(20):
+        engine.step(np.zeros(len(engine.robot.joints)))
+    data = engine.simulation.data
+    state, contact = structure("mjData"), structure("mjContact")
+    seen = state.from_address(data._address)
+    assert data.ncon > 4
+    assert (seen.ncon, seen.nefc, seen.time) == (data.ncon, data.nefc, data.time)
+    assert seen.qpos == data.qpos.ctypes.data
+    assert seen.efc_force == data.efc_force.ctypes.data
+    for i in range(data.ncon):
+        one = contact.from_address(seen.contact + i * data.contact.pos.strides[0])
+        assert (*one.pos, *one.frame) == (*data.contact.pos[i], *data.contact.frame[i])
+        assert (*one.geom, one.efc_address) == (*data.contact.geom[i], data.contact.efc_address[i])

@@ -91,7 +91,7 @@ def test_lost_commands_are_missed_and_the_last_one_stays_in_force(robot: Emulate
 def test_the_lost_share_is_the_probability(robot: EmulatedRobot) -> None:
     channel = CommandChannel(np.random.default_rng(5))
     n, p = 4000, 0.2
-    lost = sum(channel.carry(command(k), [CommandLost(probability=p)]) is None for k in range(n))
+    lost = sum(channel.apply_command_faults(command(k), [CommandLost(probability=p)]) is None for k in range(n))
     assert lost / n == pytest.approx(p, abs=4.0 * math.sqrt(p * (1.0 - p) / n))
 
 
@@ -119,7 +119,7 @@ def test_jitter_spreads_the_delays_evenly() -> None:
     channel = CommandChannel(np.random.default_rng(2))
     ages = []
     for k in range(3000):
-        arrived = channel.carry(command(k), [CommandJitter(cycles=2)])
+        arrived = channel.apply_command_faults(command(k), [CommandJitter(cycles=2)])
         if arrived is not None:
             ages.append(k - arrived.reply_to)
     assert set(ages) == {0, 1, 2}

@@ -1,5 +1,9 @@
 """The whole robot: weight, centre of pressure, repeatability, falls, and a machine without PyBullet."""
 
+from __future__ import annotations
+
+import math
+
 import msgspec
 import numpy as np
 import pytest
@@ -11,9 +15,11 @@ from bridge.body.joints import INDEX
 from bridge.body.postures import POSTURES
 from bridge.errors import ConfigurationError, FrameError
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
+from bridge.messages.faults import CommandLost, DcmPause, JointWeak
 from emulator.engine.pybullet.client import bullet
 from emulator.engine.values import PhysicsSettings
 from emulator.robot import EmulatedRobot
+from emulator.wear import load_wear
 from tests.processes import python
 
 START = POSTURES["StandInit"]
@@ -136,20 +142,6 @@ def test_force_sensors_tell_weight_and_centre_of_pressure_of_a_robot_that_leans(
     assert loads["back"][front].sum() < 0.9 * loads["upright"][front].sum()
 
 
-def test_friction_and_normal_force_hold_the_robot_on_a_slope() -> None:
-    """Gravity turned by about 4 degrees: the contact forces are its opposite."""
-    body = load_body("nao-v3")
-    with EmulatedRobot(body, seed=0, settle=0.0) as robot:
-        pull = G * np.array([np.sin(0.06), np.sin(-0.04), -1.0])
-        bullet.setGravity(*pull.tolist(), physicsClientId=robot.engine.robot.model.client)
-        for _ in range(200):
-            robot.advance(None)
-        truth = robot.truth()
-        force = np.array(truth.left.force) + np.array(truth.right.force)
-        np.testing.assert_allclose(force, -weight(body) / G * pull, atol=0.01 * weight(body))
-        np.testing.assert_allclose(robot.truth().torso_velocity, (0.0, 0.0, 0.0), atol=2e-3)
-
-
 def test_a_drop_gains_no_energy() -> None:
     body = load_body("nao-v3")
     with EmulatedRobot(body, seed=0, settle=0.0, lift=0.03) as robot:
@@ -269,3 +261,53 @@ except ConfigurationError as error:
 """
     done = python("-c", code)
     assert done.stdout.startswith("MujocoEngine\nPyBullet is not installed"), done.stderr
+
+
+V6 = load_body("nao-v6")
+STAND = POSTURES["StandInit"]
+
+
+def squat(frame: SensorFrame) -> ActuatorFrame | None:
+    """Knees and hands in motion; now and then no answer."""
+    if frame.seq % 7 == 3:
+        return None
+    bend = 0.2 * (1.0 - math.cos(2.0 * frame.time))
+    position = list(STAND)
+    for side in "LR":
+        position[INDEX[f"{side}HipPitch"]] -= bend
+        position[INDEX[f"{side}KneePitch"]] += 2.0 * bend
+        position[INDEX[f"{side}AnklePitch"]] -= bend
+        position[INDEX[f"{side}Hand"]] = 0.5 + 0.5 * math.sin(frame.time)
+    stiffness = 0.9 if frame.seq < 60 else 0.6
+    return ActuatorFrame(reply_to=frame.seq, position=tuple(position), stiffness=(stiffness,) * 25)
+
+
+def frames(wear: str, *, ahead: bool) -> list[SensorFrame]:
+    with EmulatedRobot(V6, seed=4, engine="mujoco", wear=load_wear(wear)) as robot:
+        robot.faults.start(CommandLost(probability=0.2), robot.time, 0.0)
+        seen = [robot.frame]
+        for cycle in range(150):
+            if cycle == 50:
+                robot.faults.start(DcmPause(), robot.time, 0.1)
+            if cycle == 90:
+                robot.faults.start(JointWeak(joint="LKneePitch", fraction=0.5), robot.time, 0.3)
+            if ahead:
+                robot.run_ahead()
+            seen.append(robot.advance(squat(robot.frame), expected=True))
+        return seen
+
+
+@pytest.mark.parametrize("wear", ["ideal", "nominal", "worn"])
+def test_the_same_frames_with_the_physics_before_or_after_the_command(wear: str) -> None:
+    assert frames(wear, ahead=True) == frames(wear, ahead=False)
+
+
+@pytest.mark.parametrize(("wear", "moves"), [("nominal", True), ("ideal", False)])
+def test_the_world_moves_before_the_command_only_where_that_cannot_act_yet(wear: str, moves: bool) -> None:
+    with EmulatedRobot(V6, seed=4, engine="mujoco", wear=load_wear(wear)) as robot:
+        for _ in range(20):
+            robot.advance(squat(robot.frame))
+        before = robot.engine.robot.position.copy()
+        robot.run_ahead()
+        assert bool((robot.engine.robot.position != before).any()) is moves
+        assert robot.frame.seq == robot.seq == 20

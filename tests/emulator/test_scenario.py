@@ -12,10 +12,10 @@ from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, TruthFrame
 from bridge.messages.faults import JointWeak
 from bridge.messages.world import PlaceBox, Push, SetFriction, StartFault, TiltFloor
+from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios import SCENARIOS, Scenario, load_scenario
-from emulator.world.queries import carry_out
-from emulator.world.timeline import timeline
+from emulator.start import timeline
 
 BODY = load_body("nao-v3")
 

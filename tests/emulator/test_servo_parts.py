@@ -7,15 +7,12 @@ import pytest
 
 from bridge.body import BODIES, joint_tree, load_body
 from bridge.body.joints import INDEX
-from bridge.body.postures import POSTURES
 from bridge.body.quantities import COUPLED_TO, coupled_limits
-from bridge.messages import ActuatorFrame
 from emulator.drives import BRUSH_REACH
 from emulator.robot import EmulatedRobot
-from emulator.servo.heat import MotorHeat, stiffness_factor
 from emulator.servo.parameters import Backlash, Heating, ServoParameters
-from emulator.servo.servo import RequestLimits, Servo
-from emulator.wear import WearProfile, load_wear
+from emulator.servo.servo import MotorHeat, RequestLimits, Servo, stiffness_factor
+from emulator.wear import load_wear
 from tests.servos import torques
 
 HEATING = Heating(rise=60.0, time_constant=300.0, room=25.0, warm=85.0, hot=90.0, critical=100.0)
@@ -83,25 +80,6 @@ def test_status_and_stiffness_follow_the_temperature(temperature: float, status:
 def test_thresholds_must_rise() -> None:
     with pytest.raises(ValueError, match="must rise in this order"):
         Heating(warm=90.0, hot=85.0)
-
-
-def test_a_hot_knee_reports_what_is_left_of_its_stiffness_and_a_critical_one_falls_limp() -> None:
-    wear = WearProfile(name="warm", servo=ServoParameters(heating=HEATING))
-    start = POSTURES["StandInit"]
-    with EmulatedRobot(load_body("nao-v3"), seed=0, engine="mujoco", wear=wear, held=True, lift=0.5) as robot:
-        servo = robot.servo
-        knee = robot.engine.robot.joints.index("LKneePitch")
-        command = ActuatorFrame(reply_to=0, position=start, stiffness=(0.8,) * 25)
-        for temperature, stiffness in ((87.5, 0.68), (95.0, 0.28), (120.0, 0.0)):
-            servo.heat.temperature[knee] = temperature
-            frame = robot.advance(command)
-            assert frame.temperature[INDEX["LKneePitch"]] == pytest.approx(temperature, abs=0.1)
-            assert frame.stiffness[INDEX["LKneePitch"]] == pytest.approx(stiffness, abs=0.01)
-            assert frame.stiffness[INDEX["RKneePitch"]] == pytest.approx(0.8, abs=1e-3)
-        for _ in range(30):
-            frame = robot.advance(command)
-    assert frame.position[INDEX["LKneePitch"]] < start[INDEX["LKneePitch"]] - 0.1
-    assert frame.position[INDEX["RKneePitch"]] == pytest.approx(start[INDEX["RKneePitch"]], abs=0.02)
 
 
 def test_standing_warms_the_loaded_legs_and_not_the_head() -> None:

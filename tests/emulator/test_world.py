@@ -24,13 +24,12 @@ from emulator.engine.base import Engine
 from emulator.engine.catalogue import open_engine
 from emulator.engine.values import PhysicsSettings
 from emulator.poses import yaw_of
+from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.scenarios.ground import Heightfield, PlacedBox, ScenarioFloor, Start, Tiles
-from emulator.scenarios.model import Scenario
-from emulator.scenarios.terrain import terrain_of
+from emulator.scenarios.model import Scenario, terrain_of
+from emulator.start import lay_terrain
 from emulator.world.actions import PendulumStrike
-from emulator.world.queries import carry_out
-from emulator.world.timeline import lay_terrain
 from emulator.world.world import World
 
 BODY = load_body("nao-v3")

@@ -12,9 +12,9 @@ import pytest
 from bridge.body import load_body
 from bridge.guard import Guard
 from bridge.messages.world import Push
+from emulator.queries import carry_out
 from emulator.robot import EmulatedRobot
 from emulator.wear import load_wear
-from emulator.world.queries import carry_out
 from tests.bridge.adapters.naoqi.served import Robot
 from tests.loops import repeat_while
 

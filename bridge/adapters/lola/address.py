@@ -43,7 +43,7 @@ def listen(address: Address) -> socket.socket:
     """A listening socket; one that a dead server left at the path is replaced.
 
     Raises:
-        LinkError: somebody listens there already, something else is there, or the system does not allow it.
+        LinkError: it has a listener already, something else is there, or the system does not allow it.
     """
     try:
         return _listen_unix(address) if address.path else _listen_tcp(address)
@@ -94,7 +94,7 @@ def connect(address: Address, timeout: float) -> socket.socket:
         timeout: s for the attempt; the connection itself then blocks for ever.
 
     Raises:
-        OSError: nobody is there.
+        OSError: no listener there.
     """
     if address.path:
         peer = socket.socket(socket.AF_UNIX)

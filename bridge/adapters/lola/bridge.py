@@ -20,6 +20,7 @@ from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError, FrameError, LinkError
 from bridge.host import RobotHost
 from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.types import Closing
 
 SILENCE: Final = 1.0
 """s without a packet after which a LoLA is taken to be gone."""
@@ -46,7 +47,7 @@ class Packets(NamedTuple):
     number: int
 
 
-class LolaDevice:
+class LolaDevice(Closing):
     """An open connection; close it, or use it as a context manager.
 
     Args:
@@ -54,7 +55,7 @@ class LolaDevice:
         silence: s without a packet after which the connection is given up.
 
     Raises:
-        OSError: nobody is there.
+        OSError: no listener there.
     """
 
     def __init__(self, address: Address, silence: float = SILENCE) -> None:
@@ -117,12 +118,6 @@ class LolaDevice:
     def close(self) -> None:
         """End the connection."""
         self._peer.close()
-
-    def __enter__(self) -> LolaDevice:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class LolaCounts(BridgeCounts, kw_only=True):

@@ -107,7 +107,7 @@ class LolaClient:
         send_at_once(peer)
         self._peer = peer
         self._proven = peer.family == socket.AF_UNIX
-        """It speaks LoLA. A web browser reaches TCP ports, and what it sends begins with an HTTP method."""
+        """It speaks LoLA. A web browser reaches TCP ports, and its requests begin with an HTTP method."""
         self._stream = MapStream(ACTUATORS)
         self._warned: set[str] = set()
         """Kinds of errors that were logged."""

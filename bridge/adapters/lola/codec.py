@@ -5,7 +5,7 @@ finds the next map by itself: the next whole one that begins with a known key. L
 printable ASCII; values are scalars, texts, or arrays of both, in the old msgpack that LoLA speaks (no `bin`,
 `str 8` or `ext`). This narrow form tells a whole map from the rest of a damaged one.
 
-What LoLA's messages hold: keys, their order on the wire, and lengths.
+Contents of LoLA's messages: keys, their order on the wire, and lengths.
 
 LoLA is the server on a unix stream socket of the robot. Every 12 ms it sends one msgpack map of sensor values;
 a client answers with maps of any of the actuator keys. Joints are in the order of `bridge.body.joints.JOINTS`.

@@ -157,7 +157,8 @@ def sensor_frame(values: Map, *, seq: int) -> SensorFrame:
         seq: number of the packet since the connection began.
 
     Raises:
-        FrameError: a key is missing, or its array has another length or holds what is no finite number.
+        FrameError: a key is missing, or its array has another length or holds an element that is no finite
+            number.
     """
     n = {key: _numbers(values, key) for key in SENSORS if key not in ("RobotConfig", "Status")}
     charge, status, current, temperature = n["Battery"]

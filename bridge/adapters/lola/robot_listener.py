@@ -14,10 +14,10 @@ import time
 from types import TracebackType
 from typing import Final, NamedTuple
 
-from bridge.adapters.notice_log import log_notice
 from bridge.errors import FrameError, LeaseRefused, LinkError
 from bridge.link import ControllerLink
 from bridge.messages import SensorFrame
+from bridge.recording.observer import log_notice
 
 logger = logging.getLogger(__name__)
 

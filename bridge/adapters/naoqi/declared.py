@@ -111,6 +111,26 @@ class Vector:
         return f"[{self.names}]{f' in {self.unit}' if self.unit else ''}"
 
 
+class Choice:
+    """A number of a list.
+
+    Args:
+        values: the list.
+    """
+
+    def __init__(self, *values: int) -> None:
+        self._values = values
+
+    def __call__(self, value: Any, what: str) -> int:
+        """Check a number."""
+        if isinstance(value, bool) or value not in self._values:
+            raise NaoqiRefused(f"{what} is {value!r:.40}; {self} is expected.")
+        return int(value)
+
+    def __str__(self) -> str:
+        return f"one of {', '.join(map(str, self._values))}"
+
+
 class Own(NamedTuple):
     """A check by a method of the service's object, `(value) -> value`, or of one of its parts."""
 
@@ -154,7 +174,7 @@ def offers(*names: str, kind: Kind = "read", partly: str = "", begins_walk: bool
 
 
 class Answers:
-    """Methods without arguments, as a table in the body of a class: NAOqi name -> function of the object.
+    """Short methods as a table in the body of a class: NAOqi name -> function of the object and its arguments.
 
     Args:
         table: `{"ALTouch.getStatus": lambda self: ...}`.
@@ -162,9 +182,7 @@ class Answers:
         kind: as of `offers`.
     """
 
-    def __init__(
-        self, table: Mapping[str, Callable[[Any], Any]], partly: str = "", kind: Kind = "read"
-    ) -> None:
+    def __init__(self, table: Mapping[str, Callable[..., Any]], partly: str = "", kind: Kind = "read") -> None:
         self.table, self.partly, self.kind = table, partly, kind
 
 
@@ -179,6 +197,7 @@ class Setting:
         reader: `get`, or `is`.
         returns: result of the setter.
         of_part: a part's name comes first; each part has its own value.
+        also: further names of the setter.
     """
 
     def __init__(
@@ -191,10 +210,11 @@ class Setting:
         reader: str = "get",
         returns: Any = None,
         of_part: bool = False,
+        also: str = "",
     ) -> None:
         self.service, _, self.name = name.rpartition(".")
         self.default, self.kind, self.partly = default, kind, partly
-        self.reader, self.returns, self.of_part = reader, returns, of_part
+        self.reader, self.returns, self.of_part, self.also = reader, returns, of_part, also.split()
 
     def __set_name__(self, _: type, attribute: str) -> None:
         self.attribute = attribute
@@ -229,7 +249,8 @@ class Setting:
             return parts.get(part[0], self.default) if part else self.__get__(owner)
 
         part = {"name": str} if self.of_part else {}
-        yield Method(service, f"set{self.name}", put, partly=self.partly, hints=part | {"value": self.kind})
+        for name in (f"set{self.name}", *self.also):
+            yield Method(service, name, put, partly=self.partly, hints=part | {"value": self.kind})
         yield Method(service, f"{self.reader}{self.name}", get, hints=part)
 
 

@@ -166,7 +166,7 @@ class Directory:
     def _ready(self, connection: Connection, number: int) -> None:
         service = self._own(connection, number)
         service.ready = True
-        self._tell(_ADDED, service)
+        self._send_event(_ADDED, service)
 
     def _unregister(self, connection: Connection, number: int) -> None:
         self._remove(self._own(connection, number))
@@ -174,14 +174,14 @@ class Directory:
     def _remove(self, service: Service) -> None:
         del self.services[service.number], self.names[service.name]
         if service.ready:
-            self._tell(_REMOVED, service)
+            self._send_event(_REMOVED, service)
 
     def forget(self, connection: Connection) -> None:
         """Remove the services of a client that is gone."""
         for service in [s for s in self.services.values() if s.connection is connection]:
             self._remove(service)
 
-    def _tell(self, action: int, service: Service) -> None:
+    def _send_event(self, action: int, service: Service) -> None:
         payload = encode("(Is)", [service.number, service.name])
         for connection in self._connections:
             connection.event((DIRECTORY, 1, action), payload)

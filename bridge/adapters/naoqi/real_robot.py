@@ -163,7 +163,7 @@ class NaoqiDevice:
         look_ahead: s from a frame to the time of the command that answers it.
 
     Raises:
-        LinkError: nobody is there, qi is not installed, or a module is missing.
+        LinkError: no answer, qi is not installed, or a module is missing.
         ConfigurationError: a body without a data sheet.
     """
 
@@ -291,7 +291,7 @@ class NaoqiDevice:
         if wanted != self._stiffness:
             self._put(_STIFFNESSES, "ClearAll", moment, wanted, -1)
             self._stiffness = wanted
-        # What was sent before and is not reached yet stays: the joints follow each command at its time.
+        # Commands that are not reached yet stay: the joints follow each command at its time.
         left = max(0, self._look_ahead - round((seq - command.reply_to) * self._cycle))
         angles = tuple(command.position[slot] for slot in self._slots)
         self._put(_POSITIONS, "ClearAfter", wrapped(moment + left), angles, command.reply_to)
@@ -353,7 +353,7 @@ def connected(url: str, timeout: float = TIMEOUT) -> Any:
     try:
         future = session.connect(url, _async=True)
         state = str(future.wait(round(1000.0 * timeout)))
-        if state.endswith("Running") or not session.isConnected():  # connected also while nobody answers
+        if state.endswith("Running") or not session.isConnected():  # connected also without an answer
             raise RuntimeError("no answer")
     except RuntimeError as error:
         raise LinkError(f"No NAOqi answers at {url} ({_first_line(error)}).") from None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.cameras import DrawnEyes
@@ -14,7 +14,6 @@ from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.qi_library import require_free
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
-from bridge.adapters.notice_log import NoticeHandler, log_notice
 from bridge.body import Body, load_body
 from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
@@ -22,6 +21,7 @@ from bridge.link.client import WalkClient
 from bridge.messages import Info, SensorFrame
 from bridge.messages.frames import N_LEDS
 from bridge.realtime import quiet_process
+from bridge.recording.observer import NoticeHandler, log_notice
 from bridge.types import Vec3
 
 logger = logging.getLogger(__name__)
@@ -37,10 +37,8 @@ class NaoqiServer:
         link: open link, controller side.
         url: where qi listens.
         gait: for `moveTo` and its like.
-        full: of that gait on a body, see `WalkingMethods`.
+        full: speed of that gait, see `WalkingMethods`.
         start_walker: starts a walker that serves.
-        cameras: command that draws pictures of an emulated robot's world; ROBOT, ENDPOINT, BODY and a socket's
-            number follow.
         stop: becomes true when the server is to end.
         priority: SCHED_FIFO priority to ask for against a robot in real time; None: none.
 
@@ -54,9 +52,8 @@ class NaoqiServer:
         link: ControllerLink,
         url: str,
         gait: str,
-        full: Callable[[Body], Vec3],
+        full: Vec3,
         start_walker: Callable[[], StartedWalker],
-        cameras: Sequence[str],
         stop: Callable[[], bool],
         priority: int | None = None,
     ) -> None:
@@ -64,7 +61,6 @@ class NaoqiServer:
         self._priority = priority
         self._link, self._url, self._stop = link, url, stop
         self._gait, self._full, self._start_walker = gait, full, start_walker
-        self._cameras = cameras
         self._lock = threading.RLock()
         self._commanding = False
         """Whether actuator frames are sent: this side has the joints, not the walker."""
@@ -138,7 +134,7 @@ class NaoqiServer:
         """Of an emulated robot; they start when they are first needed."""
         if info.side != "emulator":
             return None
-        return DrawnEyes([*self._cameras, info.robot, self._link.endpoint, info.body])
+        return DrawnEyes(info.robot, self._link.endpoint, info.body)
 
     def _cycle(self, services: Services, receive: Callable[[float], SensorFrame | None]) -> bool:
         """Answer a frame; False when the robot left or restarted."""
@@ -157,7 +153,7 @@ class NaoqiServer:
             with self._lock:
                 services.cycle(frame)
                 if not self._commanding:
-                    services.hold()  # the walker moves them: what was sent is where they are
+                    services.hold()  # the walker moves them: the last command is their place
             self._send(services)
         elif frame.seq < services.joints.frame.seq:
             logger.warning("the robot restarted")
@@ -183,9 +179,9 @@ class NaoqiServer:
             RobotConfig(body, link.robot),
             frame,
             self._lock,
-            WalkingMethods(handover, self._full(body)),
+            WalkingMethods(handover, self._full),
             self._require_lease,
-            self._answer_anew,
+            self._answer_again,
             self._publish,
             eyes,
         )
@@ -206,7 +202,7 @@ class NaoqiServer:
                 walks = services.handover.active
                 self._link.publish_upper_body(services.upper_body.order(walks=walks))
 
-    def _answer_anew(self) -> None:
+    def _answer_again(self) -> None:
         """A call came after the newest frame was answered: the robot takes the newest answer."""
         if self._services is not None:
             self._send(self._services)

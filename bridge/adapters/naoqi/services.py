@@ -13,15 +13,14 @@ from bridge.adapters.naoqi.core.breathing import Breathing
 from bridge.adapters.naoqi.core.cameras import Eyes, NoEyes
 from bridge.adapters.naoqi.core.cartesian import Cartesian
 from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.inert_settings import InertSettings
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
-from bridge.adapters.naoqi.core.joints import DcmService, Joints, moved_joints
+from bridge.adapters.naoqi.core.joints import DcmService, Joints, UpperBodyShare, moved_joints
 from bridge.adapters.naoqi.core.memory import Events, Memory, Publish
 from bridge.adapters.naoqi.core.motion_tasks import LONGEST_WAIT, AsyncCalls, MotionTasks
 from bridge.adapters.naoqi.core.navigation import Navigation, VisualCompass
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.protection import ArmProtection, FallManager, WalkProtection, stays_stiff
-from bridge.adapters.naoqi.core.robot_facts import RobotConfig, RobotFacts
+from bridge.adapters.naoqi.core.robot_facts import InertSettings, RobotConfig, RobotFacts
 from bridge.adapters.naoqi.core.sensing import (
     BUTTON_KEYS,
     QUIET,
@@ -33,7 +32,6 @@ from bridge.adapters.naoqi.core.sensing import (
     Touch,
     VisionExtractor,
 )
-from bridge.adapters.naoqi.core.upper_body import UpperBodyShare
 from bridge.adapters.naoqi.core.video import VideoDevice
 from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.core.whole_body import WholeBody
@@ -140,7 +138,7 @@ class Services:
         self._table = self._build()
 
     def _hear(self, said: str) -> list[str]:
-        """Somebody says something; the words that were recognized."""
+        """Take an utterance of a person; the words that were recognized."""
         self._dialog.hear(said)
         return self._recognition.hear(said)
 
@@ -370,6 +368,8 @@ class _Module:
             ".getBrokerName": lambda self: "naoqi",
             ".getMethodList": lambda self: sorted(self._methods),
             ".getModuleHelp": lambda self: [f"{self.service}, served by nao-hil", []],
+            ".isRunning": lambda self, key: self._services._async_calls.running(key),
+            ".stop": lambda self, key: self._services._async_calls.stop(key),
         }
     )
     exit = Answers({".exit": lambda self: None}, partly="the module stays")
@@ -387,17 +387,9 @@ class _Module:
         names = map(as_vendor, self._services.parameters(self.service, method).signature.parameters)
         return f"{self.service}.{method}({', '.join(names)})"
 
-    @offers(".isRunning")
-    def _is_running(self, key: Any) -> bool:
-        return self._services._async_calls.running(key)
-
     @offers(".wait")
     def _wait(self, key: Any, timeout: Annotated[float, Range(0, LONGEST_WAIT, "ms")] = 0) -> Future[Any]:
         return self._services._async_calls.wait(key, timeout)
-
-    @offers(".stop")
-    def _stop(self, key: Any) -> bool:
-        return self._services._async_calls.stop(key)
 
 
 def _log_error(done: Future[Any]) -> None:

@@ -48,8 +48,7 @@ class RosBridge:
         connect: Zenoh endpoint of the robot.
         node: of the ROS graph.
         description: URDF of a body.
-        cameras: command that draws pictures of an emulated robot's world, as of `NaoqiServer`.
-        picture_rate: pictures a second of each camera that somebody listens to.
+        picture_rate: pictures a second of each camera with listeners.
         stop: set when it is to end.
     """
 
@@ -59,12 +58,11 @@ class RosBridge:
         connect: str,
         node: RosNode,
         description: Callable[[Body], str],
-        cameras: Sequence[str],
         picture_rate: float,
         stop: threading.Event,
     ) -> None:
         self._robot, self._endpoint, self._node = keys.check_name("Robot id", robot), connect, node
-        self._describe, self._cameras, self._period, self._stop = description, cameras, 1.0 / picture_rate, stop
+        self._describe, self._period, self._stop = description, 1.0 / picture_rate, stop
         self._received: Mailbox[tuple[bool, bytes]] = Mailbox(_QUEUE)
         self._publishers: dict[str, Publisher] = {}
         self._told: frozenset[Listening] = frozenset()
@@ -163,10 +161,10 @@ class RosBridge:
         self._told = now
 
     def _send_pictures(self, messages: RosMessages, info: Info) -> None:
-        """Pictures of the cameras to which somebody listens."""
+        """Send pictures of the cameras that have listeners."""
         if info.side != "emulator":
             return
-        eyes = DrawnEyes([*self._cameras, info.robot, self._endpoint, info.body])
+        eyes = DrawnEyes(info.robot, self._endpoint, info.body)
         publishers = {
             name: (
                 self._node.publisher(f"{name}/image_raw", IMAGE),

@@ -8,16 +8,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.typesys import get_typestore
 
+from bridge.adapters.ros.wire import DISTROS
 from bridge.body import Body
 from bridge.body.cameras import LINK, Camera, cameras
 from bridge.body.joints import INDEX_WITH_MIRROR, JOINTS
-from bridge.body.link_transforms import LinkTransforms, Transform
+from bridge.body.kinematics import LinkTransform, LinkTransforms
 from bridge.body.quantities import absent_joints
+from bridge.errors import ConfigurationError
 from bridge.messages import SensorFrame, WalkTelemetry
+from bridge.recording.playback import read_recording
 from bridge.rotations import R_pitch, quaternion
 from bridge.types import Vec3
 
@@ -52,9 +58,9 @@ def optical_frame(camera: Camera) -> str:
     return f"{camera.name}_optical_frame"
 
 
-def _optical_frame(camera: Camera) -> Transform:
+def _optical_frame(camera: Camera) -> LinkTransform:
     turn = quaternion(R_pitch(camera.pitch) @ _OPTICAL)
-    return Transform(LINK, optical_frame(camera), camera.place, turn)
+    return LinkTransform(LINK, optical_frame(camera), camera.place, turn)
 
 
 class RosMessage(NamedTuple):
@@ -219,12 +225,14 @@ class RosMessages:
 
     def _tf(self, frame: SensorFrame, stamp: int) -> Any:
         x, y, yaw = self._place
-        walked = Transform(ODOM, FOOTPRINT, (x, y, 0.0), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)))
+        walked = LinkTransform(
+            ODOM, FOOTPRINT, (x, y, 0.0), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+        )
         torso = self._links.torso_over_feet(FOOTPRINT, frame.position, frame.angle)
         found = [walked, torso, *self._links.of_joints(frame.position), *self._optical]
         return self.make(TYPES[TF], transforms=[self._transform(t, stamp) for t in found])
 
-    def _transform(self, transform: Transform, stamp: int) -> Any:
+    def _transform(self, transform: LinkTransform, stamp: int) -> Any:
         return self.make(
             "geometry_msgs/msg/TransformStamped",
             header=self._header(stamp, transform.parent),
@@ -237,7 +245,7 @@ class RosMessages:
         )
 
     def image(self, camera: int, width: int, pixels: bytes, stamp: int) -> tuple[Any, Any]:
-        """A picture and what is known of its camera.
+        """A picture and the facts of its camera.
 
         Args:
             camera: 0 top, 1 bottom.
@@ -276,3 +284,48 @@ class RosMessages:
             ),
         )
         return picture, info
+
+
+def write_bag(recording: Path, out: Path, body: Body, urdf: str, distro: str = "jazzy") -> dict[str, int]:
+    """Write a recording as a bag (MCAP); times are robot time.
+
+    Args:
+        recording: file to read.
+        out: folder to make.
+        body: data sheet of the recorded robot.
+        urdf: its description.
+        distro: a key of `DISTROS`.
+
+    Returns:
+        Messages by topic.
+
+    Raises:
+        ConfigurationError: not a recording, or the folder is there already.
+    """
+    store = get_typestore(DISTROS[distro])
+    messages, counts = RosMessages(body, store), dict.fromkeys(TYPES, 0)
+    recorded = read_recording(recording)
+    try:
+        with Writer(out, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP) as writer:
+            connections = {
+                topic: writer.add_connection(f"/{topic}", type_name, typestore=store)
+                for topic, type_name in TYPES.items()
+            }
+
+            def write(topic: str, message: Any, stamp: int) -> None:
+                writer.write(connections[topic], stamp, store.serialize_cdr(message, TYPES[topic]))
+                counts[topic] += 1
+
+            write(*messages.description(urdf), 0)
+            for one in recorded:
+                if isinstance(one.message, WalkTelemetry):
+                    messages.telemetry(one.message)
+                elif isinstance(one.message, SensorFrame):
+                    stamp = round(1e9 * one.time)
+                    for topic, message in messages.of_frame(one.message, stamp):
+                        write(topic, message, stamp)
+    except WriterError as error:
+        raise ConfigurationError(
+            f"{out}: a bag cannot be written there ({error}); give a new folder."
+        ) from None
+    return counts

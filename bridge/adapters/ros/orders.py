@@ -1,4 +1,4 @@
-"""What ROS nodes order: velocities of the walk, ways of head and arms, motions, and speech."""
+"""Orders of ROS nodes: velocities of the walk, ways of head and arms, motions, and speech."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 import zenoh
 
-from bridge.adapters.naoqi.interaction.voice import Voice
+from bridge.adapters.naoqi.interaction.speech import Voice
 from bridge.adapters.ros.wire import RosNode
 from bridge.body.joints import UPPER_JOINTS
 from bridge.errors import NaoHilError

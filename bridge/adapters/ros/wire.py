@@ -23,11 +23,7 @@ from zenoh.handlers import Callback
 from bridge.errors import ConfigurationError
 from bridge.validation import unknown_name
 
-DISTROS: Final = {
-    "humble": Stores.ROS2_HUMBLE,
-    "jazzy": Stores.ROS2_JAZZY,
-    "kilted": Stores.ROS2_KILTED,
-}
+DISTROS: Final = {"humble": Stores.ROS2_HUMBLE, "jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED}
 NO_HASH: Final = "TypeHashNotSupported"
 """Where Humble has no hashes of types."""
 MAX_DOMAIN: Final = 232
@@ -142,7 +138,7 @@ class RosNode:
         def on_sample(sample: zenoh.Sample) -> None:
             try:
                 message = self.store.deserialize_cdr(sample.payload.to_bytes(), type_name)
-            except Exception:  # rosbags raises what its generated code raises
+            except Exception:  # rosbags passes on any error of its generated code
                 return
             receive(message)
 

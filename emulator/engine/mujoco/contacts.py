@@ -22,7 +22,7 @@ from emulator.poses import matrix
 from emulator.vectors import put
 
 _LINK, _GROUND, _OTHER = 2, 3, 4
-"""What a geom belongs to; 0 and 1 are the feet."""
+"""Owner of a geom; 0 and 1 are the feet."""
 _RIM: Final = 64
 """Contacts on the rims of the feet that one cycle keeps."""
 
@@ -33,7 +33,7 @@ class MujocoContacts:
     Args:
         simulation: With the robot.
         robot: The robot.
-        scene: What it stands on.
+        scene: Its surroundings.
     """
 
     def __init__(self, simulation: Simulation, robot: MujocoRobot, scene: MujocoScene) -> None:
@@ -162,7 +162,7 @@ def add_contacts(
     Args:
         data: Address of MuJoCo's state.
         layout: `native.LAYOUT`.
-        kind: What each geom belongs to.
+        kind: Owner of each geom.
         normals: Of both soles, (2, 3), world frame.
         sums: Over the contacts of both feet; changed.
         rim: Contacts on the rims of the feet; changed.

@@ -14,6 +14,7 @@ from bridge.types import Array, Vec3
 from emulator.compiled import compilable, compiled
 from emulator.drives import DRIVE, run_drives, take_over
 from emulator.engine.base import Engine
+from emulator.engine.contacts import Stops, brake_joints
 from emulator.engine.mujoco.contacts import MujocoContacts, add_contacts
 from emulator.engine.mujoco.native import LAYOUT, Layout, mj_ray, mj_step
 from emulator.engine.mujoco.picture import Painter
@@ -21,7 +22,6 @@ from emulator.engine.mujoco.robot import MujocoRobot
 from emulator.engine.mujoco.scene import MujocoScene
 from emulator.engine.mujoco.shapes import GROUND_GROUP, OBJECT_GROUP, ROBOT_GROUP
 from emulator.engine.mujoco.simulation import Simulation, describe_robot
-from emulator.engine.stops import Stops, brake_joints
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 
 Places = NDArray[np.int64]
@@ -185,7 +185,7 @@ class MujocoEngine(Engine):
     def add_robot(self, body: Body, rotor_inertia: Array, *, held: bool = False) -> None:
         """See `Engine`."""
         description = describe_robot(self.simulation, body, rotor_inertia, held=held)
-        self.scene.meet(body)
+        self.scene.set_robot(body)
         self.robot = MujocoRobot(description, self.simulation, self.scene)
         self._stops = Stops(body, self.robot.joints, rotor_inertia, self.settings.step)
         self._contacts = MujocoContacts(self.simulation, self.robot, self.scene)

@@ -79,7 +79,7 @@ def mjcf(
     scene.set_surface(surface)
     rotors = np.array([drive.rotor_inertia for drive in drives])
     robot = describe_robot(simulation, body, rotors, held=False)
-    scene.meet(body)
+    scene.set_robot(body)
     spec = simulation.spec
     spec.modelname, spec.comment = body.name, comment
     spec.delete(robot.hook)

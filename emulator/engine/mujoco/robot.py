@@ -29,9 +29,9 @@ class MujocoRobot(Multibody):
     """A robot in a simulation.
 
     Args:
-        description: What was added to the simulation's description.
+        description: The robot's part of the simulation's description.
         simulation: With the robot.
-        scene: What is around it.
+        scene: Its surroundings.
     """
 
     def __init__(self, description: MujocoModel, simulation: Simulation, scene: MujocoScene) -> None:
@@ -42,7 +42,7 @@ class MujocoRobot(Multibody):
         self.read()
 
     def find(self) -> None:
-        """Look up addresses in a simulation that was compiled anew."""
+        """Look up addresses in a newly compiled simulation."""
         model = self._simulation.model
         if self._version == self._simulation.version:
             return

@@ -37,9 +37,9 @@ class _Object:
     pose: Pose
     """Where it was put: fixed things in the floor frame, others in the world."""
     body: Any = None
-    """MuJoCo's description of what moves; None: fixed on the floor."""
+    """MuJoCo's description of a movable body; None: fixed on the floor."""
     geoms: tuple[Any, ...] = ()
-    """For soles, for the shell, and of what moves for the ground."""
+    """For soles, for the shell, and of movable bodies for the ground."""
     friction: float | None = None
     """Its own; None: the floor's."""
 
@@ -47,7 +47,7 @@ class _Object:
 class MujocoScene(Scene):
     """Floor and objects of a simulation.
 
-    The floor is a body without mass, which is put anywhere; what is fixed on it belongs to that body.
+    The floor is a body without mass, which is put anywhere; everything fixed on it belongs to that body.
 
     Args:
         simulation: An empty one.
@@ -85,13 +85,13 @@ class MujocoScene(Scene):
                 geom.friction = (fraction * friction, 0.0, 0.0)
         self._simulation.changed()
 
-    def meet(self, body: Body) -> None:
+    def set_robot(self, body: Body) -> None:
         """Let a robot's soles and shell meet the surface."""
         self._body, self._shell = body, body.shapes.shell_friction
         self._set_frictions()
 
     def _soften(self, model: Any) -> None:
-        """Give the soles of a model compiled anew the springs of the surface."""
+        """Give the soles of a newly compiled model the springs of the surface."""
         if self._body is not None and self._surface is not None:
             soften_soles(model, self._body, self._surface)
 
@@ -115,11 +115,7 @@ class MujocoScene(Scene):
         self, name: str, size: Vec3, pose: Pose, *, mass: float = 0.0, friction: float | None = None
     ) -> None:
         """See `Scene`."""
-        box = {
-            "type": mujoco.mjtGeom.mjGEOM_BOX,
-            "size": tuple(0.5 * edge for edge in size),
-            "name": name,
-        }
+        box = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": tuple(0.5 * edge for edge in size), "name": name}
         body = None
         if mass > 0.0:
             pose = compose(self._floor, pose)

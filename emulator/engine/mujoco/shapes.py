@@ -61,7 +61,7 @@ TIME_CONSTANT_STEPS: Final = 3.0
 STIFF: Final = (0.99, 0.999, 0.0001, 0.5, 2.0)
 """Impedance of contacts, stops and the hips' gear: how little a constraint gives way to its load."""
 GROUND_GROUP, ROBOT_GROUP, OBJECT_GROUP, HIDDEN_GROUP = range(4)
-"""Geom groups, for rays and pictures; what is hidden is neither hit nor seen."""
+"""Geom groups, for rays and pictures; hidden ones are neither hit nor seen."""
 _POINT, _SOLE, _LINK, _OBJECT = 1, 2, 4, 8
 """Bits by which MuJoCo chooses the pairs that can touch; limbs that meet are pairs of their own."""
 MASKS: Final[dict[str, tuple[int, int]]] = {
@@ -74,12 +74,12 @@ MASKS: Final[dict[str, tuple[int, int]]] = {
     "object": (_OBJECT, _OBJECT),
     "for the shell": (0, _LINK),
 }
-"""`contype` and `conaffinity` by kind of geom. What a robot can touch is there twice, for soles and for the
+"""`contype` and `conaffinity` by kind of geom. Whatever a robot can touch is there twice, for soles and for the
 shell, because MuJoCo takes a pair's friction from one of the two and does not multiply; an object a third time,
 for the ground and other objects."""
 _PRIORITY: Final = {"object": 1, "shell": 0}
 """Whose friction and stiffness count, the ground's, a sole's and all for soles or the shell being 2. Of a sole
-and what it meets, equal in rank, the friction is the greater one, which is not the sole's, and the stiffness
+and its partner, equal in rank, the friction is the greater one, which is not the sole's, and the stiffness
 the sole's, because only its `solmix` is not 0."""
 _SOLES: Final = ("sole point", "sole")
 
@@ -93,7 +93,7 @@ def spring(
         stiffness: K, N/m or N m/rad.
         relaxation: B / K, s.
         step: Physics step h, s.
-        inverse_inertia: MuJoCo's `invweight0` of what is constrained, 1/kg or 1/(kg m^2).
+        inverse_inertia: MuJoCo's `invweight0` of the constrained body, 1/kg or 1/(kg m^2).
     """
     per_rate = stiffness * (step + relaxation)
     mass = per_rate * step
@@ -192,7 +192,7 @@ def xyzw(turn: Any) -> Quaternion:
 
 
 def contact_options(kind: str, step: float) -> dict[str, Any]:
-    """Options of a geom: what it may touch, and how stiff.
+    """Options of a geom: its possible partners, and its stiffness.
 
     Args:
         kind: Of `MASKS`.
@@ -286,9 +286,4 @@ def _primitive(shape: BoxShape | CapsuleShape | SphereShape) -> dict[str, Any]:
     if isinstance(shape, SphereShape):
         return {"type": kinds.mjGEOM_SPHERE, "pos": shape.centre, "size": (shape.radius, 0.0, 0.0)}
     size = (shape.radius, shape.length / 2.0, 0.0)
-    return {
-        "type": kinds.mjGEOM_CAPSULE,
-        "pos": shape.centre,
-        "quat": wxyz(shape.orientation),
-        "size": size,
-    }
+    return {"type": kinds.mjGEOM_CAPSULE, "pos": shape.centre, "quat": wxyz(shape.orientation), "size": size}

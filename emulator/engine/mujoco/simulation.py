@@ -1,4 +1,4 @@
-"""MuJoCo's model and state, compiled anew when something is added to the world or taken away.
+"""MuJoCo's model and state, compiled again when something is added to the world or taken away.
 
 The robot in MuJoCo's description, built from the data sheet when it starts.
 
@@ -33,7 +33,7 @@ _FEW: Final = 32
 GEAR: Final = "hips"
 """Name of the equality that couples the two HipYawPitch joints."""
 HOOK: Final = "hook"
-"""Name of what can hold the torso, body and equality."""
+"""Name of the body and of the equality that can hold the torso."""
 
 
 def _leave(_: Any) -> None:
@@ -53,7 +53,7 @@ def _place_bodies(model: int, data: int) -> None:
 
 
 class Simulation:
-    """A description of the world, and what MuJoCo makes of it when it is needed.
+    """A description of the world, and MuJoCo's model of it, compiled when it is needed.
 
     Args:
         settings: Of the physics.
@@ -77,7 +77,7 @@ class Simulation:
         # friction harder than the springs of a soft floor, so that a sole hardly creeps
         option.impratio = 1000.0
         self.tune: Callable[[Any], None] = _leave
-        """Called with each model that was compiled anew, for what depends on the compiler's results."""
+        """Called with each newly compiled model, for values that depend on the compiler's results."""
         self._starts: dict[str, float] = {}
         self._stale, self._moved = True, True
         self._model: Any = None
@@ -87,7 +87,7 @@ class Simulation:
         """Counts the compilations: addresses in model and data hold for one of them."""
 
     def changed(self) -> None:
-        """The description is another one; the state of what is left stays."""
+        """The description changed; the bodies that are left keep their state."""
         self._stale = True
 
     def start_at(self, joint: str, position: float) -> None:
@@ -165,7 +165,7 @@ class Simulation:
 
 @dataclass(frozen=True)
 class MujocoModel:
-    """What a robot added to the description."""
+    """A robot's part of the description."""
 
     joints: tuple[str, ...]
     """Mechanical joints in the data sheet's order."""

@@ -13,12 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from bridge.body import TORSO, Body
 from bridge.types import SIDES, Array, Vec3
 from emulator.engine.base import Engine
-from emulator.engine.contacts import STEEP, ground_contacts
+from emulator.engine.contacts import STEEP, Stops, ground_contacts
 from emulator.engine.pybullet.client import bullet, connect, disconnect
 from emulator.engine.pybullet.model import BASE, BulletModel, build_model
 from emulator.engine.pybullet.robot import BulletRobot
 from emulator.engine.pybullet.scene import BulletScene
-from emulator.engine.stops import Stops
 from emulator.engine.values import GroundContacts, PhysicsSettings, PinholeCamera, RayHit
 from emulator.poses import matrix
 

@@ -44,7 +44,7 @@ GEAR_TORQUE: Final = 100.0
 GEAR_ERP: Final = 0.2
 """Fraction of a difference between the two hips that one physics step takes back."""
 HULL_MARGIN: Final = 0.001
-"""What PyBullet adds below a convex hull that meets a plane, m (measured; on links it cannot be changed)."""
+"""Margin that PyBullet adds below a convex hull that meets a plane, m (measured; fixed on links)."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0, 1.0)
 _HERE: Final = (0.0, 0.0, 0.0)
 _PAD: Final = " pad"

@@ -25,7 +25,7 @@ class BulletRobot(Multibody):
 
     Args:
         model: The robot.
-        scene: What is around it.
+        scene: Its surroundings.
         gravity: m/s^2.
     """
 
@@ -39,7 +39,7 @@ class BulletRobot(Multibody):
         self._locked: frozenset[str] = frozenset()
         self._pushes: list[tuple[int, Vec3]] = []
         self._hook: int | None = None
-        """PyBullet's number of what holds the torso."""
+        """PyBullet's number of the constraint that holds the torso."""
         _, self._to_torso = bullet.invertTransform(ORIGIN.position, model.torso_principal)
         # PyBullet starts every joint with a motor of its own that brakes
         bullet.setJointMotorControlArray(

@@ -68,14 +68,14 @@ class BulletScene(Scene):
         self.bodies: dict[str, int] = {}
         """PyBullet's numbers by name."""
         self._fixed: dict[str, Pose] = {}
-        """The floor and what is fixed on it: poses in the floor frame."""
+        """The floor and everything fixed on it: poses in the floor frame."""
         self._own_friction: set[str] = set()
         self._pushes: list[tuple[int, Vec3]] = []
         self._floor, self._friction = ORIGIN, 1.0
         self._surface: Surface | None = None
         self._soles: BulletModel | None = None
         self.ground: set[int] = set()
-        """PyBullet's numbers of the floor and of what is fixed on it."""
+        """PyBullet's numbers of the floor and of everything fixed on it."""
         self.normal: Vec3 = (0.0, 0.0, 1.0)
         """Of the floor, world frame."""
         self._fix(_FLOOR, self._shape(bullet.GEOM_PLANE, planeNormal=(0.0, 0.0, 1.0)), ORIGIN)

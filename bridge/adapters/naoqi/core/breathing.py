@@ -12,12 +12,7 @@ from typing import Any, Final
 from bridge.adapters.naoqi.core.joint_motion import smooth
 from bridge.adapters.naoqi.core.joints import Joints, actuator
 from bridge.adapters.naoqi.core.postures import Postures
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    Pairs,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Answers, Pairs, number, offers
 from bridge.errors import NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -129,9 +124,7 @@ class Breathing:
         return self._enabled >= set(_parts(chain, "getBreathEnabled"))
 
     answers = Answers(
-        {
-            "ALMotion.getBreathConfig": lambda self: [["Bpm", self._bpm], ["Amplitude", self._amplitude]],
-        }
+        {"ALMotion.getBreathConfig": lambda self: [["Bpm", self._bpm], ["Amplitude", self._amplitude]]}
     )
 
 

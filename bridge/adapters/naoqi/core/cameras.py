@@ -140,11 +140,13 @@ class DrawnEyes:
     """Starts the drawing process when it is first needed; thread-safe, close it.
 
     Args:
-        command: that runs the process; it gets the number of a socket as its last argument.
+        robot: id of the robot.
+        endpoint: Zenoh endpoint of the robot.
+        body: name of its data sheet.
     """
 
-    def __init__(self, command: Sequence[str]) -> None:
-        self._command = command
+    def __init__(self, robot: str, endpoint: str, body: str) -> None:
+        self._command = [sys.executable, "-m", "emulator.camera", robot, endpoint, body]
         self._lock = threading.Lock()
         self._pipe: Pipe | None = None
         self._process: subprocess.Popen[bytes] | None = None

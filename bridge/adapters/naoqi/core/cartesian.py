@@ -14,19 +14,15 @@ from typing import Annotated, Any, Final, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bridge.adapters.naoqi.core.frames import RobotFrames, from_position6, inverse, placed
+from bridge.adapters.naoqi.core.frames import RobotFrames, from_position6
 from bridge.adapters.naoqi.core.inverse import Goal, InverseKinematics, masked_axes
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    MAX_DURATION,
-    Fraction,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import MAX_DURATION, Fraction, number, offers
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
+from bridge.body.kinematics import homogeneous, inverse
 from bridge.body.model import Lengths
 from bridge.body.quantities import HANDS
 from bridge.errors import NaoqiRefused
@@ -75,7 +71,7 @@ class _Path(NamedTuple):
                 part = part * part * (3.0 - 2.0 * part)
                 turn = Rotation.from_matrix(b[:3, :3] @ a[:3, :3].T).as_rotvec()
                 R = Rotation.from_rotvec(part * turn).as_matrix() @ a[:3, :3]
-                return placed(R, a[:3, 3] + part * (b[:3, 3] - a[:3, 3]))
+                return homogeneous(R, a[:3, 3] + part * (b[:3, 3] - a[:3, 3]))
         return self.targets[-1]
 
 
@@ -151,9 +147,9 @@ class Cartesian:
         effectors = _effectors(name)
         if len(effectors) != 1:
             raise NaoqiRefused("ALMotion: one effector is expected.")
-        share, code = speed, _codes(space, 1)
+        code = _codes(space, 1)
         place = _changed(self._here(effectors[0], code[0]), _place(value, transforms))
-        self._send(effectors, code, [place], _masks(mask, 1), share)
+        self._send(effectors, code, [place], _masks(mask, 1), speed)
 
     def _send(
         self,
@@ -237,7 +233,7 @@ class Cartesian:
             else:
                 goals.append(Goal(name, H @ place, masked_axes(mask, H[:3, :3])))
         if len(legs := [name for name in names if name in _FEET]) == 1 and not torso:
-            # the hips share a motor: the other foot holds against what it would do to it
+            # the hips share a motor: the other foot holds against the motion that it would get
             other, space = _FEET[1 - _FEET.index(legs[0])], spaces[names.index(legs[0])]
             goals.append(
                 Goal(other, space.frame @ space.feet[other], _STANCE_WEIGHT * masked_axes(63, np.eye(3)))
@@ -375,12 +371,12 @@ def _place(value: Any, transform: bool) -> Array:
     left, sizes_, right = np.linalg.svd(H[:, :3])
     if abs(sizes_ - 1.0).max() > 0.05 or np.linalg.det(H[:, :3]) < 0.0:
         raise NaoqiRefused(f"{value!r:.60} is no transform: its first three columns are no rotation.")
-    return placed(left @ right, H[:, 3])
+    return homogeneous(left @ right, H[:, 3])
 
 
 def _changed(place: Array, change: Array) -> Array:
     """A place shifted and turned in the axes of its space."""
-    return placed(change[:3, :3] @ place[:3, :3], place[:3, 3] + change[:3, 3])
+    return homogeneous(change[:3, :3] @ place[:3, :3], place[:3, 3] + change[:3, 3])
 
 
 def look_angles(point: Sequence[float], neck: float, camera: Array) -> tuple[float, float]:

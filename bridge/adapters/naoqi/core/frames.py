@@ -18,15 +18,12 @@ from scipy.spatial import ConvexHull
 
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints
 from bridge.adapters.naoqi.core.sensing import CONTACT
-from bridge.adapters.naoqi.declared import (
-    flag,
-    offers,
-)
+from bridge.adapters.naoqi.declared import flag, offers
 from bridge.body import TORSO, Body
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
-from bridge.body.kinematics import BodyTree
+from bridge.body.kinematics import BodyTree, homogeneous, inverse
 from bridge.body.quantities import total_mass
 from bridge.body.sole import sole_hull
 from bridge.config import read_toml
@@ -59,18 +56,6 @@ class Effector(NamedTuple):
     """In the link's frame, (4, 4)."""
 
 
-def placed(R: Array, d: Sequence[float] | Array) -> Array:
-    """The transform (4, 4) with a rotation (3, 3) and an origin (3,), m."""
-    H = np.eye(4)
-    H[:3, :3], H[:3, 3] = R, d
-    return H
-
-
-def inverse(H: Array) -> Array:
-    """The inverse of a transform, (4, 4)."""
-    return placed(H[:3, :3].T, -H[:3, :3].T @ H[:3, 3])
-
-
 def position6(H: Array) -> list[float]:
     """`[x, y, z, wx, wy, wz]` of a transform, with R = Rz(wz) Ry(wy) Rx(wx)."""
     return [*(float(x) for x in H[:3, 3]), *angles(H)]
@@ -79,7 +64,7 @@ def position6(H: Array) -> list[float]:
 def from_position6(position: Sequence[float]) -> Array:
     """The transform of `[x, y, z, wx, wy, wz]`, (4, 4)."""
     x, y, z, roll, pitch, yaw = position
-    return placed(rotation(roll, pitch, yaw), (x, y, z))
+    return homogeneous(rotation(roll, pitch, yaw), (x, y, z))
 
 
 class RobotFrames:
@@ -92,10 +77,7 @@ class RobotFrames:
     """
 
     def __init__(
-        self,
-        joints: Joints,
-        robot_place: Callable[[], Sequence[float]],
-        steps: Callable[[], list[list[Any]]],
+        self, joints: Joints, robot_place: Callable[[], Sequence[float]], steps: Callable[[], list[list[Any]]]
     ) -> None:
         self._joints, self._robot_place, self._steps = joints, robot_place, steps
         self.links: LinkFrames = BodyTree(joints.body).link_frames
@@ -118,17 +100,17 @@ class RobotFrames:
             "Head": Effector("HeadPitch", np.eye(4)),
         }
         for side in "LR":
-            fixed[f"{side}Arm"] = fixed[f"{side}Hand"] = Effector(f"{side}{arm}", placed(np.eye(3), hand))
-            foot = placed(np.eye(3), (0.0, 0.0, -length.FootHeight))
+            fixed[f"{side}Arm"] = fixed[f"{side}Hand"] = Effector(f"{side}{arm}", homogeneous(np.eye(3), hand))
+            foot = homogeneous(np.eye(3), (0.0, 0.0, -length.FootHeight))
             fixed[f"{side}Leg"] = Effector(f"{side}AnkleRoll", foot)
             for cell, place in zip(
                 ("FrontLeft", "FrontRight", "RearLeft", "RearRight"), getattr(body.fsr, side), strict=True
             ):
-                fixed[f"{side}Foot/FSR/{cell}"] = Effector(f"{side}AnkleRoll", placed(np.eye(3), place))
+                fixed[f"{side}Foot/FSR/{cell}"] = Effector(f"{side}AnkleRoll", homogeneous(np.eye(3), place))
         for name, sensor in _SENSORS.items():
-            fixed[name] = Effector(sensor.link, placed(np.eye(3), sensor.place))
+            fixed[name] = Effector(sensor.link, homogeneous(np.eye(3), sensor.place))
         for camera in cameras(body):
-            fixed[camera.name] = Effector(CAMERA_LINK, placed(R_pitch(camera.pitch), camera.place))
+            fixed[camera.name] = Effector(CAMERA_LINK, homogeneous(R_pitch(camera.pitch), camera.place))
         return fixed
 
     def position(self, measured: bool) -> list[float]:
@@ -197,11 +179,11 @@ class RobotFrames:
         forward = feet[0][:3, 0] + feet[1][:3, 0]
         x = forward - (forward @ z) * z
         x = x / np.linalg.norm(x)
-        robot = placed(np.column_stack((x, np.cross(z, x), z)), 0.5 * (feet[0][:3, 3] + feet[1][:3, 3]))
+        robot = homogeneous(np.column_stack((x, np.cross(z, x), z)), 0.5 * (feet[0][:3, 3] + feet[1][:3, 3]))
         if code == 2:
             return robot
         east, north, yaw = self._robot_place()
-        world: Array = robot @ inverse(placed(R_yaw(yaw), (east, north, 0.0)))
+        world: Array = robot @ inverse(homogeneous(R_yaw(yaw), (east, north, 0.0)))
         return world
 
     def transform(self, name: Any, code: Any, use_sensors: Any) -> Array:

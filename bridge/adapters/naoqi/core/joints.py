@@ -1,7 +1,11 @@
-"""Joints of the served robot: their names, their commands through the DCM, and the service `DCM`.
+"""Joints of the served robot: their names, their commands, the service `DCM`, and their share during a walk.
 
 Order of `Body` and members of the chains: vendor's body-parts pages (H25: 26 names with both HipYawPitch; H21
 without wrists and hands).
+
+During a walk the head is always the program's, an arm by `setMoveArmsEnabled`; a motion of the program has
+precedence over the walk's arms (vendor's sample motion_walk.py: "arms motion from user have always the
+priority").
 """
 
 from __future__ import annotations
@@ -11,10 +15,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Answers, flag, offers
 from bridge.body import Body
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.quantities import HANDS, absent_joints, joint_no_load_speed, joint_nominal_torque, limits
@@ -22,6 +23,7 @@ from bridge.dcm import Dcm
 from bridge.dcm.requests import SetRequest, TimedCommand, Update, alias_request, set_alias_request, set_request
 from bridge.errors import NaoqiRefused
 from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.messages.walk import UpperBody
 from bridge.validation import unknown_name
 
 CHAINS: Final[dict[str, tuple[str, ...]]] = {
@@ -282,3 +284,71 @@ def _list(method: str, command: Any) -> list[Any]:
     if not isinstance(command, list):
         raise NaoqiRefused(f"DCM.{method}: {command!r:.40} was given; a list is expected.")
     return command
+
+
+_SIDES: Final = ("LArm", "RArm")
+
+
+class UpperBodyShare:
+    """Head and arms while the walker has the robot; not thread-safe, the caller locks.
+
+    Args:
+        joints: of the robot.
+    """
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints = joints
+        self._swings = dict.fromkeys(_SIDES, True)
+        """Whether the walk moves an arm."""
+        self._upper = joints.names.resolve(["Head", *_SIDES])
+        self.taken: set[str] = set()
+        """Joints that are not the walker's while it has the robot."""
+
+    def begin(self) -> None:
+        """The walker gets the robot."""
+        kept = ["Head", *(side for side in _SIDES if not self._swings[side])]
+        moving = (joint for joint in self._upper if self._joints.waits(joint))
+        self.taken = {*self._joints.names.resolve(kept), *moving}
+
+    def within(self, names: Any) -> tuple[str, ...] | None:
+        """Joints that a call names, if all of them are of the head and the arms; else None."""
+        try:
+            joints = self._joints.names.resolve(names)
+        except NaoqiRefused:
+            return None
+        return joints if set(joints) <= set(self._upper) else None
+
+    def order(self, *, walks: bool) -> UpperBody:
+        """Order to the walker in this cycle.
+
+        Args:
+            walks: the robot walks: arms are the walk's again once no motion of the program moves them.
+        """
+        if walks:
+            for side in _SIDES:
+                if self._swings[side]:
+                    self.taken -= {j for j in CHAINS[side] if j in self.taken and not self._joints.waits(j)}
+        sent = self._joints.answer()
+        slots = {joint: slot(joint) for joint in self._upper if joint in self.taken}
+        return UpperBody(
+            joints=tuple(slots),
+            position=tuple(sent.position[i] for i in slots.values()),
+            stiffness=tuple(sent.stiffness[i] for i in slots.values()),
+        )
+
+    @offers("ALMotion.setMoveArmsEnabled", "ALMotion.setWalkArmsEnabled")
+    def _set_move_arms_enabled(self, left: Any, right: Any) -> Any:
+        for side, value in zip(_SIDES, (left, right), strict=True):
+            self._swings[side] = flag(value, f"ALMotion.setMoveArmsEnabled: {side}")
+            if not self._swings[side]:
+                self.taken |= set(self._joints.names.resolve(side))
+
+    @offers("ALMotion.getMoveArmsEnabled")
+    def _get_move_arms_enabled(self, arm: Any = "Arms") -> Any:
+        if arm == "Arms":
+            return all(self._swings.values())
+        if arm not in _SIDES:
+            raise NaoqiRefused(f"ALMotion.getMoveArmsEnabled: {unknown_name('chain', str(arm), _SIDES)}.")
+        return self._swings[arm]
+
+    answers = Answers({"ALMotion.getWalkArmsEnabled": lambda self: [self._swings[side] for side in _SIDES]})

@@ -10,11 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.adapters.naoqi.core.sensor_keys import getters
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import Answers, offers, text
 from bridge.body import Body
 from bridge.dcm import Dcm
 from bridge.dcm.actuators import short
@@ -156,8 +152,7 @@ class Memory:
     def stamped(self, key: Any) -> list[Any]:
         """`[value, s, us]`: a value and the wall-clock time at which it was written; of a sensor now."""
         value = self.get(key)
-        whole, part = divmod(self._stamps.get(key, time.time()), 1.0)
-        return [value, int(whole), int(1e6 * part)]
+        return [value, *stamp(self._stamps.get(key))]
 
     @offers("ALMemory.getDataOnChange")
     def next_value(self, key: str, _deprecated: Any = 0) -> Future[Any]:
@@ -172,8 +167,7 @@ class Memory:
     def describe(self, key: str, description: str) -> None:
         """Keep a description of a key."""
         if len(self._descriptions) < MAX_DATA:
-            name = key
-            self._descriptions[name] = description
+            self._descriptions[key] = description
 
     @offers("ALMemory.getDescriptionList")
     def descriptions(self, keys: Any) -> list[list[str]]:
@@ -189,6 +183,12 @@ class Memory:
     @offers("ALMemory.getData")
     def _get_data(self, key: Any, *_: Any) -> Any:
         return self.get(key)
+
+
+def stamp(moment: float | None = None) -> list[int]:
+    """`[s, us]` of a wall-clock time, s; None: of now."""
+    seconds, part = divmod(time.time() if moment is None else moment, 1.0)
+    return [int(seconds), int(1e6 * part)]
 
 
 def _names(keys: Any, method: str) -> list[str]:
@@ -250,9 +250,8 @@ class Events:
         """
         self._know("raiseEvent", name)
         self._memory.put(name, value)
-        seconds, part = divmod(time.time(), 1.0)
         past = self._history.setdefault(name, deque(maxlen=HISTORY))
-        past.append([value, [int(seconds), int(1e6 * part)]])
+        past.append([value, stamp()])
         told = self._subscriptions.get(name, {}).values()
         self._publish(name, value, [[one.module, one.method, one.message] for one in told])
 
@@ -324,13 +323,10 @@ class Events:
         """`[[value, [s, us]], ...]` of the last values of an event, oldest first."""
         return list(self._history.get(name, ()))
 
-    @offers("ALMemory.declareEvent")
-    def _declare_event(self, name: Any, extractor: Any = "") -> Any:
-        return self.declare(name, extractor)
-
     answers = Answers(
         {
             "ALMemory.getEventList": lambda self: sorted(self._declared),
             "ALMemory.getMicroEventList": lambda self: sorted(self._micro),
+            "ALMemory.declareEvent": lambda self, name, extractor="": self.declare(name, extractor),
         }
     )

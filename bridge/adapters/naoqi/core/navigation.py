@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import logging
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import CAMERAS
 from bridge.adapters.naoqi.core.frames import RobotFrames
-from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.memory import Events, stamp
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import (
-    Pairs,
-    Range,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import Pairs, Range, number, offers
 from bridge.types import Vec2
 
 logger = logging.getLogger(__name__)
@@ -136,10 +130,8 @@ class VisualCompass:
             return
         self._due = now + max(10, self.extractor.period)
         wy, wz = (now_ - then for now_, then in zip(self._direction(), self._reference, strict=True))
-        seconds, part = divmod(time.time(), 1.0)
-        stamp = [int(seconds), int(1e6 * part)]
         deviation = [wy, math.remainder(wz, math.tau)]
-        self._events.raise_event("VisualCompass/Deviation", [deviation, list(self._place()), stamp])
+        self._events.raise_event("VisualCompass/Deviation", [deviation, list(self._place()), stamp()])
 
     def _direction(self) -> Vec2:
         """Of the camera's axis in FRAME_WORLD: down from the horizontal, and about the vertical, rad."""

@@ -9,12 +9,7 @@ from typing import Annotated, Any, Final, Literal
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints, slot
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    Fraction,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import Answers, Fraction, offers, text
 from bridge.body.joints import INDEX_WITH_MIRROR, N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import HANDS

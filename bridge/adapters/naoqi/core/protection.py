@@ -14,13 +14,7 @@ from bridge.adapters.naoqi.core.frames import LinkFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import CHAINS, Joints, slot
 from bridge.adapters.naoqi.core.sensing import CONTACT
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    Pairs,
-    flag,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import Pairs, Setting, flag, offers, text
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 from bridge.guard.config import FallSettings
@@ -54,8 +48,7 @@ class WalkProtection:
         self._enabled = {FEET: True, STIFFNESS: True}
 
     @offers(
-        "ALMotion.setMotionConfig",
-        partly="the two conditions hold when a walk begins; they do not end a walk",
+        "ALMotion.setMotionConfig", partly="the two conditions hold when a walk begins; they do not end a walk"
     )
     def configure(self, config: Pairs) -> None:
         """Switch conditions on or off: `[[name, True or False], ...]`.
@@ -105,10 +98,11 @@ class FallManager:
         motion: whose motions end in a fall.
     """
 
+    enabled = Setting("ALMotion.FallManagerEnabled", True, bool)
+
     def __init__(self, joints: Joints, motion: JointMotion) -> None:
         self._joints, self._motion = joints, motion
         self._monitor = FallMonitor(joints.body, FallSettings(), STANCE)
-        self.enabled = True
 
     def update(self, frame: SensorFrame, *, leaning: bool) -> bool:
         """One cycle; whether the robot goes limp in it.
@@ -124,16 +118,6 @@ class FallManager:
             if self._joints.stiffness(joint) > LIMP:
                 self._joints.put_stiffness(joint, [(0.0, LIMP)])
         return True
-
-    @offers("ALMotion.setFallManagerEnabled")
-    def _set_fall_manager_enabled(self, enabled: bool) -> Any:
-        self.enabled = enabled
-
-    answers = Answers(
-        {
-            "ALMotion.getFallManagerEnabled": lambda self: self.enabled,
-        }
-    )
 
 
 ARMS: Final[Mapping[str, tuple[str, ...]]] = {"Arms": ("LArm", "RArm"), "LArm": ("LArm",), "RArm": ("RArm",)}
@@ -218,7 +202,7 @@ class ArmProtection:
     def __init__(self, joints: Joints, links: LinkFrames) -> None:
         self._joints, self._clearance = joints, ArmClearance(joints.body, links)
         self._enabled = {"LArm", "RArm"}
-        """Both when a robot is switched on (confirmed: as in `inert_settings.MOTION`)."""
+        """Both when a robot is switched on (confirmed: as in `robot_facts`)."""
         joints.shield = self._clear
 
     def _clear(self, wanted: tuple[float, ...], sent: tuple[float, ...]) -> tuple[float, ...]:

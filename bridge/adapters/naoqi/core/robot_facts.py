@@ -1,4 +1,9 @@
-"""Facts about the robot and its computer: `RobotConfig` keys, ALSystem, ALRobotModel, ALConnectionManager."""
+"""Facts about the robot and its computer: `RobotConfig` keys, ALSystem, ALRobotModel, ALConnectionManager.
+
+And settings without effect here (reflexes, idle motions, autonomous abilities, perception). Programs set them
+at their start and read them back. They are remembered; the log says once of each that is switched on that it
+has no effect.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-from bridge.adapters.naoqi.declared import (
-    Answers,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Setting, offers
 from bridge.body import Body
 from bridge.errors import NaoqiRefused
 
@@ -138,16 +140,13 @@ class RobotFacts:
             "ALRobotModel.getConfig": lambda self: _xml(_preferences(self._config)),
             "ALConnectionManager.state": lambda self: "ready",
             "ALConnectionManager.technologies": lambda self: ["ethernet"],
+            "ALSystem.diskFree": lambda self, every: [["rootfs", "/", *_disk()]],
         }
     )
     network = Answers(
         {"ALConnectionManager.services": lambda self: [_WIRED]},
         partly="one wired service, which stands for the network of this machine",
     )
-
-    @offers("ALSystem.diskFree")
-    def _disk_free(self, every: Any) -> list[list[Any]]:
-        return [["rootfs", "/", *_disk()]]
 
     @offers("ALConnectionManager.scan", partly="nothing is looked for")
     def _scan(self, technology: str = "") -> None:
@@ -200,3 +199,57 @@ def _xml(preferences: Mapping[str, str]) -> str:
     )
     head = '<?xml version="1.0" encoding="UTF-8" ?>\n<ModulePreference name="RobotConfig">'
     return "\n".join([head, *lines, "</ModulePreference>"])
+
+
+_READ_BY_GET: Final = ("ALMotion", "ALAutonomousMoves")
+"""Services whose switches are read with `get...`; those of others with `is...`."""
+_OF_A_PART: Final = ("IdlePostureEnabled", "ExternalCollisionProtectionEnabled", "Parameter")
+"""Settings of one chain, protection or name each, which comes first."""
+_SETTINGS: Final[dict[str, Any]] = {
+    "ALMotion.IdlePostureEnabled": False,
+    "ALMotion.SmartStiffnessEnabled": True,
+    "ALMotion.PushRecoveryEnabled": True,
+    "ALMotion.DiagnosisEffectEnabled": True,
+    "ALMotion.ExternalCollisionProtectionEnabled": True,
+    "ALMotion.OrthogonalSecurityDistance": 0.4,
+    "ALMotion.TangentialSecurityDistance": 0.1,
+    "ALAutonomousBlinking.Enabled": False,
+    "ALBackgroundMovement.Enabled": False,
+    "ALListeningMovement.Enabled": False,
+    "ALSpeakingMovement.Enabled": False,
+    "ALSpeakingMovement.Mode": "contextual",
+    "ALAutonomousMoves.ExpressiveListeningEnabled": False,
+    "ALAutonomousMoves.BackgroundStrategy": "none",
+    "ALDarknessDetection.DarknessThreshold": 40,
+    "ALMovementDetection.ColorSensitivity": 0.8,
+    "ALMovementDetection.DepthSensitivity": 0.03,
+    "ALNavigation.SecurityDistance": 0.4,
+    "ALPeoplePerception.FaceDetectionEnabled": True,
+    "ALPeoplePerception.FastModeEnabled": False,
+    "ALPeoplePerception.MaximumDetectionRange": 3.5,
+    "ALPeoplePerception.MovementDetectionEnabled": True,
+    "ALPeoplePerception.TimeBeforePersonDisappears": 6.0,
+    "ALSoundDetection.Parameter": None,
+    "ALSoundLocalization.Parameter": None,
+}
+"""Setting -> its value before it is set; its type is the setting's. Reflexes are on when a robot is switched on
+(confirmed: check_safety_reflexes.py of jrl-umi3218/mc_naoqi_dcm); others are assumed but for ALNavigation."""
+
+
+def _setting(name: str, default: Any) -> Setting:
+    service, _, setting = name.partition(".")
+    kind = {bool: bool, int: float, float: float, str: str}.get(type(default), Any)
+    reader = "is" if kind is bool and service not in _READ_BY_GET else "get"
+    part = setting in _OF_A_PART
+    return Setting(name, default, kind, KEPT, reader=reader, returns=True, of_part=part)
+
+
+class _Others:
+    @offers("ALPeoplePerception.resetPopulation")
+    def _reset(self) -> None:
+        """Forget all people; there are none."""
+
+
+InertSettings = type(
+    "InertSettings", (_Others,), {name.replace(".", "_"): _setting(name, of) for name, of in _SETTINGS.items()}
+)

@@ -15,13 +15,7 @@ from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.memory import Events, Memory
 from bridge.adapters.naoqi.core.postures import Postures
 from bridge.adapters.naoqi.core.sensor_keys import SONAR_KEYS, TOUCH_KEYS
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers
 from bridge.adapters.signs import KILOGRAM, motor_status
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import absent_joints
@@ -402,11 +396,7 @@ class Sonar:
                 self._near[i] = near
                 self._events.raise_event(f"Sonar{side}{'' if near else 'Nothing'}Detected", distance)
 
-    answers = Answers(
-        {
-            "ALSonar.getFilteredValues": lambda self: list(self._joints.frame.sonar),
-        }
-    )
+    answers = Answers({"ALSonar.getFilteredValues": lambda self: list(self._joints.frame.sonar)})
 
 
 class Touch(Extractor):

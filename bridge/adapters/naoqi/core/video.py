@@ -12,14 +12,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.cameras import Eyes
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.core.memory import stamp
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
 from bridge.errors import NaoqiRefused
@@ -101,7 +95,7 @@ class VideoDevice:
             NaoqiRefused: something that there is not, or too many subscriptions.
         """
         method = "ALVideoDevice.subscribeCamera"
-        whose, which = name, self._camera(camera, method)
+        whose, which = name, camera_number(camera, f"{method}: camera")
         size = self._resolution(resolution, which, method)
         colours = self._space(space, method)
         a_second = _rate(rate, method)
@@ -150,9 +144,7 @@ class VideoDevice:
                 return
             moment, data = picture.result()
             across, down = 0.5 * camera.field[0], 0.5 * camera.field[1]
-            seconds, part = divmod(moment, 1.0)
-            stamp = [int(seconds), int(1e6 * part)]
-            head = [width, height, LAYERS[of.space], of.space, *stamp, data, of.camera]
+            head = [width, height, LAYERS[of.space], of.space, *stamp(moment), data, of.camera]
             done.set_result([*head, across, -down, -across, down])
 
         def take() -> None:
@@ -185,11 +177,6 @@ class VideoDevice:
             return self._set_active(known.pop(), value) if known else self._set_active(value)
         return self._set_parameter(self._of(handle, "setCameraParameter").camera, parameter, value)
 
-    def _camera(self, camera: Any, method: str) -> int:
-        if isinstance(camera, bool) or camera not in (0, 1):
-            raise NaoqiRefused(f"{method}: camera {camera!r:.40} is not there; 0 (top) and 1 (bottom) are.")
-        return int(camera)
-
     def _resolution(self, resolution: Any, camera: int, method: str) -> int:
         there = {k: v for k, v in RESOLUTIONS.items() if v <= self._cameras[camera].largest}
         if not _is_number(resolution) or resolution not in there:
@@ -212,7 +199,7 @@ class VideoDevice:
     @offers("ALVideoDevice.setActiveCamera")
     def _set_active(self, first: Any, camera: Any = None) -> bool:
         """`(camera)` for all that come by `subscribe`, or `(handle, camera)`."""
-        number = self._camera(first if camera is None else camera, "ALVideoDevice.setActiveCamera")
+        number = camera_number(first if camera is None else camera, "ALVideoDevice.setActiveCamera: camera")
         if camera is not None:
             self._of(first, "setActiveCamera").camera = number
             return True
@@ -263,7 +250,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.getParameter")
     def _get_parameter(self, camera: Any, parameter: Any) -> int:
-        which = self._camera(camera, "ALVideoDevice.getParameter")
+        which = camera_number(camera, "ALVideoDevice.getParameter: camera")
         return self._parameters[which].get(parameter, NO_VALUE) if isinstance(parameter, int) else NO_VALUE
 
     @offers("ALVideoDevice.setParameter", partly=KEPT)
@@ -271,7 +258,7 @@ class VideoDevice:
         self, camera: Any, parameter: Any, value: Annotated[float, Range(-1e6, 1e6)] | None = None
     ) -> bool:
         """Remember a parameter; without a value its default. Whether there is such a one."""
-        which = self._camera(camera, "ALVideoDevice.setParameter")
+        which = camera_number(camera, "ALVideoDevice.setParameter: camera")
         if not isinstance(parameter, int) or parameter not in PARAMETERS:
             return False
         default = PARAMETERS[parameter]
@@ -293,7 +280,7 @@ class VideoDevice:
 
     @offers("ALVideoDevice.setAllParametersToDefault", partly=KEPT)
     def _reset(self, camera: Any) -> bool:
-        self._parameters[self._camera(camera, "ALVideoDevice")].update(PARAMETERS)
+        self._parameters[camera_number(camera, "ALVideoDevice: camera")].update(PARAMETERS)
         return True
 
     @offers("ALVideoDevice.getAngularPositionFromImagePosition")
@@ -321,28 +308,12 @@ class VideoDevice:
 
     def _tangents(self, camera: Any) -> tuple[float, float]:
         """Of half the fields of view."""
-        across, down = self._cameras[self._camera(camera, "ALVideoDevice")].field
+        across, down = self._cameras[camera_number(camera, "ALVideoDevice: camera")].field
         return math.tan(0.5 * across), math.tan(0.5 * down)
 
     @offers("ALVideoDevice.getParam")
     def _get_param(self, parameter: Any) -> Any:
         return self._active if parameter == _SELECT else self._get_parameter(self._active, parameter)
-
-    @offers("ALVideoDevice.releaseImage")
-    def _release_image(self, handle: Any) -> Any:
-        return self._of(handle, "releaseImage").rate > 0
-
-    @offers("ALVideoDevice.getResolution")
-    def _get_resolution(self, handle: Any) -> Any:
-        return self._of(handle, "getResolution").resolution
-
-    @offers("ALVideoDevice.getColorSpace")
-    def _get_color_space(self, handle: Any) -> Any:
-        return self._of(handle, "getColorSpace").space
-
-    @offers("ALVideoDevice.getFrameRate")
-    def _get_frame_rate(self, handle: Any) -> Any:
-        return self._of(handle, "getFrameRate").rate
 
     @offers("ALVideoDevice.setParameterToDefault", partly=KEPT)
     def _set_parameter_to_default(self, camera: Any, parameter: Any) -> Any:
@@ -361,6 +332,10 @@ class VideoDevice:
             "ALVideoDevice.getSubscribers": lambda self: list(self._subscriptions),
             "ALVideoDevice.getCameraIndexes": lambda self: [0, 1],
             "ALVideoDevice.hasDepthCamera": lambda self: False,
+            "ALVideoDevice.releaseImage": lambda self, handle: self._of(handle, "releaseImage").rate > 0,
+            "ALVideoDevice.getResolution": lambda self, handle: self._of(handle, "getResolution").resolution,
+            "ALVideoDevice.getColorSpace": lambda self, handle: self._of(handle, "getColorSpace").space,
+            "ALVideoDevice.getFrameRate": lambda self, handle: self._of(handle, "getFrameRate").rate,
         }
     )
 

@@ -77,11 +77,7 @@ class WalkerHandover:
     """
 
     def __init__(
-        self,
-        owner: JointOwner,
-        start: Callable[[], StartedWalker],
-        client: Callable[[], WalkClient],
-        gait: str,
+        self, owner: JointOwner, start: Callable[[], StartedWalker], client: Callable[[], WalkClient], gait: str
     ) -> None:
         self._owner, self._start, self._open = owner, start, client
         self._gait = gait

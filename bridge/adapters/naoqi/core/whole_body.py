@@ -16,14 +16,7 @@ from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks, pass_on
-from bridge.adapters.naoqi.declared import (
-    MAX_DURATION,
-    Fraction,
-    OneOf,
-    Range,
-    Vector,
-    offers,
-)
+from bridge.adapters.naoqi.declared import MAX_DURATION, Fraction, OneOf, Range, Vector, offers
 from bridge.body import TORSO
 from bridge.body.joints import INDEX_WITH_MIRROR
 from bridge.body.sole import sole_hull
@@ -59,12 +52,7 @@ class WholeBody:
     """
 
     def __init__(
-        self,
-        joints: Joints,
-        motion: JointMotion,
-        tasks: MotionTasks,
-        cartesian: Cartesian,
-        frames: RobotFrames,
+        self, joints: Joints, motion: JointMotion, tasks: MotionTasks, cartesian: Cartesian, frames: RobotFrames
     ) -> None:
         self._joints, self._motion, self._tasks = joints, motion, tasks
         self._cartesian, self._frames = cartesian, frames
@@ -73,20 +61,12 @@ class WholeBody:
         self._followed: set[str] = set()
         """Effectors that follow their targets."""
 
-    @offers(
-        "ALMotion.wbEnableEffectorControl",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbEnableEffectorControl", partly=UNBALANCED)
     def enable_effector(self, effector: Follower, enabled: bool) -> None:
         """Have an effector follow its target, or not."""
-        name = effector
-        self._followed = self._followed | {name} if enabled else self._followed - {name}
+        self._followed = self._followed | {effector} if enabled else self._followed - {effector}
 
-    @offers(
-        "ALMotion.wbSetEffectorControl",
-        kind="joints",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbSetEffectorControl", kind="joints", partly=UNBALANCED)
     def set_effector(
         self, effector: Follower, target: Annotated[list[float], Vector("a, b, c", -10.0, 10.0)]
     ) -> None:
@@ -96,10 +76,9 @@ class WholeBody:
             effector: `Head`, `LArm` or `RArm`.
             target: of the head wx, wy, wz, rad; of an arm x, y, z, m.
         """
-        name, three = effector, target
-        place = [0.0, 0.0, 0.0, *three] if name == "Head" else [*three, 0.0, 0.0, 0.0]
-        if name in self._followed:
-            self._cartesian.go(name, _ROBOT, place, _SPEED, _MASKS[name], transforms=False)
+        place = [0.0, 0.0, 0.0, *target] if effector == "Head" else [*target, 0.0, 0.0, 0.0]
+        if effector in self._followed:
+            self._cartesian.go(effector, _ROBOT, place, _SPEED, _MASKS[effector], transforms=False)
 
     def go_to_balance(self, leg: str, seconds: float) -> Future[Any]:
         """Bring the centre of mass over a foot, or between both, by shifting the torso; waits for the end."""
@@ -148,50 +127,30 @@ class WholeBody:
     def _com(self, position: Sequence[float]) -> Array:
         return np.array(self._frames.com_at("Body", position, _ROBOT))[:2]
 
-    @offers(
-        "ALMotion.wbEnable",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbEnable", partly=UNBALANCED)
     def _wb_enable(self, enabled: bool) -> Any:
         self._enabled = enabled
         if not self._enabled:
             self._followed.clear()
             self._states = dict.fromkeys(_FEET, "Fixed")
 
-    @offers(
-        "ALMotion.wbFootState",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbFootState", partly=UNBALANCED)
     def _wb_foot_state(self, state: Annotated[str, OneOf("state", _STATES)], support_leg: Leg) -> Any:
         self._states |= dict.fromkeys(_feet(support_leg), state)
 
-    @offers(
-        "ALMotion.wbEnableBalanceConstraint",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbEnableBalanceConstraint", partly=UNBALANCED)
     def _wb_enable_balance_constraint(self, enabled: bool, support_leg: Leg) -> None:
         """Without effect."""
 
-    @offers(
-        "ALMotion.wbEnableEffectorOptimization",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbEnableEffectorOptimization", partly=UNBALANCED)
     def _wb_enable_effector_optimization(self, effector: Any, active: bool) -> Any:
         self._frames.effector(effector)
 
-    @offers(
-        "ALMotion.wbGoToBalance",
-        kind="joints",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbGoToBalance", kind="joints", partly=UNBALANCED)
     def _wb_go_to_balance(self, support_leg: Leg, duration: Annotated[float, Range(0.1, MAX_DURATION)]) -> Any:
         return self.go_to_balance(support_leg, duration)
 
-    @offers(
-        "ALMotion.wbGoToBalanceWithSpeed",
-        kind="joints",
-        partly=UNBALANCED,
-    )
+    @offers("ALMotion.wbGoToBalanceWithSpeed", kind="joints", partly=UNBALANCED)
     def _wb_go_to_balance_with_speed(self, support_leg: Leg, speed: Fraction) -> Any:
         return self.go_to_balance(support_leg, _BALANCE_TIME / speed)
 

@@ -13,11 +13,7 @@ from typing import Any, Final
 
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.joints import Joints
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, offers
 from bridge.errors import NaoqiRefused
 
 logger = logging.getLogger(__name__)
@@ -96,11 +92,7 @@ class Animations:
         self._running[name] = running
         return running
 
-    @offers(
-        "ALAnimationPlayer.runTag",
-        kind="joints",
-        partly=GESTURES,
-    )
+    @offers("ALAnimationPlayer.runTag", kind="joints", partly=GESTURES)
     def _run_tag(self, tag: str, *_: Any) -> Future[Any]:
         return self.run(f"animations/Stand/Gestures/{tag}")
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import logging
-import time
 import wave
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -16,17 +15,17 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 from weakref import WeakKeyDictionary
 
-from bridge.adapters.naoqi.core.memory import Publish
+from bridge.adapters.naoqi.core.memory import Publish, stamp
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.declared import (
     KEPT,
-    MAX_DURATION,
     Answers,
     Duration,
     NewFile,
     Own,
     Range,
     RobotFile,
+    Setting,
     number,
     offers,
     text,
@@ -74,19 +73,18 @@ class AudioPlayer:
         numbers: for files; none is a call's.
     """
 
+    master = Setting("ALAudioPlayer.MasterVolume", 1.0, Level, KEPT)
+    output = Setting("ALAudioDevice.OutputVolume", 100, Annotated[int, Range(0.0, 100.0)], KEPT)
+
     def __init__(self, tasks: MotionTasks, now: Callable[[], int], numbers: Iterator[int]) -> None:
         self._tasks, self._now = tasks, now
         self._files: dict[int, _File] = {}
         self._played_by: WeakKeyDictionary[Future[Any], int] = WeakKeyDictionary()
         """File that a call of `playFile` plays."""
         self._numbers, self._plays = numbers, itertools.count(1)
-        self._master = 1.0
-        self._output, self._muted = 100, False
+        self._muted = False
 
-    @offers(
-        "ALAudioPlayer.loadFile",
-        partly=SILENT,
-    )
+    @offers("ALAudioPlayer.loadFile", partly=SILENT)
     def load(self, path: RobotFile) -> int:
         """Load a file; its number. One that is missing or no WAV file lasts no time, with a warning."""
         if len(self._files) >= MAX_FILES:
@@ -177,8 +175,7 @@ class AudioPlayer:
         return None
 
     @offers("ALAudioPlayer.pause")
-    def _pause(self, key: Any) -> None:
-        file = self._file(key)
+    def _pause(self, file: Loaded) -> None:
         file.paused = not file.paused
 
     @offers("ALAudioPlayer.stop")
@@ -212,8 +209,8 @@ class AudioPlayer:
         self,
         frequency: Annotated[float, Range(0.0, 20_000.0)],
         gain: Annotated[float, Range(0.0, 100.0)],
-        panorama: Annotated[float, Range(-1.0, 1.0)],
-        duration: Annotated[float, Range(0.0, MAX_DURATION)],
+        panorama: Side,
+        duration: Duration,
     ) -> Future[Any]:
 
         def task() -> MotionTask:
@@ -222,33 +219,24 @@ class AudioPlayer:
         return self._tasks.begin(task())
 
     @offers("ALAudioPlayer.setVolume", partly=KEPT)
-    def _set_volume(self, key: Any, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
-        self._file(key).volume = volume
-
-    @offers("ALAudioPlayer.setMasterVolume", partly=KEPT)
-    def _set_master(self, volume: Annotated[float, Range(0.0, 1.0)]) -> None:
-        self._master = volume
+    def _set_volume(self, file: Loaded, volume: Level) -> None:
+        file.volume = volume
 
     @offers("ALAudioPlayer.goTo")
-    def _go_to(self, key: Any, place: Any) -> None:
-        file = self._file(key)
+    def _go_to(self, file: Loaded, place: Any) -> None:
         file.place = number(place, "ALAudioPlayer.goTo: position", 0.0, file.seconds)
 
     @offers("ALAudioPlayer.getFileLength")
-    def _get_file_length(self, key: Any) -> Any:
-        return self._file(key).seconds
+    def _get_file_length(self, file: Loaded) -> float:
+        return file.seconds
 
     @offers("ALAudioPlayer.getCurrentPosition")
-    def _get_current_position(self, key: Any) -> Any:
-        return self._file(key).place
+    def _get_current_position(self, file: Loaded) -> float:
+        return file.place
 
     @offers("ALAudioPlayer.getVolume")
-    def _get_volume(self, key: Any) -> Any:
-        return self._file(key).volume
-
-    @offers("ALAudioDevice.setOutputVolume", partly=KEPT)
-    def _set_output_volume(self, volume: Annotated[float, Range(0.0, 100.0)]) -> Any:
-        self._output = round(volume)
+    def _get_volume(self, file: Loaded) -> float:
+        return file.volume
 
     @offers("ALAudioDevice.muteAudioOut", partly=KEPT)
     def _mute_audio_out(self, muted: bool) -> Any:
@@ -260,8 +248,6 @@ class AudioPlayer:
             "ALAudioPlayer.getLoadedSoundSetsList": lambda self: [],
             "ALAudioPlayer.getLoadedFilesIds": lambda self: list(self._files),
             "ALAudioPlayer.getLoadedFilesNames": lambda self: [str(file.path) for file in self._files.values()],
-            "ALAudioPlayer.getMasterVolume": lambda self: self._master,
-            "ALAudioDevice.getOutputVolume": lambda self: self._output,
             "ALAudioDevice.isAudioOutMuted": lambda self: self._muted,
         }
     )
@@ -300,9 +286,8 @@ class Microphones:
                 continue
             samples = SAMPLES[one.rate]
             one.due = max(one.due, now - 1000.0) + 1000.0 * samples / one.rate
-            seconds, part = divmod(time.time(), 1.0)
-            stamp, sound = [int(seconds), int(1e6 * part)], bytes(2 * one.channels * samples)
-            self._publish("", None, [[module, "processRemote", [one.channels, samples, stamp, sound]]])
+            sound = bytes(2 * one.channels * samples)
+            self._publish("", None, [[module, "processRemote", [one.channels, samples, stamp(), sound]]])
 
     def _of(self, module: Any, method: str) -> _Listener:
         name = text(module, f"ALAudioDevice.{method}: module")

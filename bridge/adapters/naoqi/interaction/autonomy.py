@@ -10,20 +10,15 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from bridge.adapters.naoqi.core.cartesian import look_angles
-from bridge.adapters.naoqi.core.frames import RobotFrames, inverse
+from bridge.adapters.naoqi.core.frames import RobotFrames
 from bridge.adapters.naoqi.core.joint_motion import JointMotion
 from bridge.adapters.naoqi.core.memory import Events, Memory
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    OneOf,
-    Setting,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, offers
 from bridge.adapters.naoqi.interaction.detection import Stage
 from bridge.adapters.naoqi.interaction.tracker import PERIOD, SPEED, point_of
 from bridge.body.cameras import LINK as CAMERA_LINK
 from bridge.body.cameras import cameras
+from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
 
@@ -101,7 +96,7 @@ STIMULI: Final = ("Sound", "Movement", "NavigationMotion", "People", "Touch", "T
 NOBODY: Final = -1
 """In place of a person's number (confirmed: vendor's page)."""
 LOST: Final = 3000
-"""ms without a sight of somebody after which the robot has lost them (assumed)."""
+"""ms without a sight of a person after which the robot has lost them (assumed)."""
 _PERSON: Final = "PeoplePerception/Person/"
 _SPACES: Final = {0: "PositionInTorsoFrame", 1: "PositionInWorldFrame", 2: "PositionInRobotFrame"}
 
@@ -213,8 +208,6 @@ class Awareness:
     )
 
     starting = Answers(
-        {
-            "ALBasicAwareness.startAwareness": lambda self: self._enable(True),
-        },
+        {"ALBasicAwareness.startAwareness": lambda self: self._enable(True)},
         partly="a person is a face of the emulated world or of NaoHil.show; no sound or movement counts",
     )

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, cast
 
 from bridge.adapters.naoqi.core.cameras import CAMERAS, Eyes
-from bridge.adapters.naoqi.core.frames import RobotFrames, inverse, position6
-from bridge.adapters.naoqi.core.memory import Events
+from bridge.adapters.naoqi.core.frames import RobotFrames, position6
+from bridge.adapters.naoqi.core.memory import Events, stamp
 from bridge.adapters.naoqi.core.sensing import VisionExtractor
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    number,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, Setting, number, offers, text
 from bridge.body import Body
 from bridge.body.cameras import cameras
+from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import THING_SIZES
 from bridge.messages.world import ThingKind as Kind
@@ -133,11 +126,7 @@ class Stage:
         return self._hear(words)
 
     answers = Answers(
-        {
-            "NaoHil.things": lambda self: [
-                [t.kind, t.name, list(t.place), t.size] for t in self._things.values()
-            ],
-        }
+        {"NaoHil.things": lambda self: [[t.kind, t.name, list(t.place), t.size] for t in self._things.values()]}
     )
 
 
@@ -204,11 +193,10 @@ class Detection:
         self._seen = bool(sightings)
 
     def _value(self, sightings: list[Sighting]) -> list[Any]:
-        seconds, part = divmod(time.time(), 1.0)
         links = sightings[0].links
         camera = self._frames.in_torso(CAMERAS[self._camera], links)
         poses = [position6(inverse(self._frames.space(space, links, True)) @ camera) for space in (0, 2)]
-        return [[int(seconds), int(1e6 * part)], *self._found(sightings), *poses, self._camera_name()]
+        return [stamp(), *self._found(sightings), *poses, self._camera_name()]
 
     def _camera_name(self) -> Any:
         return self._camera
@@ -231,15 +219,22 @@ class LandMarks(Detection):
 class Faces(Detection):
     """`ALFaceDetection`: knows the faces that were learnt."""
 
+    recognizes = Setting(
+        "ALFaceDetection.RecognitionEnabled", True, bool, reader="is", also="enableRecognition"
+    )
+    tracks = Setting("ALFaceDetection.TrackingEnabled", False, bool, KEPT, reader="is", also="enableTracking")
+    threshold = Setting(
+        "ALFaceDetection.RecognitionConfidenceThreshold", 0.4, Annotated[float, Range(0.0, 1.0)], KEPT
+    )
+
     def __init__(self, stage: Stage, frames: RobotFrames, events: Events) -> None:
         super().__init__("ALFaceDetection", "face", "FaceDetected", stage, frames, events)
         self._known: dict[str, str] = {}
         """Name of a thing -> its name in events."""
-        self._recognizes, self._tracks, self._threshold = True, False, 0.4
         self._before: list[str] = []
 
     def _found(self, sightings: list[Sighting]) -> list[Any]:
-        labels = [self._known.get(s.name, "") if self._recognizes else "" for s in sightings]
+        labels = [self._known.get(s.name, "") if self.recognizes else "" for s in sightings]
         faces = [self._face(i, s, label) for i, (s, label) in enumerate(zip(sightings, labels, strict=True))]
         new = [label for label in labels if label and label not in self._before]
         self._before = labels
@@ -273,23 +268,8 @@ class Faces(Detection):
         self._known.clear()
         return True
 
-    @offers("ALFaceDetection.setRecognitionEnabled", "ALFaceDetection.enableRecognition")
-    def _recognize(self, enabled: bool) -> None:
-        self._recognizes = enabled
-
-    @offers("ALFaceDetection.setTrackingEnabled", "ALFaceDetection.enableTracking", partly=KEPT)
-    def _track(self, enabled: bool) -> None:
-        self._tracks = enabled
-
-    @offers("ALFaceDetection.setRecognitionConfidenceThreshold", partly=KEPT)
-    def _set_threshold(self, value: Annotated[float, Range(0.0, 1.0)]) -> None:
-        self._threshold = value
-
     answers = Answers(
         {
             "ALFaceDetection.getLearnedFacesList": lambda self: sorted(set(self._known.values())),
-            "ALFaceDetection.isRecognitionEnabled": lambda self: self._recognizes,
-            "ALFaceDetection.isTrackingEnabled": lambda self: self._tracks,
-            "ALFaceDetection.getRecognitionConfidenceThreshold": lambda self: self._threshold,
         }
     )

@@ -10,16 +10,9 @@ from concurrent.futures import Future
 from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    RobotFile,
-    offers,
-    text,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Range, RobotFile, offers, text
 from bridge.adapters.naoqi.interaction.qichat import Pattern, Rule, Steps, Topic, kept_of, parse, plain_words
-from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoHilError, NaoqiRefused
 from bridge.validation import unknown_name
 
@@ -74,7 +67,7 @@ class Dialog:
             events.declare(f"Dialog/{event}", "ALDialog")
 
     def hear(self, said: str) -> None:
-        """Somebody says something to the robot."""
+        """Take an utterance of a person."""
         if self._subscribers:
             self._input(said)
 
@@ -370,9 +363,7 @@ class Dialog:
     )
 
     answers2 = Answers(
-        {
-            "ALDialog.compileAll": lambda self: None,
-        },
+        {"ALDialog.compileAll": lambda self: None},
         partly="without effect: topics are ready when they are loaded",
     )
 

@@ -7,15 +7,8 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.memory import Events
 from bridge.adapters.naoqi.core.sensing import Extractor
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    OneOf,
-    Setting,
-    number,
-    offers,
-)
-from bridge.adapters.naoqi.interaction.voice import LANGUAGES
+from bridge.adapters.naoqi.declared import KEPT, Answers, OneOf, Setting, number, offers
+from bridge.adapters.naoqi.interaction.speech import LANGUAGES
 from bridge.errors import NaoqiRefused
 
 NOTHING: Final[list[Any]] = ["", -3.0]
@@ -57,7 +50,7 @@ class SpeechRecognition:
         self._parameters = {name: start for name, (_, _, start) in _PARAMETERS.items()}
 
     def hear(self, said: str) -> list[str]:
-        """Somebody says something; the words of the vocabulary that were recognized, best first.
+        """Take an utterance of a person; the words of the vocabulary that were recognized, best first.
 
         Without word spotting the whole must be a word of the vocabulary; with it one may stand anywhere.
         """

@@ -8,14 +8,7 @@ from typing import Annotated, Any, Final
 
 from bridge.adapters.naoqi.core.joints import Joints
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
-from bridge.adapters.naoqi.declared import (
-    MAX_DURATION,
-    Answers,
-    Duration,
-    Range,
-    number,
-    offers,
-)
+from bridge.adapters.naoqi.declared import MAX_DURATION, Answers, Duration, Range, number, offers
 from bridge.dcm.actuators import led_names
 from bridge.errors import NaoqiRefused
 
@@ -121,12 +114,7 @@ class Leds:
             self._groups[name] = members
 
     @offers("ALLeds.fade")
-    def fade(
-        self,
-        name: str,
-        intensity: Annotated[float, Range(0.0, 1.0)],
-        duration: Duration,
-    ) -> Future[Any]:
+    def fade(self, name: str, intensity: Annotated[float, Range(0.0, 1.0)], duration: Duration) -> Future[Any]:
         """All LEDs of a group to one brightness (0 to 1) in a time (s); waits for the end."""
         return self._tasks.begin(self._go([(led, [(duration, intensity)]) for led in self._group(name)]))
 
@@ -208,10 +196,7 @@ class Leds:
 
     @offers("ALLeds.earLedsSetAngle", partly="the pattern is assumed")
     def _ears(
-        self,
-        degrees: Annotated[float, Range(-360.0, 360.0)],
-        duration: Duration,
-        leave: bool,
+        self, degrees: Annotated[float, Range(-360.0, 360.0)], duration: Duration, leave: bool
     ) -> Future[Any]:
         """Light the ears up to an angle."""
         stays = 1.0 if leave else 0.0
@@ -247,10 +232,7 @@ class Leds:
         return self.fade(name, intensity, 0.0)
 
     answers = Answers(
-        {
-            "ALLeds.listGroups": lambda self: list(self._groups),
-            "ALLeds.listLEDs": lambda self: list(self._all),
-        }
+        {"ALLeds.listGroups": lambda self: list(self._groups), "ALLeds.listLEDs": lambda self: list(self._all)}
     )
 
 

@@ -12,15 +12,8 @@ from typing import Annotated, Any, Final
 from bridge.adapters.naoqi.core.cameras import Eyes
 from bridge.adapters.naoqi.core.motion_tasks import MotionTask, MotionTasks
 from bridge.adapters.naoqi.core.video import RESOLUTIONS
-from bridge.adapters.naoqi.declared import (
-    KEPT,
-    Answers,
-    Range,
-    new_file,
-    offers,
-)
+from bridge.adapters.naoqi.declared import KEPT, Answers, Choice, OneOf, Range, Setting, new_file, offers
 from bridge.errors import NaoqiRefused
-from bridge.validation import unknown_name
 
 FORMATS: Final = {
     **dict.fromkeys(("bmp", "dib"), "bmp"),
@@ -32,8 +25,6 @@ FORMATS: Final = {
 """Extension of a file -> its kind."""
 GREY, COLOUR = 0, 13
 """Colour spaces of files."""
-SIZES: Final = (0, 1, 2)
-"""Resolutions of files."""
 MAX_PICTURES: Final = 9000
 """Of one call, or of one film."""
 
@@ -45,9 +36,12 @@ class _Setup:
         service: that takes them.
     """
 
+    camera = Setting(".CameraID", 0, Annotated[int, Choice(0, 1)])
+    resolution = Setting(".Resolution", 1, Annotated[int, Choice(0, 1, 2)])
+    space = Setting(".ColorSpace", COLOUR, Annotated[int, Choice(GREY, COLOUR)])
+
     def __init__(self, service: str) -> None:
         self.service = service
-        self.camera, self.resolution, self.space = 0, 1, COLOUR
 
     @property
     def size(self) -> tuple[int, int]:
@@ -67,32 +61,6 @@ class _Setup:
             raise NaoqiRefused(f"{where}: {path} is there already; another name or overwrite is expected.")
         return path
 
-    def _put(self, name: str, value: Any, allowed: Sequence[int]) -> None:
-        if isinstance(value, bool) or value not in list(allowed):
-            numbers = ", ".join(map(str, allowed))
-            raise NaoqiRefused(f"{self.service}: {name} is {value!r:.40}; {numbers} are there.")
-        setattr(self, name, value)
-
-    @offers(".setCameraID")
-    def _set_camera_id(self, camera: Any) -> Any:
-        return self._put("camera", camera, (0, 1))
-
-    @offers(".setResolution")
-    def _set_resolution(self, resolution: Any) -> Any:
-        return self._put("resolution", resolution, SIZES)
-
-    @offers(".setColorSpace")
-    def _set_color_space(self, space: Any) -> Any:
-        return self._put("space", space, (GREY, COLOUR))
-
-    answers = Answers(
-        {
-            ".getCameraID": lambda self: self.camera,
-            ".getResolution": lambda self: self.resolution,
-            ".getColorSpace": lambda self: self.space,
-        }
-    )
-
 
 class PhotoCapture:
     """Methods of `ALPhotoCapture`; not thread-safe, the caller locks.
@@ -103,14 +71,17 @@ class PhotoCapture:
         now: the robot's clock, ms.
     """
 
+    form = Setting("ALPhotoCapture.PictureFormat", "jpg", Annotated[str, OneOf("format", FORMATS)])
+    interval = Setting("ALPhotoCapture.CaptureInterval", 200, Annotated[int, Range(0, 3.6e6, "ms")])
+    half = Setting("ALPhotoCapture.HalfPressEnabled", False, bool, KEPT, reader="is", returns=True)
+
     def __init__(self, eyes: Eyes, tasks: MotionTasks, now: Callable[[], int]) -> None:
         self._eyes, self._tasks, self._now = eyes, tasks, now
         self.setup = _Setup("ALPhotoCapture")
-        self._format, self._interval, self._half = "jpg", 200, False
 
     @offers("ALPhotoCapture.takePicture", partly="the pictures of ALVideoDevice; sr and ras are not written")
     def _take(self, folder: str, name: str, overwrite: bool = True) -> Future[Any]:
-        path = self.setup.file(folder, f"{_bare(name, self._format)}.{self._format}", overwrite, "takePicture")
+        path = self.setup.file(folder, f"{_bare(name, self.form)}.{self.form}", overwrite, "takePicture")
         return self._written(path, [str(path)])
 
     @offers("ALPhotoCapture.takePictures", partly="as takePicture")
@@ -118,15 +89,15 @@ class PhotoCapture:
         self, count: Annotated[float, Range(1, MAX_PICTURES)], folder: str, name: str, overwrite: bool = True
     ) -> Future[Any]:
         series = round(count)
-        bare, names = _bare(name, self._format), list[str]()
+        bare, names = _bare(name, self.form), list[str]()
 
         def task() -> MotionTask:
             """One picture after the other, at the interval that is set."""
             for i in range(series):
-                begun, file = self._now(), f"{bare}_{i}.{self._format}"
+                begun, file = self._now(), f"{bare}_{i}.{self.form}"
                 path = self.setup.file(folder, file, overwrite, "takePictures")
                 done = self._written(path, None)
-                while not done.done() or (i < series - 1 and self._now() - begun < self._interval):
+                while not done.done() or (i < series - 1 and self._now() - begun < self.interval):
                     yield self._now() + 1
                 done.result()
                 names.append(str(path))
@@ -152,40 +123,16 @@ class PhotoCapture:
                 written.set_result(result)
 
         setup = self.setup
-        taken = self._eyes.picture(setup.camera, *setup.size, setup.space, FORMATS[self._format])
+        taken = self._eyes.picture(setup.camera, *setup.size, setup.space, FORMATS[self.form])
         taken.add_done_callback(write)
         return written
 
-    @offers("ALPhotoCapture.setPictureFormat")
-    def _set_format(self, form: str) -> None:
-        if form not in FORMATS:
-            raise NaoqiRefused(f"ALPhotoCapture.setPictureFormat: {unknown_name('format', form, FORMATS)}.")
-        self._format = form
-
-    @offers("ALPhotoCapture.setCaptureInterval")
-    def _set_interval(self, milliseconds: Annotated[float, Range(0, 3.6e6)]) -> None:
-        self._interval = round(milliseconds)
-
-    @offers("ALPhotoCapture.setHalfPressEnabled", partly=KEPT)
-    def _set_half(self, enabled: bool) -> bool:
-        self._half = enabled
+    @offers("ALPhotoCapture.halfPress", partly=KEPT)
+    def _half_press(self) -> bool:
+        self.half = not self.half
         return True
 
-    answers = Answers(
-        {
-            "ALPhotoCapture.getPictureFormat": lambda self: self._format,
-            "ALPhotoCapture.getCaptureInterval": lambda self: self._interval,
-            "ALPhotoCapture.isHalfPressEnabled": lambda self: self._half,
-            "ALPhotoCapture.isHalfPressed": lambda self: self._half,
-        }
-    )
-
-    answers2 = Answers(
-        {
-            "ALPhotoCapture.halfPress": lambda self: self._set_half(not self._half),
-        },
-        partly=KEPT,
-    )
+    answers = Answers({"ALPhotoCapture.isHalfPressed": lambda self: self.half})
 
 
 class VideoRecorder:

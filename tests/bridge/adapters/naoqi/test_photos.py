@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import struct
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from bridge.adapters.naoqi.core.cameras import MAX_MESSAGE, Pipe, Unsendable
 from bridge.adapters.naoqi.interaction.photos import avi
 from bridge.errors import NaoqiRefused
 from bridge.messages import SensorFrame
@@ -98,3 +100,34 @@ def test_a_film_is_an_avi_file_with_its_pictures_and_an_index() -> None:
     for i, picture in enumerate(pictures):
         _, flags, place, size = struct.unpack("<4sIII", index[16 * i : 16 * i + 16])
         assert flags == 0x10 and movi[place + 8 : place + 8 + size] == picture
+
+
+def nested(depth: int) -> list[object]:
+    value: list[object] = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+@pytest.mark.parametrize("argument", ["x" * MAX_MESSAGE, nested(100_000), object(), 1 << 70])
+def test_what_cannot_be_read_is_not_sent_and_the_next_message_arrives(argument: object) -> None:
+    ours, theirs = socket.socketpair()
+    here, there = Pipe(ours), Pipe(theirs)
+    with pytest.raises(Unsendable):
+        here.send([1, "ALMemory", "insertData", ["key", argument]])
+    here.send([2, "ALMemory", "ping", []])
+    assert there.receive() == [2, "ALMemory", "ping", []]
+    here.close()
+    assert there.receive() is None
+    there.close()
+
+
+def test_a_message_that_is_none_is_passed_over() -> None:
+    ours, theirs = socket.socketpair()
+    here, there = Pipe(ours), Pipe(theirs)
+    for payload in (b"\xc1", b"\xa1\xff", b"\x91" * 100_000):
+        ours.sendall(struct.pack("!I", len(payload)) + payload)
+    here.send([3])
+    assert there.receive() == [3]
+    here.close()
+    there.close()

@@ -7,15 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from bridge.adapters.naoqi.core.joints import Joints
+from bridge.adapters.naoqi.core.joints import Joints, actuator
 from bridge.adapters.naoqi.core.memory import Memory
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
 from bridge.adapters.naoqi.core.sensor_keys import OLD_GYROSCOPE_KEYS
 from bridge.adapters.naoqi.real_robot import FrameReader
 from bridge.body import load_body
+from bridge.body.joints import INDEX, N_JOINTS
 from bridge.body.joints import JOINTS as JOINT_NAMES
 from bridge.errors import LinkError
 from bridge.messages import SensorFrame
+from tests.bridge.adapters.naoqi.served import Robot
+from tests.frames import standing_frame
 
 PREFIX = "Device/SubDeviceList/"
 KEYS = (Path(__file__).parent / "data" / "almemory_keys.txt").read_text().split()
@@ -47,10 +50,7 @@ def test_an_h21_has_neither_wrists_nor_hands(memory_of: MemoryOf) -> None:
     memory = memory_of("nao-v3")
     assert memory.get_list(
         [f"{PREFIX}LHand/Position/Sensor/Value", f"{PREFIX}RWristYaw/Position/Sensor/Value"]
-    ) == [
-        None,
-        None,
-    ]
+    ) == [None, None]
 
 
 def test_forces_are_kilograms_and_sum_to_the_total_weight(memory_of: MemoryOf) -> None:
@@ -109,3 +109,59 @@ def test_a_robot_without_an_angle_of_a_joint_is_not_bridged() -> None:
     values[3] = None
     with pytest.raises(LinkError, match="no angle of LShoulderPitch"):
         reader.fields(values)
+
+
+PARTS = ("Body/Device/LeftArm", "Body/Device/RightArm", "Body/Device/Hand/Left", "Body", "Body/Device/Legs")
+
+
+def test_it_finds_versions_and_configuration() -> None:
+    robot = Robot(standing_frame(), "nao-v6")
+    values = robot.call("ALMemory", "getListData", [f"RobotConfig/{part}/Version" for part in PARTS])
+    assert all(isinstance(value, str) for value in values)
+    assert robot.call("ALRobotModel", "_getConfigMap")["RobotConfig/Head/Device/Micro/Version"] == "2"
+    assert robot.call("ALRobotModel", "_getMicrophoneConfig") == 2
+    assert len(robot.call("ALSystem", "systemVersion").split(".")) == 4
+    assert robot.call("ALTouch", "exit") is None
+    assert robot.call("ALSpeechRecognition", "_enableFreeSpeechToText") is None
+
+
+def test_each_joint_has_temperature_and_stiffness_under_its_own_name() -> None:
+    robot = Robot(standing_frame(), "nao-v6")
+    joints = robot.call("ALMotion", "getBodyNames", "JointActuators")
+    assert "RHipYawPitch" in joints
+    for key in ("Temperature/Sensor/Value", "Hardness/Actuator/Value", "Position/Sensor/Value"):
+        values = robot.call(
+            "ALMemory", "getListData", [f"Device/SubDeviceList/{joint}/{key}" for joint in joints]
+        )
+        assert None not in values
+        assert values[joints.index("RHipYawPitch")] == values[joints.index("LHipYawPitch")]
+
+
+def test_velocities_are_differences_of_angles() -> None:
+    robot = Robot(standing_frame(), "nao-v6")
+    robot.call("ALMotion", "setAngles", "HeadYaw", 1.0, 0.2)
+    before, *_, last = (positions[INDEX["HeadYaw"]] for positions in robot.run(0.3)[-2:])
+    robot.run(0.01)
+    measured = robot.call("ALMemory", "getData", "Motion/Velocity/Sensor/HeadYaw")
+    assert measured == pytest.approx((last - before) / 0.01)
+    assert measured > 0.5
+    assert robot.call("ALMemory", "getData", "Motion/Position/Sensor/HeadYaw") == pytest.approx(last)
+    with pytest.raises(Exception, match="no data"):
+        robot.call("ALMemory", "getData", "Motion/Velocity/Sensor/LHand")
+
+
+def test_a_stalled_motor_has_its_stall_torque() -> None:
+    """Current at standstill is full voltage over resistance; torque constant times it is the stall torque."""
+    body = load_body("nao-v6")
+    sheet = body.joints["LKneePitch"]
+    motor = body.motors[sheet.motor]
+    no_load = motor.no_load_speed_rpm * 2.0 * 3.141592653589793 / 60.0
+    ampere = motor.stall_torque * no_load / 21.6
+    position = list(standing_frame().position)
+    position[INDEX["LKneePitch"]] -= 0.1
+    robot = Robot(standing_frame(), "nao-v6")
+    current = (ampere,) * N_JOINTS
+    robot.services.cycle(standing_frame(1, current=current, position=tuple(position)))
+    torque = robot.call("ALMemory", "getData", "Motion/Torque/Sensor/LKneePitch")
+    assert torque == pytest.approx(motor.stall_torque * sheet.gear_ratio)
+    assert actuator("RHipYawPitch").startswith("LHipYawPitch")

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from bridge.adapters.naoqi.declared import REFUSED
 from bridge.adapters.naoqi.server import NaoqiServer
 from bridge.errors import LeaseRefused, NaoqiRefused
 from bridge.messages import Notice
+from nao_hil.naoqi_programs import method_table
 from tests.bridge.adapters.naoqi.served import Robot
 from tests.frames import standing_frame
 from tests.ports import free_port
@@ -30,9 +32,7 @@ class Link:
 def test_a_lost_lease_refuses_the_calls_and_ends_no_server() -> None:
     link: Any = Link()
     nothing: Any = None
-    server = NaoqiServer(
-        link, f"tcp://127.0.0.1:{free_port()}", "omni", nothing, nothing, (), lambda: False, None
-    )
+    server = NaoqiServer(link, f"tcp://127.0.0.1:{free_port()}", "omni", nothing, nothing, lambda: False, None)
     server._commanding = True
     server._read_notices()
     with pytest.raises(LeaseRefused, match="held by controller `other`"):
@@ -52,3 +52,22 @@ def test_a_call_that_comes_after_the_robot_went_away_fails_at_once() -> None:
     ):
         with pytest.raises(NaoqiRefused, match="The robot went away"):
             robot.call(service, method, *arguments)
+
+
+ANEW = "write it anew: python -m nao_hil.naoqi_programs.method_table"
+
+
+def test_the_page_has_the_table_of_the_code() -> None:
+    assert method_table.PAGE.read_text() == method_table.page(), ANEW
+
+
+def test_the_services_have_the_breadth_that_programs_need() -> None:
+    found = method_table.answers()
+    offered = {name: [m for m, answer in of.items() if answer != "no"] for name, of in found.items()}
+    assert sum(bool(methods) for methods in offered.values()) >= 18
+    assert sum(map(len, offered.values())) >= 120
+
+
+def test_a_reason_belongs_to_a_method_that_is_refused() -> None:
+    for service, refused in REFUSED.items():
+        assert refused.no.keys() - {"*"} <= set(refused.methods), service

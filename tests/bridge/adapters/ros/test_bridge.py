@@ -74,7 +74,7 @@ class Bridged:
 
     def _bridge(self) -> None:
         node = RosNode(self._session(), "nao")
-        bridge = RosBridge("nao", self.endpoint, node, lambda _: "<robot/>", [], 10.0, self._stop)
+        bridge = RosBridge("nao", self.endpoint, node, lambda _: "<robot/>", 10.0, self._stop)
         self._counts.append(bridge.run())
         node.close()
 

@@ -12,8 +12,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
-from bridge.adapters.ros.bag import write_bag
-from bridge.adapters.ros.messages import EVERY, RosMessages
+from bridge.adapters.ros.messages import EVERY, RosMessages, write_bag
 from bridge.body import load_body
 from bridge.body.joints import INDEX
 from bridge.body.kinematics import BodyTree

@@ -1,16 +1,23 @@
-"""World commands: checked in the thread they come in, carried out at a cycle boundary, then answered."""
+"""The queries of a robot's process: commands to the world, and the DCM's.
+
+Each is checked in the thread it comes in, carried out at a cycle boundary, then answered.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
-from typing import Final, Protocol
+from typing import Any, Final
 
 import msgspec
 
-from bridge.errors import FrameError, LinkError
+from bridge.dcm import Dcm
+from bridge.dcm.requests import alias_request, set_alias_request, set_request
+from bridge.errors import DcmRefused, FrameError, LinkError
 from bridge.guard import Guard
-from bridge.messages import TruthFrame, decode_command, encode
+from bridge.messages import dcm as wire
+from bridge.messages import decode, decode_command, encode
 from bridge.messages.world import (
     EndFault,
     LayDown,
@@ -25,47 +32,90 @@ from bridge.messages.world import (
     WorldCommand,
 )
 from bridge.messages.world_state import WorldReply
-from emulator.boundary import BoundaryQueue
-from emulator.faults import Faults
-from emulator.sensors.suite import Sensors
-from emulator.world.events import EventExecutor
-from emulator.world.world import World
+from emulator.robot import EmulatedRobot
+from emulator.timing import BoundaryQueue
 
+Handler = Callable[[bytes], bytes]
 MAX_STEP_WAIT: Final = 600.0
 """s of wall clock that a `step` may take before its sender is told so."""
 
 
-class RobotInWorld(Protocol):
-    """What world commands need of a robot; all of it is new after a reset."""
+class DcmQueries:
+    """Handlers of the `dcm/` queries of one robot.
 
-    world: World
-    world_events: EventExecutor
-    faults: Faults
-    sensors: Sensors
+    Args:
+        robot: touched at cycle boundaries only.
+        boundary: where work waits for them.
+        require_lease: raises `LeaseRefused` unless the number is the lease's; the second argument names what
+            is refused.
+    """
 
-    @property
-    def posture(self) -> tuple[float, ...]:
-        """What it stands up to, 25 angles, rad."""
+    def __init__(
+        self, robot: EmulatedRobot, boundary: BoundaryQueue, require_lease: Callable[[int, str], None]
+    ) -> None:
+        self._robot, self._boundary = robot, boundary
+        self._require_lease = require_lease
 
-    def truth(self) -> TruthFrame:
-        """Ground truth now."""
+    def handlers(self) -> dict[str, Handler]:
+        """Handler of each key below the robot's: payload in, reply out; a `NaoHilError` is a refusal."""
+        return {
+            wire.CREATE_ALIAS: self._create_alias,
+            wire.SET: self._set,
+            wire.SET_ALIAS: self._set_alias,
+            wire.GET_TIME: self._get_time,
+            wire.GET_PREFIX: self._get_prefix,
+            wire.READ: self._read,
+            wire.PREFERENCES: _refusal("preferences", "the emulated robot has no preference files"),
+            wire.SPECIAL: _refusal("special", "there are no boards to reset or program"),
+            wire.CALIBRATION: _refusal("calibration", "the emulated joints have no offsets to calibrate"),
+        }
 
-    @property
-    def time(self) -> float:
-        """Robot time, s."""
+    def _create_alias(self, payload: bytes) -> bytes:
+        message = decode(payload, wire.DcmCommand)
+        request = alias_request(message.command)
+        return self._commanded(message, wire.CREATE_ALIAS, lambda dcm: dcm.create_alias(request))
 
-    @property
-    def seq(self) -> int:
-        """Number of the present boundary."""
+    def _set(self, payload: bytes) -> bytes:
+        message = decode(payload, wire.DcmCommand)
+        request = set_request(message.command)
+        return self._commanded(message, wire.SET, lambda dcm: dcm.set(request))
 
-    def reset(self) -> None:
-        """Begin anew."""
+    def _set_alias(self, payload: bytes) -> bytes:
+        message = decode(payload, wire.DcmCommand)
+        request = set_alias_request(message.command)
+        return self._commanded(message, wire.SET_ALIAS, lambda dcm: dcm.set_alias(request))
 
-    def stand_up(self) -> tuple[str, ...]:
-        """Back on its feet; the boxes that were taken away for that."""
+    def _get_time(self, payload: bytes) -> bytes:
+        offset = decode(payload, wire.DcmTime).offset if payload else 0
+        return self._done(lambda: self._robot.dcm.clock.shown(offset))
 
-    def lay_down(self, name: str) -> tuple[str, ...]:
-        """Into a start pose, where it is; likewise."""
+    def _get_prefix(self, payload: bytes) -> bytes:
+        if payload:
+            decode(payload, wire.DcmCall)
+        return self._done(lambda: self._robot.dcm.prefixes())
+
+    def _read(self, payload: bytes) -> bytes:
+        names = decode(payload, wire.DcmRead).names
+        return self._done(lambda: self._robot.dcm.read(names, self._robot.frame.position))
+
+    def _commanded(self, message: wire.DcmCommand, key: str, command: Callable[[Dcm], Any]) -> bytes:
+        def work() -> Any:
+            self._require_lease(message.lease, f"A `{key}` command")
+            return command(self._robot.dcm)
+
+        return self._done(work)
+
+    def _done(self, work: Callable[[], Any]) -> bytes:
+        return encode(wire.DcmReply(result=self._boundary.call(work)))
+
+
+def _refusal(method: str, reason: str) -> Handler:
+    def refuse(payload: bytes) -> bytes:
+        if payload:
+            decode(payload, wire.DcmCall)
+        raise DcmRefused(f"{method} is not emulated: {reason}.")
+
+    return refuse
 
 
 class WorldQueries:
@@ -74,15 +124,15 @@ class WorldQueries:
     Args:
         robot: Touched at cycle boundaries only.
         boundary: Where commands wait for them.
-        guard: Of the robot; it is told when somebody put the robot on its feet.
+        guard: Of the robot; it is told when the robot was put on its feet.
     """
 
-    def __init__(self, robot: RobotInWorld, boundary: BoundaryQueue, guard: Guard) -> None:
+    def __init__(self, robot: EmulatedRobot, boundary: BoundaryQueue, guard: Guard) -> None:
         self._robot, self._boundary, self._guard = robot, boundary, guard
         self._paused = False
         self._steps = 0
         self._stepping: Future[WorldReply] | None = None
-        self.began_anew = False
+        self.restarted = False
         """The robot was reset; whoever publishes its frames takes note and sets it back."""
 
     @property
@@ -133,7 +183,7 @@ class WorldQueries:
         elif isinstance(command, Reset):
             self._end_steps("The world began anew.")
             self._robot.reset()
-            self.began_anew, text = True, "The world began anew."
+            self.restarted, text = True, "The world began anew."
         elif isinstance(command, StandUp):
             if self._guard.moves and not self._robot.truth().fell:
                 raise FrameError("The robot is on its feet and under command; `stand-up` is for one that fell.")
@@ -175,7 +225,7 @@ class WorldQueries:
         )
 
 
-def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
+def carry_out(robot: EmulatedRobot, command: WorldCommand) -> str:
     """Carry out a command that does not concern the robot's clock, between two cycles.
 
     Args:
@@ -183,7 +233,7 @@ def carry_out(robot: RobotInWorld, command: WorldCommand) -> str:
         command: Any but those of the clock.
 
     Returns:
-        What was done, in one sentence.
+        The act, in one sentence.
 
     Raises:
         FrameError: not possible in this world.
