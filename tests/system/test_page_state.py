@@ -1,4 +1,4 @@
-"""What others order is shown on the page, and text that is no number is refused; one robot for all tests.
+"""The page shows the state that the robot reports, each sentence of it on one robot and in one browser.
 
 The tests run in their order: each begins where the robot stands, and leaves it there.
 """
@@ -8,10 +8,12 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import signal
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,16 +24,31 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from bridge.body import load_body
-from bridge.link.client import WalkClient
+from bridge.link import keys
+from bridge.link.client import WalkClient, WorldClient
+from bridge.link.session import open_client, subscribe
+from bridge.messages import decode
+from bridge.messages.guard import GuardStatus
+from bridge.messages.world import Push, Reset
 from emulator.shell import lamps
 from tests.loops import repeat_while, until
 from tests.ports import free_endpoint, free_port
 from tests.system.conftest import Command
-from tests.system.pages import browser_page, open_page, state, velocity
+from tests.system.pages import browser_page, open_page, press, state, velocity
 
 Start = Callable[..., Any]
 
+LATEST = 0.2
+"""s from the robot's report to the page."""
 BODY = "nao-v6"
+WATCH = """
+() => {
+  const state = document.getElementById("state");
+  window.states = [];
+  new MutationObserver(() => window.states.push([0.001 * Date.now(), state.textContent])).observe(
+    state, { childList: true, characterData: true, subtree: true });
+}
+"""
 LAMP = """
 (i) => {
   const { scene } = player, [actor] = player.actors(), { link, at: [x, y, z] } = actor.run.header.lamps[i];
@@ -47,11 +64,28 @@ pytestmark = pytest.mark.browser
 
 @dataclass
 class Live:
-    """A robot that serves, and its page."""
+    """A robot that serves, its page, and the reports of its guard as they come."""
 
+    command: Command
     endpoint: str
     page: Page
     errors: list[str]
+    reports: list[tuple[float, GuardStatus]] = field(default_factory=list)
+
+    def reported(self, name: str, since: float) -> float | None:
+        """Time of the first report of a state of the guard."""
+        return next((at for at, status in self.reports if at >= since and status.state == name), None)
+
+    def shown(self, words: str, since: float) -> float | None:
+        """Time at which the page first showed these words."""
+        states = self.page.evaluate("window.states")
+        return next((at for at, text in states if at >= since and words in text), None)
+
+    def shows(self, words: str, name: str, since: float) -> None:
+        """The page shows the words of a state of the guard soon after its report."""
+        reported = until(lambda: self.reported(name, since), f"the report `{name}`")
+        shown = until(lambda: self.shown(words, since), f"the state `{words}`", pause=0.1)
+        assert shown < reported + LATEST, f"`{words}` {shown - reported:.2f} s after the report"
 
     def stands(self) -> None:
         state(self.page, "stands")
@@ -66,7 +100,16 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     try:
         with browser_page(errors) as page:
             open_page(page, port)
-            yield Live(endpoint, page, errors)
+            page.evaluate(WATCH)
+            shown = Live(command, endpoint, page, errors)
+            with open_client(endpoint) as session:
+                subscriber = subscribe(
+                    session,
+                    keys.key(keys.DEFAULT_ROBOT, keys.GUARD),
+                    lambda data: shown.reports.append((time.time(), decode(data, GuardStatus))),
+                )
+                yield shown
+                del subscriber
             assert errors == []
     finally:
         command.end()
@@ -136,3 +179,65 @@ def test_a_light_of_a_lola_program_shines_in_its_place(start: Start, live: Live,
             until(partial(lit, *(int(255 * share) for share in rgb)), f"the light {rgb}", pause=0.2)
         program.sendall(msgpack.packb({"Chest": (0.0, 0.0, 0.0)}, use_single_float=True))
         until(partial(lit, *dark), "darkness", pause=0.2)
+
+
+@pytest.mark.realtime
+def test_an_emergency_stop_is_shown_as_it_is_carried_out_and_the_robot_stands_up_again(live: Live) -> None:
+    live.stands()
+    began = time.time()
+    live.page.get_by_role("button", name="Emergency stop").click()
+    live.shows("crouching, emergency stop", "crouch", began)
+    live.shows("limp, emergency stop", "rest", began)
+    live.page.get_by_role("button", name="Arm", exact=True).click()
+    live.stands()
+
+
+@pytest.mark.realtime
+def test_a_fall_is_shown_and_its_headline_goes_once_the_robot_stands(live: Live) -> None:
+    live.stands()
+    page, began = live.page, time.time()
+    with WorldClient(connect=live.endpoint) as world:
+        world.send(Push(impulse=(-6.0, 0.0, 0.0)))
+    until(lambda: live.shown("lies on its back", began), "the fall", pause=0.1)
+    until(lambda: "It fell at" in page.inner_text("#fell"), "its headline", pause=0.1)
+    until(lambda: live.shown("gets up, lies on its", began), "that it gets up", pause=0.1)
+    live.stands()
+    until(lambda: page.locator("#fell").is_hidden(), "the headline to go")
+
+
+@pytest.mark.realtime
+def test_a_reset_is_shown_at_once_and_its_recording_is_offered(live: Live) -> None:
+    live.stands()
+    page, before = live.page, live.page.evaluate("player.last")
+    with WorldClient(connect=live.endpoint) as world:
+        world.send(Reset())
+    done = time.time()
+    until(lambda: page.evaluate("player.last") < before, "the time to begin again", pause=0.02)
+    assert time.time() < done + 1.0  # the run is packed and sent again
+    live.stands()
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_role("button", name="Look for recordings").click()
+    names = page.locator(".tab:not([hidden]) .field", has_text="MB")
+    until(lambda: names.count() == 2, "both recordings")
+    assert [text.split(",")[0] for text in names.all_inner_texts()] == ["run/frames-2", "run/frames"]
+
+
+@pytest.mark.realtime
+def test_a_killed_walker_is_reported_and_another_one_takes_the_robot(live: Live) -> None:
+    live.stands()
+    page, began = live.page, time.time()
+    (walker,) = [
+        pid
+        for pid in live.command.children()
+        if b"walk" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+    ]
+    os.kill(walker, signal.SIGKILL)
+    live.shows("holds its pose: its controller is silent", "hold", began)
+    page.get_by_text("The walker ended: it was killed by SIGKILL. A new one starts").wait_for()
+    until(lambda: live.reports[-1][1].holder == "walker", "that the new walker has the robot")
+    live.stands()
+    press(page, "Walk", "Walk")
+    state(page, "walks")
+    until(lambda: page.locator("#notice").is_hidden(), "the report to go")
+    page.get_by_role("button", name="Stop", exact=True).click()
+    live.stands()
