@@ -86,7 +86,7 @@ def _words(
         words = "gets up" if walk.state == "motion" and posture else WALK.get(walk.state, walk.state)
     elif guard is None:
         words = ""
-    elif guard.state == "active":
+    elif guard.state == "active" or (guard.state == "idle" and guard.holder):
         words = f"held by {guard.holder or 'another controller'}"
     else:
         words = GUARD[guard.state]

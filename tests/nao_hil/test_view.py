@@ -172,6 +172,7 @@ def telemetry(seq: int, state: str = "walk") -> WalkTelemetry:
         ({"state": "fallen", "reason": "fall"}, (1.5, 0.0), "limp, lies on its side", True),
         ({"state": "hold", "reason": "silence"}, (0.0, 0.0), "holds its pose: its controller is silent", False),
         ({"state": "idle"}, (0.0, 0.0), "free, joints left alone", False),
+        ({"state": "idle", "holder": "mine"}, (0.0, 0.0), "held by mine", False),
     ],
 )
 def test_the_state_is_the_robots_own_report_not_the_walkers_last_word(

@@ -29,8 +29,10 @@ from bridge.link.client import WalkClient, WorldClient
 from bridge.link.session import open_client, subscribe
 from bridge.messages import decode
 from bridge.messages.guard import GuardStatus
+from bridge.messages.walk import WalkCommand
 from bridge.messages.world import Push, Reset
 from emulator.shell import lamps
+from nao_hil.connection import connect
 from tests.loops import repeat_while, until
 from tests.ports import free_endpoint, free_port
 from tests.system.conftest import Command
@@ -189,6 +191,24 @@ def test_an_emergency_stop_is_shown_as_it_is_carried_out_and_the_robot_stands_up
     live.shows("crouching, emergency stop", "crouch", began)
     live.shows("limp, emergency stop", "rest", began)
     live.page.get_by_role("button", name="Arm", exact=True).click()
+    live.stands()
+
+
+@pytest.mark.realtime
+def test_a_robot_of_another_controller_is_shown_as_held_by_it(live: Live) -> None:
+    live.stands()
+    began = time.time()
+    with WalkClient(connect=live.endpoint) as walker:
+        walker.send(WalkCommand(op="release"))
+        until(lambda: not live.reports[-1][1].holder, "that the walker lets go")
+        with connect(live.endpoint, name="other") as robot:
+            pose = robot.frame.position
+            for _ in repeat_while(lambda: live.shown("held by other", began) is None, limit=1000):
+                robot.step(pose)
+        walker.send(WalkCommand(op="take"))
+    held = next(at for at, status in live.reports if at >= began and status.holder == "other")
+    shown = live.shown("held by other", began)
+    assert shown is not None and shown < held + LATEST, f"{shown - held:.2f} s after the report"
     live.stands()
 
 
