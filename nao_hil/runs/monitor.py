@@ -18,7 +18,7 @@ from bridge.messages.guard import GuardStatus
 _NOTICES: Final = 1000
 """Most that are kept for the next look; a robot that says more is a flood, and its oldest are dropped."""
 
-MAX_TELEMETRY_AGE: Final = 50
+MAX_TELEMETRY_AGE: Final = 10
 """Cycles since the frame of the newest telemetry, beyond which its walker is taken to be gone."""
 
 
