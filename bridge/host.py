@@ -25,7 +25,7 @@ from typing import Final
 
 import msgspec
 
-from bridge.body import Body
+from bridge.body import Body, sheet_of
 from bridge.body.joints import JOINTS
 from bridge.body.postures import POSTURES
 from bridge.body.quantities import absent_joints, limits
@@ -37,6 +37,7 @@ from bridge.link import RobotLink, keys
 from bridge.link.lease import Holder
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, decode, encode
 from bridge.messages.guard import GuardStatus
+from bridge.messages.topics import TOPICS, Message
 from bridge.recording.observer import Observer
 
 CONFIRM_TIMEOUT: Final = 0.5
@@ -63,6 +64,7 @@ def robot_info(body: Body, *, robot: str, side: str, mode: str, software: str) -
     return Info(
         robot=robot,
         body=body.name,
+        sheet=sheet_of(body),
         side=side,
         mode=mode,
         cycle=body.cycle,
@@ -123,7 +125,7 @@ class RobotHost:
         now, status = time.monotonic(), self.status
         if status != self._reported or now >= self._report_due:
             self._reported, self._report_due = status, now + STATUS_INTERVAL
-            self.link.publish_status(status)
+            self.link.publish(status)
 
     def exchange(self, frame: SensorFrame, *, wait: float = 0.0) -> ActuatorFrame | None:
         """One cycle of a robot that sets the pace: publish its frame, return its command.
@@ -204,10 +206,10 @@ class RobotHost:
             truth_of: computes the truth; called once the frame is out, because its controller waits for that.
         """
         self._asked = self.link.holder
-        self.link.publish_sensors(frame)
+        self.link.publish(frame)
         if truth_of is not None:
             truth = truth_of()
-            self.link.publish_truth(truth)
+            self.link.publish(truth)
             for observer in self._observers:
                 observer.sensors(frame, truth)
 
@@ -243,7 +245,7 @@ class RobotHost:
         """
         for telemetry in self.link.telemetry():
             for observer in self._observers:
-                observer.telemetry(telemetry)
+                observer.message(telemetry)
         holder = self.link.holder
         direct = self._emulated and holder is not None and holder.direct
         given = self.guard.cycle(frame, command, supervised=supervised, direct=direct)
@@ -270,9 +272,14 @@ class RobotHost:
         """Pass on the guard's status and notices."""
         self.report()
         for notice in self.guard.take_notices():
-            self.link.publish_notice(notice)
+            self.emit(notice)
+
+    def emit(self, message: Message) -> None:
+        """Publish a message of the robot, and pass it to the observers if it is recorded."""
+        self.link.publish(message)
+        if TOPICS[type(message)].recorded:
             for observer in self._observers:
-                observer.notice(notice)
+                observer.message(message)
 
     def _on_stop(self, payload: bytes) -> bytes:
         request = decode(payload, StopRequest) if payload else StopRequest()

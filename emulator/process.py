@@ -100,9 +100,7 @@ class RobotProcess:
             "other work); the robot goes on where it was."
         )
         notice = Notice(seq=self._robot.seq, level="warning", code="paused", text=text)
-        self._link.publish_notice(notice)
-        for observer in self._observers:
-            observer.notice(notice)
+        self._host.emit(notice)
 
     def lockstep(self) -> None:
         """Cycle by the controller's answers until stopped; an answer that is here by then is still served."""
@@ -136,7 +134,7 @@ class RobotProcess:
         """One cycle, if this answers the present frame; the frame is sent again if nothing came at all."""
         if command is None:
             self._host.rest_released(self._robot.frame.seq)
-            self._link.publish_sensors(self._robot.frame)
+            self._link.publish(self._robot.frame)
         elif command.reply_to >= self._robot.frame.seq:  # older ones answer a frame that was sent again
             accepted = self._host.admit([command], self._robot.frame.seq)
             # one that the guard refuses is an answer too: its sender waits for the next frame
@@ -166,6 +164,4 @@ class RobotProcess:
     def _publish_notices(self) -> None:
         """Pass on the robot's notices about its world."""
         for notice in self._robot.take_notices():
-            self._link.publish_notice(notice)
-            for observer in self._observers:
-                observer.notice(notice)
+            self._host.emit(notice)

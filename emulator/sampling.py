@@ -122,7 +122,6 @@ class FrameSampler:
             missed: Cycles without an answer so far.
         """
         sensors, servo = self._sensors, self._servo
-        inertial = sensors.inertial.sample
         measured, stiffness, current, temperature = _by_slot(
             self._slots,
             self._joints,
@@ -140,13 +139,7 @@ class FrameSampler:
             stiffness=self._hands.put_stiffness(stiffness),
             current=tuple(current),
             temperature=tuple(temperature),
-            fsr=sensors.forces(contacts),
-            accelerometer=inertial.acceleration,
-            gyroscope=inertial.rate,
-            angle=inertial.angle,
-            touch=sensors.touch.read(contacts.feet),
-            battery=sensors.battery.read(),
-            sonar=sensors.sonars.read(),
+            **sensors.read(contacts),
             command=command,
             missed=missed,
         )

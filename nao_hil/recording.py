@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.body.joints import JOINTS, N_JOINTS
 from bridge.errors import ConfigurationError
-from bridge.recording.canonical import LEFT_OUT, TOPICS
+from bridge.recording.canonical import LEFT_OUT, RECORDED
 from bridge.recording.playback import read_recording, recorded_config
 from bridge.validation import unknown_name
 from nao_hil.arguments import file_path
@@ -144,8 +144,8 @@ def load(file: str | Path) -> Recording:
         ConfigurationError: no such file, not a recording, or a damaged one.
     """
     file = recording_of(file_path("file", file))
-    messages: dict[str, list[msgspec.Struct]] = {topic: [] for topic in TOPICS.values()}
-    times: dict[str, list[float]] = {topic: [] for topic in TOPICS.values()}
+    messages: dict[str, list[msgspec.Struct]] = {topic: [] for topic in RECORDED.values()}
+    times: dict[str, list[float]] = {topic: [] for topic in RECORDED.values()}
     for topic, when, message in read_recording(file):
         messages[topic].append(message)
         times[topic].append(when)

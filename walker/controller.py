@@ -450,4 +450,5 @@ class Controller:
             ankle_roll=c.ankle_roll,
             ankle_pitch=c.ankle_pitch,
             torso_control=c.torso,
+            fall_cause=self.fall_cause,
         )

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import msgspec
 
-from bridge.body import Body, load_body
+from bridge.body import Body, body_of, load_body
 from bridge.errors import ConfigurationError, FrameError, LeaseRefused, LinkError, RobotSilent
 from bridge.guard import GuardSettings
 from bridge.histogram import DurationHistogram
@@ -305,11 +305,11 @@ class WalkerProcess:
         telemetry = controller.telemetry
         if lockstep:
             # First, so that it is there when the robot acts on the answer.
-            self._link.publish_telemetry(telemetry)
+            self._link.publish(telemetry)
             self._link.send(self._last)
         else:
             self._link.send(self._last)
-            self._link.publish_telemetry(msgspec.structs.replace(telemetry, tick=tick))
+            self._link.publish(msgspec.structs.replace(telemetry, tick=tick))
 
     def _take_upper_body(self, controller: Controller) -> None:
         try:
@@ -349,7 +349,7 @@ class WalkerProcess:
         return taken
 
     def _check_body(self, info: Info) -> Body:
-        body = load_body(self._body or info.body)
+        body = load_body(self._body) if self._body else body_of(info.body, info.sheet)
         self._walks = info.body
         if body.name != info.body:
             raise ConfigurationError(

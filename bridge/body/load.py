@@ -12,11 +12,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
+import msgspec
 import numpy as np
 
 from bridge.body.joints import TORSO, joint_tree
 from bridge.body.model import Body, CouplingRow, Link
-from bridge.config import load_toml
+from bridge.config import from_dict, load_toml
 from bridge.errors import ConfigurationError
 from bridge.polygon import turn
 from bridge.validation import unknown_name
@@ -135,10 +136,9 @@ def _refuse(body: Body, where: str, what: str) -> None:
     raise ConfigurationError(f"robot body {body.name}: {where}: {what}")
 
 
-BODIES: Final = ("nao-v3", "nao-v3.2", "nao-v3.3", "nao-v4", "nao-v5", "nao-v6")
-"""The data sheets that come with the package; `nao-v3` is the robot of Prenner's thesis."""
-
 _FOLDER: Final = Path(__file__).parent / "bodies"
+BODIES: Final = tuple(sorted(file.stem for file in _FOLDER.glob("*.toml")))
+"""The data sheets that come with the package; `nao-v3` is the robot of Prenner's thesis."""
 
 
 def load_body(name_or_path: str | os.PathLike[str]) -> Body:
@@ -163,12 +163,37 @@ def _shipped(name: str) -> Body:
     return _read(_FOLDER / f"{name}.toml")
 
 
+def sheet_of(body: Body) -> str:
+    """The whole data sheet as JSON; empty for a shipped body, whose name says it all."""
+    shipped = body.name in BODIES and body == _shipped(body.name)
+    return "" if shipped else msgspec.json.encode(body).decode()
+
+
+def body_of(name: str, sheet: str) -> Body:
+    """The body that a robot says it has: `Info.body` and `Info.sheet`.
+
+    Raises:
+        ConfigurationError: no such body, or a sheet that is incomplete or impossible.
+    """
+    if not sheet:
+        return load_body(name)
+    where = f"data sheet of {name}"
+    try:
+        data = msgspec.json.decode(sheet)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise ConfigurationError(f"{where}: {error}") from None
+    return _checked(from_dict(data, where, Body), where)
+
+
 def _read(path: Path) -> Body:
-    body = load_toml(path, Body)
+    return _checked(load_toml(path, Body), str(path))
+
+
+def _checked(body: Body, where: str) -> Body:
     try:
         check_body(body)
         if body.base not in BODIES:
             raise ConfigurationError(f"base: {unknown_name('shipped body', body.base, BODIES)}")
     except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error}") from None
+        raise ConfigurationError(f"{where}: {error}") from None
     return body

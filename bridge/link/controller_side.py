@@ -17,19 +17,18 @@ from bridge.link import keys
 from bridge.link.certificates import check_certificates
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import ask, serve_query
-from bridge.link.session import check_endpoint, other_robots, subscribe, try_client
+from bridge.link.session import check_endpoint, declare_publishers, other_robots, subscribe, try_client
 from bridge.messages import (
     ActuatorFrame,
     Info,
     LeaseReply,
     LeaseRequest,
-    LedFrame,
     Notice,
     SensorFrame,
-    WalkTelemetry,
     decode,
     encode,
 )
+from bridge.messages.topics import Message
 from bridge.messages.walk import UpperBody
 from bridge.types import Closing
 
@@ -101,15 +100,14 @@ class ControllerLink(Closing):
     def _declare(self, session: zenoh.Session) -> None:
         key = self._key
         self._subscribers = [
-            subscribe(session, key(keys.SENSORS), self._sensors.put),
-            subscribe(session, key(keys.NOTICES), self._notices.put),
-            subscribe(session, key(keys.UPPER_BODY), self._upper.put),
+            subscribe(session, keys.topic_key(self.robot, kind), mailbox.put)
+            for kind, mailbox in (
+                (SensorFrame, self._sensors),
+                (Notice, self._notices),
+                (UpperBody, self._upper),
+            )
         ]
-        self._actuators = session.declare_publisher(key(keys.ACTUATORS))
-        self._telemetry = session.declare_publisher(key(keys.TELEMETRY))
-        self._upper_body = session.declare_publisher(key(keys.UPPER_BODY))
-        self._leds = session.declare_publisher(key(keys.LEDS))
-        self._own_notices = session.declare_publisher(key(keys.NOTICES))
+        self._publishers = declare_publishers(session, self.robot, "controller")
         self._declare_token(session)
         self._robot_token = session.liveliness().declare_subscriber(
             key(keys.ALIVE_ROBOT), self._on_robot, history=True
@@ -247,25 +245,12 @@ class ControllerLink(Closing):
 
     def send(self, frame: ActuatorFrame) -> None:
         """Publish an actuator frame with the lease and the present wall clock; `wait_robot` comes first."""
-        stamped = msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns())
-        self._actuators.put(encode(stamped))
+        self.publish(msgspec.structs.replace(frame, lease=self.lease, wall=time.time_ns()))
 
-    def publish_telemetry(self, message: WalkTelemetry) -> None:
-        """Publish the walker's telemetry."""
-        self._telemetry.put(encode(message))
-
-    def publish_notice(self, notice: Notice) -> None:
-        """Publish a notice of this side; nothing happens without a connection."""
+    def publish(self, message: Message) -> None:
+        """Publish a message of one of a controller's `TOPICS`; nothing happens without a connection."""
         if self._session is not None:
-            self._own_notices.put(encode(notice))
-
-    def publish_leds(self, leds: tuple[int, ...]) -> None:
-        """Publish the lights of the robot, see `LedFrame`; `wait_robot` comes first."""
-        self._leds.put(encode(LedFrame(leds=leds)))
-
-    def publish_upper_body(self, message: UpperBody) -> None:
-        """Command the head and the arms of a robot that a walker has."""
-        self._upper_body.put(encode(message))
+            self._publishers[type(message)].put(encode(message))
 
     def upper_body(self) -> UpperBody | None:
         """The newest such command since the last call, or None; never waits.

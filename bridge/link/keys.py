@@ -1,29 +1,26 @@
-"""Key expressions of the contract: everything of a robot is under `nao/<robot>/`."""
+"""Key expressions of the contract: everything of a robot is under `nao/<robot>/`.
+
+The keys of published messages are in `bridge.messages.topics`; those of queries and tokens here.
+"""
 
 from __future__ import annotations
 
 import re
-from typing import Final
+from typing import Any, Final
 
 from bridge.errors import ConfigurationError
 from bridge.messages.frames import NAME
+from bridge.messages.topics import TOPICS
 
 DEFAULT_ROBOT: Final = "nao"
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 """Loopback: nothing listens beyond this machine unless told to."""
 
-SENSORS: Final = "sensors"
-ACTUATORS: Final = "actuators"
-LEDS: Final = "leds"
 INFO: Final = "info"
 LEASE: Final = "lease"
-NOTICES: Final = "notices"
 GUARD: Final = "guard"
 STOP: Final = "stop"
 ARM: Final = "arm"
-TRUTH: Final = "world/truth"
-TELEMETRY: Final = "walk/telemetry"
-UPPER_BODY: Final = "walk/upper-body"
 ALIVE_ROBOT: Final = "alive/robot"
 ALIVE_CONTROLLERS: Final = "alive/controller/*"
 
@@ -44,6 +41,11 @@ def check_name(what: str, name: str) -> str:
 def key(robot: str, suffix: str) -> str:
     """Full key expression of a robot's `suffix`."""
     return f"nao/{robot}/{suffix}"
+
+
+def topic_key(robot: str, kind: type[Any]) -> str:
+    """Full key expression of a robot's messages of a kind of `TOPICS`."""
+    return key(robot, TOPICS[kind].suffix)
 
 
 def alive_controller(name: str, ticket: int) -> str:

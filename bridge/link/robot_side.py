@@ -21,7 +21,7 @@ from bridge.link import keys
 from bridge.link.lease import Holder, LeaseBook
 from bridge.link.mailbox import Mailbox
 from bridge.link.query import RateLimit, serve_query
-from bridge.link.session import open_robot, subscribe
+from bridge.link.session import declare_publishers, open_robot, subscribe
 from bridge.messages import (
     ActuatorFrame,
     Info,
@@ -29,12 +29,11 @@ from bridge.messages import (
     LedFrame,
     Notice,
     SensorFrame,
-    TruthFrame,
     WalkTelemetry,
     decode,
     encode,
 )
-from bridge.messages.guard import GuardStatus
+from bridge.messages.topics import Message
 from bridge.types import Closing
 
 _QUEUE: Final = 64
@@ -81,17 +80,17 @@ class RobotLink(Closing):
 
     def _declare(self) -> None:
         session, key = self._session, self._key
-        self._sensors = session.declare_publisher(key(keys.SENSORS))
-        self._truth = session.declare_publisher(key(keys.TRUTH))
-        self._notices = session.declare_publisher(key(keys.NOTICES))
-        self._status = session.declare_publisher(key(keys.GUARD))
+        self._publishers = declare_publishers(session, self.info.robot, "robot")
         self._actuators: Mailbox[ActuatorFrame] = Mailbox(_QUEUE)
         self._telemetry: Mailbox[bytes] = Mailbox(_QUEUE)
         self._leds: Mailbox[bytes] = Mailbox(1)
         self._subscribers = [
-            subscribe(session, key(keys.ACTUATORS), self._on_actuators),
-            subscribe(session, key(keys.TELEMETRY), self._telemetry.put),
-            subscribe(session, key(keys.LEDS), self._leds.put),
+            subscribe(session, keys.topic_key(self.info.robot, kind), callback)
+            for kind, callback in (
+                (ActuatorFrame, self._on_actuators),
+                (WalkTelemetry, self._telemetry.put),
+                (LedFrame, self._leds.put),
+            )
         ]
         self._tokens = session.liveliness().declare_subscriber(
             key(keys.ALIVE_CONTROLLERS), self._on_token, history=True
@@ -113,18 +112,12 @@ class RobotLink(Closing):
         """The controller that holds the robot."""
         return self.leases.holder
 
-    def publish_sensors(self, frame: SensorFrame) -> None:
-        """Publish a sensor frame with the present wall clock."""
-        self._seq = frame.seq
-        self._sensors.put(encode(msgspec.structs.replace(frame, wall=time.time_ns())))
-
-    def publish_truth(self, frame: TruthFrame) -> None:
-        """Publish ground truth (emulator only)."""
-        self._truth.put(encode(frame))
-
-    def publish_status(self, status: GuardStatus) -> None:
-        """Publish the guard's state and the holder of the lease."""
-        self._status.put(encode(status))
+    def publish(self, message: Message) -> None:
+        """Publish a message of one of the robot's `TOPICS`; a sensor frame gets the present wall clock."""
+        if isinstance(message, SensorFrame):
+            self._seq = message.seq
+            message = msgspec.structs.replace(message, wall=time.time_ns())
+        self._publishers[type(message)].put(encode(message))
 
     @property
     def refused(self) -> int:
@@ -170,11 +163,7 @@ class RobotLink(Closing):
             if now - self._noticed.get(code, -NOTICE_INTERVAL) < NOTICE_INTERVAL:
                 return
             self._noticed[code] = now
-        self.publish_notice(Notice(seq=self._seq, level="warning", code=code, text=text))
-
-    def publish_notice(self, notice: Notice) -> None:
-        """Publish a notice of an event in the world."""
-        self._notices.put(encode(notice))
+        self.publish(Notice(seq=self._seq, level="warning", code=code, text=text))
 
     def require_lease(self, lease: int, what: str) -> None:
         """Accept a sign of life of the holder, or refuse `what` came with another number; any thread may ask.

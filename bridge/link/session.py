@@ -21,6 +21,7 @@ from zenoh.handlers import Callback
 from bridge.errors import ConfigurationError, LinkError, RobotSilent
 from bridge.link import keys
 from bridge.link.certificates import OPEN, ROLES, check_peer, load_certificates, split_endpoint
+from bridge.messages.topics import TOPICS, Side, sent_by
 
 _EVERYTHING: Final = "**"
 
@@ -42,9 +43,9 @@ class Rights(NamedTuple):
 RIGHTS: Final = {
     "listener": Rights(hears=(_EVERYTHING,), asks=(keys.INFO, "guard")),
     "controller": Rights(
-        hears=(keys.SENSORS, keys.GUARD, keys.NOTICES, "walk/**"),
+        hears=(*(topic.suffix for topic in TOPICS.values() if topic.receiver == "controller"), "walk/**"),
         asks=(keys.INFO, "guard", "stop", "arm", keys.LEASE, "dcm/**", "walk/**"),
-        publishes=(keys.ACTUATORS, keys.LEDS, keys.NOTICES, "walk/**"),
+        publishes=(*sent_by("controller").values(), "walk/**"),
         answers=("walk/**",),
         lives=(keys.ALIVE_CONTROLLERS,),
     ),
@@ -363,6 +364,11 @@ def other_robots(session: zenoh.Session, robot: str) -> str:
     if not names or robot in names:
         return ""
     return f"; robot `{names[0]}` is there, which --name {names[0]} takes"
+
+
+def declare_publishers(session: zenoh.Session, robot: str, side: Side) -> dict[type[Any], zenoh.Publisher]:
+    """A publisher for each kind of message that a side of a robot's link publishes."""
+    return {kind: session.declare_publisher(keys.key(robot, suffix)) for kind, suffix in sent_by(side).items()}
 
 
 def subscribe(session: zenoh.Session, key: str, receive: Callable[[bytes], None]) -> Any:

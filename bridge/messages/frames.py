@@ -155,6 +155,8 @@ class Info(msgspec.Struct, frozen=True, kw_only=True):
     """Robot id: the second part of every key."""
     body: str
     """Data-sheet name, for example `nao-v3`."""
+    sheet: str = ""
+    """The whole data sheet, JSON, of a body that is not shipped; see `bridge.body.body_of`."""
     side: str
     """`emulator`, `lola` or `naoqi`."""
     mode: str

@@ -132,10 +132,12 @@ class WalkTelemetry(msgspec.Struct, frozen=True, kw_only=True):
     foot_lift: Vec2 = (0.0, 0.0)
     """Height of the left and the right sole over the plan (leg admittance), m."""
     ankle_roll: Vec2 = (0.0, 0.0)
-    """Added to LAnkleRoll and RAnkleRoll by the ankle admittance, rad."""
+    """Added to LAnkleRoll and RAnkleRoll by the ankle admittance and the swing foot's orientation, rad."""
     ankle_pitch: Vec2 = (0.0, 0.0)
-    """Added to LAnklePitch and RAnklePitch by the ankle admittance, rad."""
+    """Added to LAnklePitch and RAnklePitch, likewise."""
     torso_control: Vec2 = (0.0, 0.0)
-    """Added to LAnklePitch and RAnklePitch by the torso control, rad."""
+    """Added to LAnklePitch and RAnklePitch by torso control, damping and lean feedback, rad."""
+    fall_cause: str = ""
+    """Why the robot was taken for falling, the last time; empty: never."""
     tick: Finite = 0.0
     """Time the controller's tick took, s (0 in recordings that leave wall-clock values out)."""

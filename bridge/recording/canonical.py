@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, SensorFrame
+from bridge.messages.topics import TOPICS, Message
 
-Recordable = SensorFrame | ActuatorFrame | TruthFrame | WalkTelemetry | Notice
-
-TOPICS: Final[dict[type[Recordable], str]] = {
-    SensorFrame: "sensors",
-    ActuatorFrame: "actuators",
-    TruthFrame: "world/truth",
-    WalkTelemetry: "walk/telemetry",
-    Notice: "notices",
-}
-"""Topic of each kind of message: its key on the wire below `nao/<robot>/`."""
+RECORDED: Final[dict[type[Any], str]] = {kind: topic.suffix for kind, topic in TOPICS.items() if topic.recorded}
+"""Name in a recording of each kind of message that is recorded."""
 
 LEFT_OUT: Final = frozenset({"wall", "tick", "lease"})
 """Fields that differ between two runs of the same seed."""
 
 _FIELDS: Final = {
-    kind: tuple(name for name in kind.__struct_fields__ if name not in LEFT_OUT) for kind in TOPICS
+    kind: tuple(name for name in kind.__struct_fields__ if name not in LEFT_OUT) for kind in RECORDED
 }
 _encoder = msgspec.json.Encoder()
 
 
-def canonical_json(message: Recordable) -> bytes:
+def canonical_json(message: Message) -> bytes:
     """The message as it is recorded and hashed: a JSON object without the fields in `LEFT_OUT`.
 
     Fields stand in the order of the struct, floats are the shortest decimals that read back the same, and a

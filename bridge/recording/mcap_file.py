@@ -17,7 +17,8 @@ import msgspec.inspect as mi
 from mcap.writer import CompressionType, Writer
 
 from bridge.errors import ConfigurationError, LinkError
-from bridge.recording.canonical import LEFT_OUT, TOPICS, Recordable, canonical_json
+from bridge.messages.topics import Message
+from bridge.recording.canonical import LEFT_OUT, RECORDED, canonical_json
 from bridge.recording.foxglove import SHOWN, Shown
 
 _PLAIN: dict[type[mi.Type], str] = {
@@ -101,7 +102,7 @@ class McapFile:
                 f"{path}: a recording cannot be written there ({error.strerror}); give a writable place."
             ) from None
         self._chunk_began = 0
-        self._sequence: dict[type, int] = dict.fromkeys((*TOPICS, *SHOWN), 0)
+        self._sequence: dict[type, int] = dict.fromkeys((*RECORDED, *SHOWN), 0)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._channels: dict[type, int] = {}
         try:
@@ -119,7 +120,7 @@ class McapFile:
         # The library's own default would write its version into every file.
         self._writer.start(profile="", library="nao-hil")
         self._writer.add_metadata(METADATA, {"config": config})
-        for kind, topic in TOPICS.items():
+        for kind, topic in RECORDED.items():
             self._channels[kind] = self._register(kind, topic, f"nao.{kind.__name__}")
         self._file.flush()
 
@@ -135,15 +136,15 @@ class McapFile:
         channel: int = self._writer.register_channel(topic, "json", schema_id)
         return channel
 
-    def write(self, message: Recordable | Shown, time: int) -> None:
+    def write(self, message: Message | Shown, time: int) -> None:
         """Record a message.
 
         Args:
-            message: of one of the `TOPICS`, or of one of the kinds that are shown.
+            message: of one of the `RECORDED` kinds, or of one of the kinds that are shown.
             time: robot time, ns.
         """
         kind = type(message)
-        data = canonical_json(message) if isinstance(message, Recordable) else msgspec.json.encode(message)
+        data = msgspec.json.encode(message) if isinstance(message, Shown) else canonical_json(message)
         try:
             self._writer.add_message(
                 self._channels[kind], log_time=time, data=data, publish_time=time, sequence=self._sequence[kind]

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.topics import Message
 
 logger = logging.getLogger(__name__)
 
@@ -19,6 +20,13 @@ class Observer:
 
     def command(self, frame: ActuatorFrame) -> None:
         """The actuator frame that was put in force, after the guard."""
+
+    def message(self, message: Message) -> None:
+        """Any other recorded message of `TOPICS`; telemetry and notices have a method each."""
+        if isinstance(message, WalkTelemetry):
+            self.telemetry(message)
+        elif isinstance(message, Notice):
+            self.notice(message)
 
     def telemetry(self, message: WalkTelemetry) -> None:
         """The walker's report on its walk."""

@@ -18,7 +18,7 @@ from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
 from bridge.errors import ConfigurationError
-from bridge.recording.canonical import TOPICS, Recordable
+from bridge.recording.canonical import RECORDED
 from bridge.recording.mcap_file import METADATA
 
 _MAGIC: Final = b"\x89MCAP0\r\n"
@@ -29,7 +29,7 @@ _CHUNK: Final = struct.Struct("<16xQII")
 MAX_RECORD: Final = 1 << 26
 """bytes of a record, packed and unpacked; a second of the longest frames has a hundredth of it."""
 
-_decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in TOPICS.items()}
+_decoders = {topic: msgspec.json.Decoder(kind) for kind, topic in RECORDED.items()}
 
 
 class Ending(NamedTuple):
@@ -47,7 +47,7 @@ class Recorded(NamedTuple):
     topic: str
     time: float
     """Robot time, s."""
-    message: Recordable
+    message: Any
     """Fields that recordings leave out have their defaults."""
 
 
@@ -55,7 +55,7 @@ def read_recording(path: str | Path) -> Iterator[Recorded]:
     """The messages of a recording in the order they were written.
 
     A file whose end is missing is read to its last whole record. Topics that are not in
-    `bridge.recording.canonical.TOPICS` are passed over.
+    `bridge.recording.canonical.RECORDED` are passed over.
 
     Raises:
         ConfigurationError: no such file, not an MCAP file, damaged, or a message that does not fit its topic
@@ -102,7 +102,7 @@ def recording_end(path: str | Path) -> Ending:
     return Ending(complete=False, after=0)
 
 
-def _typed(path: str | Path, topic: str, data: bytes) -> Recordable:
+def _typed(path: str | Path, topic: str, data: bytes) -> Any:
     try:
         return _decoders[topic].decode(data)
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:

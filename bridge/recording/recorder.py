@@ -14,8 +14,8 @@ from typing import Any
 
 import msgspec
 
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.recording.canonical import Recordable
+from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
+from bridge.messages.topics import Message
 from bridge.recording.foxglove import SHOWN, RobotScene
 from bridge.recording.mcap_file import McapFile
 from bridge.recording.observer import Observer
@@ -65,7 +65,7 @@ class Recorder(Observer, Closing):
             file.show(SHOWN)
         return file
 
-    def write(self, message: Recordable) -> None:
+    def write(self, message: Message) -> None:
         """Record a message; the time of a sensor frame is also the time of the messages that follow."""
         if isinstance(message, SensorFrame):
             if message.seq < self._seq:
@@ -91,11 +91,7 @@ class Recorder(Observer, Closing):
         """As an observer: record the command in force."""
         self.write(frame)
 
-    def telemetry(self, message: WalkTelemetry) -> None:
-        """As an observer: record it."""
-        self.write(message)
-
-    def notice(self, message: Notice) -> None:
+    def message(self, message: Message) -> None:
         """As an observer: record it."""
         self.write(message)
 

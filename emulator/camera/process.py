@@ -64,7 +64,7 @@ class CameraProcess:
         self._truth: tuple[float, bytes] | None = None
         self._world: WorldReply | None = None
         self._session = open_client(endpoint, _CONNECT)
-        subscribe(self._session, keys.key(robot, keys.TRUTH), self._keep)
+        subscribe(self._session, keys.topic_key(robot, TruthFrame), self._keep)
         self._client = WorldClient(robot, endpoint)
         for work in (self._ask_world, self._report):
             threading.Thread(target=work, daemon=True).start()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -230,8 +230,25 @@ class Sensors:
         self.sonars.update(torso)
         self.battery.update(drawn)
 
-    def forces(self, contacts: GroundContacts) -> tuple[float, ...]:
-        """Readings of the eight force cells, left foot first, N; once per cycle."""
+    def read(self, contacts: GroundContacts) -> dict[str, Any]:
+        """Field of the sensor frame -> reading, of all sensors but the joints'; once per cycle.
+
+        Args:
+            contacts: Of the cycle that ends here.
+        """
+        inertial = self.inertial.sample
+        return {
+            "fsr": self._forces(contacts),
+            "accelerometer": inertial.acceleration,
+            "gyroscope": inertial.rate,
+            "angle": inertial.angle,
+            "touch": self.touch.read(contacts.feet),
+            "battery": self.battery.read(),
+            "sonar": self.sonars.read(),
+        }
+
+    def _forces(self, contacts: GroundContacts) -> tuple[float, ...]:
+        """Readings of the eight force cells, left foot first, N."""
         left, right = contacts.feet["L"], contacts.feet["R"]
         on_left = self._left.distribute(left.normal_force, left.cop)
         on_right = self._right.distribute(right.normal_force, right.cop)

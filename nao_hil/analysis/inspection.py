@@ -11,7 +11,7 @@ import msgspec
 
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.recording.canonical import TOPICS, FrameHash
+from bridge.recording.canonical import RECORDED, FrameHash
 from bridge.recording.playback import read_recording, recorded_config, recording_end
 from bridge.rotations import tilt
 from bridge.stance import FALLEN_TILT
@@ -58,7 +58,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
 
 class _Sum:
     def __init__(self) -> None:
-        self.messages = dict.fromkeys(TOPICS.values(), 0)
+        self.messages = dict.fromkeys(RECORDED.values(), 0)
         self.notices: Counter[str] = Counter()
         self.hash = FrameHash()
         self.frames: tuple[SensorFrame, SensorFrame] | None = None
@@ -69,7 +69,7 @@ class _Sum:
         self.steps = self._step = 0
 
     def take(self, topic: str, message: Any) -> None:
-        """Take in the next message, which came on a topic of `bridge.recording.canonical.TOPICS`."""
+        """Take in the next message, which came on a topic of `bridge.recording.canonical.RECORDED`."""
         self.messages[topic] += 1
         if isinstance(message, SensorFrame):
             self.hash.add(message)

@@ -72,7 +72,7 @@ class _Feet:
         self._session = open_client(endpoint)
         self.lifted = threading.Event()
         self.at = 0.0
-        key = keys.key(keys.DEFAULT_ROBOT, keys.TRUTH)
+        key = keys.topic_key(keys.DEFAULT_ROBOT, TruthFrame)
         self._subscriber = subscribe(self._session, key, self._keep)
 
     def _keep(self, data: bytes) -> None:

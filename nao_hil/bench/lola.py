@@ -186,7 +186,7 @@ def _serve_hop(folder: Path) -> dict[str, Any]:
     server = Child("serve", ["serve", "lola", "--socket", path, "--connect", endpoint], folder)
     try:
         with RobotLink(_info("lockstep"), endpoint) as link, _connected(path) as peer:
-            link.publish_sensors(_frame(0))
+            link.publish(_frame(0))
             repeat = threading.Event()
             threading.Thread(target=_repeat, args=(link, repeat), daemon=True).start()
             _read(peer)  # once the server has found the robot and its frame
@@ -197,7 +197,7 @@ def _serve_hop(folder: Path) -> dict[str, Any]:
             seqs = iter(range(1, 1 << 30))
 
             def there() -> None:
-                link.publish_sensors(_frame(next(seqs)))
+                link.publish(_frame(next(seqs)))
                 _read(peer)
 
             def back() -> None:
@@ -212,7 +212,7 @@ def _serve_hop(folder: Path) -> dict[str, Any]:
 
 def _repeat(link: RobotLink, ended: threading.Event) -> None:
     while not ended.wait(0.1):
-        link.publish_sensors(_frame(0))
+        link.publish(_frame(0))
 
 
 def _bridge_hop(folder: Path) -> dict[str, Any]:

@@ -76,7 +76,8 @@ def _lose(endpoint: str, path: str, draw: random.Random, *, walks: bool) -> tupl
         world.send(Reset(), TIMEOUT)
     tilts: list[float] = []
     session = open_client(endpoint)
-    subscriber = subscribe(session, keys.key("nao", keys.TRUTH), lambda data: tilts.append(_upright(data)))
+    key = keys.topic_key("nao", TruthFrame)
+    subscriber = subscribe(session, key, lambda data: tilts.append(_upright(data)))
     code = f"from nao_hil.bench.lost_clients import client; client({path!r}, {walks})"
     with subprocess.Popen([sys.executable, "-c", code], cwd=_ROOT, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None

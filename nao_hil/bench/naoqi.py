@@ -79,7 +79,7 @@ class _Robot:
             while not self._stop.is_set():
                 self.sent[frame.seq] = time.monotonic()
                 # A frame is known again at the other end by its distance.
-                link.publish_sensors(msgspec.structs.replace(frame, sonar=(float(frame.seq), 0.0)))
+                link.publish(msgspec.structs.replace(frame, sonar=(float(frame.seq), 0.0)))
                 deadline += _CYCLE
                 while (left := deadline - time.monotonic()) > 0.0:
                     command = link.wait_command(left)

@@ -82,7 +82,7 @@ def _alternate(walker_at: str, echo_at: str) -> dict[str, Any]:
             """A sensor frame, and the walker's answer."""
             nonlocal seq
             seq += 1
-            link.publish_sensors(standing_frame(seq))
+            link.publish(standing_frame(seq))
             # The first wait may end early, because a granted lease wakes it.
             if link.wait_command(5.0) is None and link.wait_command(5.0) is None:
                 raise LinkError("the benchmark's walker did not answer within 5 s")
@@ -191,7 +191,7 @@ def walker(endpoint: str) -> None:
             command = controller.tick(frame)
             tick = time.perf_counter() - began
             link.send(command)
-            link.publish_telemetry(msgspec.structs.replace(controller.telemetry, tick=tick))
+            link.publish(msgspec.structs.replace(controller.telemetry, tick=tick))
 
 
 def echo(endpoint: str) -> None:

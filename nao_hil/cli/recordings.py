@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from bridge.body import load_body
+from bridge.body import body_of
 from bridge.errors import ConfigurationError
 from bridge.link import DEFAULT_ENDPOINT, DEFAULT_ROBOT
 from bridge.recording.playback import recorded_config
@@ -61,7 +61,7 @@ def record(
         if info is None:
             return 130
         with Recorder(
-            out or free_name(Path(), name), described(info), robot_scene(load_body(info.body))
+            out or free_name(Path(), name), described(info), robot_scene(body_of(info.body, info.sheet))
         ) as recorder:
             console.print(f"recording `{name}` ({info.body}, {info.side}) to {recorder.paths[0]}")
             while not stop.is_set() and (duration is None or capture.seconds < duration):

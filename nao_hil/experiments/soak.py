@@ -278,7 +278,7 @@ def _watch(
 
     samples: list[tuple[float, list[float], list[int]]] = []
     with contextlib.closing(open_client(ENDPOINT, 60.0)) as session:
-        subscriber = subscribe(session, keys.key(NAME, keys.SENSORS), on_sensors)
+        subscriber = subscribe(session, keys.topic_key(NAME, SensorFrame), on_sensors)
         began = time.monotonic()
         while walker.running and robot.running:
             if context.campaign.interrupted:

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import msgspec
 import numpy as np
 
-from bridge.body import Body, load_body
+from bridge.body import Body, body_of
 from bridge.body.joints import INDEX, JOINTS
 from bridge.body.quantities import absent_joints, joint_no_load_speed, limits
 from bridge.errors import ConfigurationError
@@ -283,7 +283,7 @@ def excite_linked(
         LinkError: the robot went away, or its guard took it.
     """
     check_start(start, duration)
-    body, frame = load_body(connection.info.body), connection.frame
+    body, frame = body_of(connection.info.body, connection.info.sheet), connection.frame
     commands = excitation(body, frame.position, duration, hanging=start == HANG)
     first, answered = frame.seq, 0
     with Recorder(file, described(connection.info) | {"start": start}) as recorder:

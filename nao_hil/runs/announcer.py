@@ -27,7 +27,7 @@ class Announcer:
     """
 
     def __init__(self, robot: str, endpoint: str) -> None:
-        self._key, self._endpoint = keys.key(robot, keys.NOTICES), endpoint
+        self._key, self._endpoint = keys.topic_key(robot, Notice), endpoint
         self._session: zenoh.Session | None = None
 
     def announce(self, code: str, text: str, seq: int) -> None:

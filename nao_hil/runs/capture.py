@@ -16,7 +16,8 @@ from bridge.link import keys
 from bridge.link.mailbox import Mailbox
 from bridge.link.session import check_endpoint, subscribe, try_client
 from bridge.messages import Info, SensorFrame, TruthFrame, decode
-from bridge.recording.canonical import TOPICS, Recordable
+from bridge.messages.topics import Message
+from bridge.recording.canonical import RECORDED
 from bridge.recording.recorder import Recorder
 
 _QUEUE: Final = 8192
@@ -25,7 +26,7 @@ _QUERY: Final = 1.0
 """s"""
 _TIMEOUT: Final = 0.05
 """s between two looks for a robot that is not there."""
-_KINDS: Final = {topic: kind for kind, topic in TOPICS.items()}
+_KINDS: Final = {topic: kind for kind, topic in RECORDED.items()}
 
 
 class Capture:
@@ -93,7 +94,7 @@ class Capture:
             else:
                 self._write(recorder, topic, message)
 
-    def _write(self, recorder: Recorder, topic: str, message: Recordable) -> None:
+    def _write(self, recorder: Recorder, topic: str, message: Message) -> None:
         if isinstance(message, (SensorFrame, TruthFrame)):
             if self._newest.get(topic) == message.seq:
                 return

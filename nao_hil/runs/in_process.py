@@ -63,7 +63,7 @@ def run(
     for _ in itertools.count() if max_cycles is None else range(max_cycles):
         command = guard.cycle(robot.frame, guard.check(controller.tick(robot.frame), robot.frame.seq))
         for observer in observers:
-            observer.telemetry(controller.telemetry)
+            observer.message(controller.telemetry)
             if command is not None:
                 observer.command(command)
         _tell(guard.take_notices(), observers)
@@ -78,4 +78,4 @@ def run(
 def _tell(notices: Sequence[Notice], observers: Sequence[Observer]) -> None:
     for notice in notices:
         for observer in observers:
-            observer.notice(notice)
+            observer.message(notice)

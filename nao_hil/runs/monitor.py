@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import zenoh
 
@@ -32,7 +32,7 @@ class Monitor:
 
     def __init__(self, robot: str, connect: str) -> None:
         self._robot, self._endpoint = robot, connect
-        self._newest: dict[str, bytes] = {}
+        self._newest: dict[type[Any], bytes] = {}
         self._notices: deque[bytes] = deque(maxlen=_NOTICES)
         self._session: zenoh.Session | None = None
 
@@ -42,39 +42,40 @@ class Monitor:
             self._session = try_client(self._endpoint)
             if self._session is not None:
                 self._subscribers = [
-                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
-                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.GUARD)
+                    subscribe(self._session, keys.topic_key(self._robot, kind), partial(self._keep, kind))
+                    for kind in (SensorFrame, TruthFrame, WalkTelemetry, GuardStatus, Notice)
                 ]
-                notices = keys.key(self._robot, keys.NOTICES)
-                self._subscribers.append(subscribe(self._session, notices, self._notices.append))
         return self._session is not None
 
-    def _keep(self, suffix: str, payload: bytes) -> None:
-        self._newest[suffix] = payload
+    def _keep(self, kind: type[Any], payload: bytes) -> None:
+        if kind is Notice:
+            self._notices.append(payload)
+        else:
+            self._newest[kind] = payload
 
-    def _get(self, suffix: str, kind: type[M]) -> M | None:
-        payload = self._newest.get(suffix)
+    def _get(self, kind: type[M]) -> M | None:
+        payload = self._newest.get(kind)
         return _decoded(payload, kind) if payload is not None else None
 
     @property
     def sensors(self) -> SensorFrame | None:
         """The newest sensor frame."""
-        return self._get(keys.SENSORS, SensorFrame)
+        return self._get(SensorFrame)
 
     @property
     def truth(self) -> TruthFrame | None:
         """The newest ground truth."""
-        return self._get(keys.TRUTH, TruthFrame)
+        return self._get(TruthFrame)
 
     @property
     def telemetry(self) -> WalkTelemetry | None:
         """The newest word of the walker."""
-        return self._get(keys.TELEMETRY, WalkTelemetry)
+        return self._get(WalkTelemetry)
 
     @property
     def status(self) -> GuardStatus | None:
         """The newest report of the robot's state."""
-        return self._get(keys.GUARD, GuardStatus)
+        return self._get(GuardStatus)
 
     @property
     def walk(self) -> WalkTelemetry | None:

@@ -10,14 +10,14 @@ from typing import Any, Final
 
 import msgspec
 
-from bridge.body import Body, load_body
+from bridge.body import Body, load_body, sheet_of
 from bridge.body.quantities import absent_joints
 from bridge.errors import ConfigurationError
 from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import open_robot
 from bridge.messages import Info, LeaseReply, LeaseRequest, SensorFrame, decode, encode
-from bridge.recording.canonical import TOPICS
+from bridge.recording.canonical import RECORDED
 from bridge.recording.playback import read_recording, recorded_config
 from nao_hil import __version__
 
@@ -48,6 +48,7 @@ class Replay:
         self.info = Info(
             robot=robot,
             body=sheet.name,
+            sheet=sheet_of(sheet),
             side=SIDE,
             mode="real-time",
             cycle=sheet.cycle,
@@ -58,7 +59,7 @@ class Replay:
         self.position = 0.0
         """Robot time of the newest frame, s."""
         self._session = open_robot(listen)
-        key = {topic: keys.key(robot, topic) for topic in TOPICS.values()}
+        key = {topic: keys.key(robot, topic) for topic in RECORDED.values()}
         self._publishers = {topic: self._session.declare_publisher(name) for topic, name in key.items()}
         self._queries: list[Any] = [
             serve_query(self._session, keys.key(robot, keys.INFO), lambda _: encode(self.info)),

@@ -17,11 +17,12 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from bridge.body import BODIES, load_body
+from bridge.body import BODIES, body_of
 from bridge.errors import NaoHilError
 from bridge.messages import Info, Notice, SensorFrame
 from bridge.messages.frames import ELEMENTS
 from bridge.messages.guard import GuardStatus
+from bridge.messages.topics import Message
 from bridge.messages.walk import WalkStatus
 from bridge.messages.world import Status
 from bridge.messages.world_state import WorldReply
@@ -41,7 +42,7 @@ from nao_hil.analysis.diagnosis import (
 from nao_hil.runs.announcer import CAPTION, WALKER_ENDED
 from nao_hil.runs.supervisor import SUPERVISED
 from nao_hil.view.access import Answer
-from nao_hil.view.live import Commands, Published, Subscriber
+from nao_hil.view.live import Commands, Subscriber
 from nao_hil.view.orders import Driving, Hand, Orders
 from nao_hil.view.page import recorded_page
 from nao_hil.view.rows import RunRows, events_json, world_json
@@ -89,7 +90,7 @@ class LiveRun:
     """
 
     def __init__(self, info: Info, title: str, world: WorldReply | None) -> None:
-        body = load_body(info.body)
+        body = body_of(info.body, info.sheet)
         self.info, self._title = info, title
         self.rows = RunRows(body, world)
         self._observer = BalanceEstimator(body)
@@ -207,7 +208,7 @@ class Follower:
         finally:
             self._end()
 
-    def _take(self, message: Published, builder: MomentBuilder) -> None:
+    def _take(self, message: Message, builder: MomentBuilder) -> None:
         if isinstance(message, GuardStatus):
             self._guard = message
             return
@@ -270,7 +271,7 @@ class Follower:
                 self._world = self._commands.world(Status(terrain=True))
         self._run = LiveRun(info, f"robot {self._robot}", self._world)
         if self._orders is None or self._orders.body.name != info.body:
-            body = load_body(info.body)
+            body = body_of(info.body, info.sheet)
             self._hand = Hand(body, self._robot, self._endpoint, self._say) if emulated else None
             supervised = SUPERVISED in os.environ and self._folder is not None
             self._orders = Orders(self._commands, self._driving, self._hand, body, supervised)

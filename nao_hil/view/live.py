@@ -15,23 +15,15 @@ from bridge.link import keys
 from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
 from bridge.link.session import subscribe, try_client
-from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
+from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.guard import GuardStatus
+from bridge.messages.topics import TOPICS, Message
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldReply
-from bridge.recording.canonical import Recordable
 
-Published = Recordable | GuardStatus
-KINDS: Final[dict[str, Any]] = {
-    keys.GUARD: GuardStatus,
-    keys.SENSORS: SensorFrame,
-    keys.ACTUATORS: ActuatorFrame,
-    keys.TRUTH: TruthFrame,
-    keys.TELEMETRY: WalkTelemetry,
-    keys.NOTICES: Notice,
-}
-FRAMES: Final = (keys.SENSORS, keys.ACTUATORS, keys.TRUTH, keys.TELEMETRY)
+FRAMES: Final = (SensorFrame, ActuatorFrame, TruthFrame, WalkTelemetry)
+"""Kinds that come in each cycle."""
 MAX_MESSAGES: Final = 2000
 """Messages that wait for the page; older ones are lost to it."""
 MAX_FRAMES: Final = 400
@@ -52,9 +44,9 @@ class Subscriber:
         self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
         self._session: zenoh.Session | None = None
         self._subscribers: list[Any] = []
-        self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(MAX_MESSAGES)
+        self._mailbox: Mailbox[tuple[type[Any], bytes]] = Mailbox(MAX_MESSAGES)
 
-    def take(self) -> Iterator[Published]:
+    def take(self) -> Iterator[Message]:
         """Messages since the last call; tries to connect until that is done.
 
         Raises:
@@ -65,18 +57,18 @@ class Subscriber:
             if self._session is None:
                 return
             self._subscribers = [
-                subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
-                for suffix in KINDS
+                subscribe(self._session, keys.topic_key(self._robot, kind), partial(self._keep, kind))
+                for kind in TOPICS
             ]
         waiting = self._mailbox.drain()
-        for i, (suffix, payload) in enumerate(waiting):
+        for i, (kind, payload) in enumerate(waiting):
             # Not decoded all at once: a frame takes several times the memory of its message.
-            if suffix not in FRAMES or len(waiting) - i <= MAX_FRAMES:
+            if kind not in FRAMES or len(waiting) - i <= MAX_FRAMES:
                 with contextlib.suppress(FrameError):  # a stranger on the key
-                    yield decode(payload, KINDS[suffix])
+                    yield decode(payload, kind)
 
-    def _keep(self, suffix: str, payload: bytes) -> None:
-        self._mailbox.put((suffix, payload))
+    def _keep(self, kind: type[Any], payload: bytes) -> None:
+        self._mailbox.put((kind, payload))
 
     def close(self) -> None:
         """Leave the network."""

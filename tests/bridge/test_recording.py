@@ -15,7 +15,8 @@ from mcap.writer import Writer
 from bridge.body.joints import N_JOINTS
 from bridge.errors import ConfigurationError
 from bridge.messages import ActuatorFrame, Contact, Notice, SensorFrame, TruthFrame, WalkTelemetry
-from bridge.recording.canonical import FrameHash, Recordable
+from bridge.messages.topics import Message
+from bridge.recording.canonical import FrameHash
 from bridge.recording.playback import read_recording, recorded_config
 from bridge.recording.recorder import Recorder
 from nao_hil.analysis.inspection import inspect
@@ -55,9 +56,9 @@ def telemetry(k: int, tick: float = 0.0) -> WalkTelemetry:
     return walk_telemetry(k, step=1, steps=10, tick=tick)
 
 
-def run(cycles: int, noise: int = 0) -> list[Recordable]:
+def run(cycles: int, noise: int = 0) -> list[Message]:
     """What a run writes; `noise` changes nothing but wall-clock fields and the lease."""
-    messages: list[Recordable] = []
+    messages: list[Message] = []
     for k in range(cycles):
         messages += [sensor(k, wall=noise * k), truth(k), telemetry(k, tick=noise * 1e-5)]
         messages.append(actuator(k, wall=noise * k, lease=noise))
@@ -66,18 +67,18 @@ def run(cycles: int, noise: int = 0) -> list[Recordable]:
     return messages
 
 
-def write(recorder: Recorder, messages: list[Recordable]) -> None:
+def write(recorder: Recorder, messages: list[Message]) -> None:
     for message in messages:
         recorder.write(message)
 
 
-def record(path: Path, messages: list[Recordable]) -> Path:
+def record(path: Path, messages: list[Message]) -> Path:
     with Recorder(path, CONFIG) as recorder:
         write(recorder, messages)
     return path
 
 
-def digest(messages: list[Recordable]) -> str:
+def digest(messages: list[Message]) -> str:
     frames = FrameHash()
     for message in messages:
         if isinstance(message, (SensorFrame, ActuatorFrame)):

@@ -33,6 +33,7 @@ from bridge.errors import FrameError
 from bridge.link import keys
 from bridge.link.session import open_client, subscribe
 from bridge.messages import ActuatorFrame, LeaseRequest, SensorFrame, decode, encode
+from bridge.messages.topics import TOPICS
 from nao_hil.runs.bare_loop import BareLoop
 from nao_hil.runs.supervisor import Child, free_endpoint
 from tests.loops import repeat_while, until
@@ -58,7 +59,7 @@ STRANGE: Final[list[Any]] = [
     *("walk", "acquire", "Stand", "ClearAll", "time-mixed", "\0", {}, {"a": 1}, [], [0.1] * 6, [[0.1], [0.2]]),
 ]
 PUBLISHED: Final = (
-    *(keys.ACTUATORS, keys.TELEMETRY, keys.SENSORS, keys.NOTICES, keys.TRUTH, keys.LEDS, keys.UPPER_BODY),
+    *(topic.suffix for topic in TOPICS.values()),
     "nothing",
 )
 ROS: Final = {
@@ -274,7 +275,7 @@ class Watch:
         """Figures of the time that it takes, ms."""
         self._walls.clear()
         session = open_client(self._endpoint)
-        subscriber = subscribe(session, keys.key(keys.DEFAULT_ROBOT, keys.SENSORS), self._keep)
+        subscriber = subscribe(session, keys.topic_key(keys.DEFAULT_ROBOT, SensorFrame), self._keep)
         begin = time.monotonic()
         with BareLoop() as bare:
             work()

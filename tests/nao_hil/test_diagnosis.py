@@ -13,8 +13,10 @@ from bridge.body import load_body
 from bridge.body.kinematics import FloatingBase
 from bridge.body.quantities import total_mass
 from bridge.guard import Guard
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import SensorFrame, TruthFrame, WalkTelemetry
 from bridge.messages.faults import JointStuck
+from bridge.messages.topics import Message
+from bridge.recording.observer import Observer
 from bridge.recording.recorder import Recorder
 from bridge.rotations import rotation
 from emulator.robot import EmulatedRobot
@@ -40,29 +42,20 @@ from walker.gaits.plan import Foothold
 BODY = load_body("nao-v3")
 
 
-class Keeper:
+class Keeper(Observer):
     """Observer that keeps the moments of a run."""
 
     def __init__(self) -> None:
         self.moments: list[Moment] = []
         self._builder = MomentBuilder()
 
-    def _add(self, message: SensorFrame | TruthFrame | WalkTelemetry | Notice) -> None:
+    def message(self, message: Message) -> None:
         if (moment := self._builder.add(message)) is not None:
             self.moments.append(moment)
 
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
-        self._add(frame)
-        self._add(truth)
-
-    def command(self, frame: ActuatorFrame) -> None:
-        pass
-
-    def telemetry(self, message: WalkTelemetry) -> None:
-        self._add(message)
-
-    def notice(self, message: Notice) -> None:
-        self._add(message)
+        self.message(frame)
+        self.message(truth)
 
 
 def walk(gait: str, scenario: Scenario, seconds: float, path: Path | None = None) -> list[Moment]:

@@ -46,8 +46,8 @@ class ObedientRobot:
             link.serve(WORLD_COMMAND, lambda _: encode(self._world()))
             deadline = time.monotonic()
             for _ in repeat_while(lambda: not self._stop.is_set(), 100_000):
-                link.publish_sensors(self.frame)
-                link.publish_truth(_truth(self.frame))
+                link.publish(self.frame)
+                link.publish(_truth(self.frame))
                 deadline = max(deadline + CYCLE, time.monotonic() - CYCLE)
                 time.sleep(max(0.0, deadline - time.monotonic()))
                 command = next(reversed(link.commands()), None)

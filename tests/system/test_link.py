@@ -45,7 +45,7 @@ info = Info(robot="nao", body="nao-v3", side="emulator", mode="real-time", cycle
 with RobotLink(info, sys.argv[1]) as link:
     print("ready", flush=True)
     for seq in range(60_000):
-        link.publish_sensors(SensorFrame(
+        link.publish(SensorFrame(
             seq=seq, time=0.01 * seq, position=zeros, stiffness=zeros, current=zeros, temperature=zeros,
             fsr=zeros[:8], accelerometer=zeros[:3], gyroscope=zeros[:3], angle=zeros[:2], touch=zeros[:14],
             battery=zeros[:4], sonar=zeros[:2]))
@@ -155,7 +155,7 @@ def test_another_robot_at_the_endpoint_is_not_taken_for_ours(robot: RobotLink, e
 
 def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: ControllerLink) -> None:
     for seq in range(30):
-        robot.publish_sensors(standing_frame(seq))
+        robot.publish(standing_frame(seq))
     frames = [controller.next(TIMEOUT) for _ in range(30)]
     assert [f.seq for f in frames if f is not None] == list(range(30))
     assert all(f is not None and f.wall > 0 for f in frames)
@@ -164,7 +164,7 @@ def test_frames_arrive_in_order_and_none_is_lost(robot: RobotLink, controller: C
 def test_the_latest_frame_overtakes_the_others(robot: RobotLink, controller: ControllerLink) -> None:
     seen: list[int] = []
     for seq in range(30):
-        robot.publish_sensors(standing_frame(seq))
+        robot.publish(standing_frame(seq))
     until(lambda: (f := controller.latest(0.1)) is not None and (seen.append(f.seq) or f.seq == 29))
     assert seen == sorted(set(seen))
     assert controller.latest(0.0) is None
@@ -309,8 +309,8 @@ def test_what_is_no_command_is_refused_with_a_notice_and_the_robot_goes_on(
     good = encode(command(1))
     with contextlib.closing(open_client(endpoint)) as stranger:
         for payload in (b"", b"garbage", good[:-3], encode(standing_frame(0)), b"\xc1" * 100_000):
-            put(stranger, keys.ACTUATORS, payload)
-        put(stranger, keys.ACTUATORS, good)  # valid, but without the lease
+            put(stranger, "actuators", payload)
+        put(stranger, "actuators", good)  # valid, but without the lease
         until(lambda: robot.refused == 6)
     assert not robot.commands()
     notices = gather(controller, {"frame-refused", "no-lease"})
@@ -338,7 +338,7 @@ def test_a_flood_of_refusals_is_answered_by_a_notice_not_by_a_flood(
     """One per second of each kind: the flood is over in far less than the number of its frames in seconds."""
     with contextlib.closing(open_client(endpoint)) as stranger:
         for _ in range(200):
-            put(stranger, keys.ACTUATORS, b"garbage")
+            put(stranger, "actuators", b"garbage")
         until(lambda: not robot.commands() and robot.refused == 200)
     robot.notice("last", "The flood is over.")
     heard: list[str] = []
@@ -379,10 +379,10 @@ def test_listeners_hear_the_walker_through_the_robots_session(
     heard: list[bytes] = []
     telemetry = walk_telemetry(1, step=1, steps=10)
     with contextlib.closing(open_client(endpoint)) as listener:
-        subscriber = subscribe(listener, keys.key("nao", keys.TELEMETRY), heard.append)
+        subscriber = subscribe(listener, keys.topic_key("nao", WalkTelemetry), heard.append)
 
         def publish_until_heard() -> bool:
-            controller.publish_telemetry(telemetry)
+            controller.publish(telemetry)
             return bool(heard)
 
         until(publish_until_heard)
@@ -405,7 +405,7 @@ def test_a_frame_that_is_none_is_told_to_the_controller(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
     with contextlib.closing(open_client(endpoint)) as stranger:
-        put(stranger, keys.SENSORS, b"garbage")
+        put(stranger, "sensors", b"garbage")
         with pytest.raises(FrameError, match="SensorFrame"):
             controller.next(TIMEOUT)
 
@@ -461,7 +461,7 @@ def test_telemetry_is_there_when_the_answer_it_was_sent_before_is(
 ) -> None:
     robot.wait_command(0.0)  # the grant ends one wait
     for seq in range(200):
-        controller.publish_telemetry(walk_telemetry(seq))
+        controller.publish(walk_telemetry(seq))
         controller.send(command(seq))
         given = robot.wait_command(TIMEOUT)
         assert given is not None
@@ -472,8 +472,8 @@ def test_a_payload_that_would_fill_the_memory_is_dropped_by_the_transport(
     robot: RobotLink, controller: ControllerLink, endpoint: str
 ) -> None:
     with contextlib.closing(open_client(endpoint)) as stranger:
-        put(stranger, keys.ACTUATORS, b"\x00" * (2 * MAX_RECEIVED))
-        put(stranger, keys.ACTUATORS, b"")
+        put(stranger, "actuators", b"\x00" * (2 * MAX_RECEIVED))
+        put(stranger, "actuators", b"")
         until(lambda: robot.refused, "the small one after it")
     assert robot.refused == 1
     controller.send(command(0))

@@ -81,7 +81,7 @@ class Robot:
 
     def _send(self) -> None:
         frame = msgspec.structs.replace(STILL, seq=self.seq, time=self.seq * self.cycle)
-        self.link.publish_sensors(frame)
+        self.link.publish(frame)
 
     def _repeat(self) -> None:
         """A robot in lockstep sends its frame again while no answer comes."""

@@ -69,7 +69,7 @@ def plain_zenoh(endpoint: str) -> Iterator[list[float]]:
     with open_client(endpoint) as session:
         subscriber = subscribe(
             session,
-            keys.key("nao", keys.SENSORS),
+            keys.topic_key("nao", SensorFrame),
             lambda data: late.append(1e-6 * (time.time_ns() - decode(data, SensorFrame).wall)),
         )
         yield late

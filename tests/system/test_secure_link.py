@@ -70,7 +70,7 @@ def test_a_controller_commands(robot: RobotLink, place: str) -> None:
         link.acquire()
         link.send(COMMAND)
         until(lambda: robot.commands(), "the command")
-        robot.publish_sensors(SENSORS)
+        robot.publish(SENSORS)
         frame = link.next(TIMEOUT)
         assert frame is not None and frame.seq == 0
     until(lambda: robot.holder is None, "the end of the lease with its holder")
@@ -81,8 +81,8 @@ def test_a_listener_hears_all_and_commands_nothing(
 ) -> None:
     listener, heard = session("listener"), list[str]()
     subscriber = listener.declare_subscriber("nao/nao/**", lambda sample: heard.append(str(sample.key_expr)))
-    until(lambda: robot.publish_sensors(SENSORS) or "nao/nao/sensors" in heard, "a sensor frame")
-    robot.publish_notice(Notice(seq=0, level="info", code="test", text="A test."))
+    until(lambda: robot.publish(SENSORS) or "nao/nao/sensors" in heard, "a sensor frame")
+    robot.publish(Notice(seq=0, level="info", code="test", text="A test."))
     until(lambda: "nao/nao/notices" in heard, "a notice")
     assert ask(listener, keys.INFO) == encode(INFO)
     acquire = encode(LeaseRequest(op="acquire", controller="thief", ticket=1))
@@ -105,10 +105,10 @@ def test_a_controller_sees_no_truth_and_does_not_touch_the_world(
     subscribers = [
         subscribe(controller, f"nao/nao/{k}", heard.append) for k in ("sensors", "world/truth", "**")
     ]
-    until(lambda: robot.publish_sensors(SENSORS) or heard, "a sensor frame")
+    until(lambda: robot.publish(SENSORS) or heard, "a sensor frame")
     heard.clear()
     robot._truth.put(b"truth")
-    until(lambda: robot.publish_sensors(SENSORS) or heard, "a sensor frame behind the truth")
+    until(lambda: robot.publish(SENSORS) or heard, "a sensor frame behind the truth")
     assert b"truth" not in heard
     assert ask(controller, "world/command", timeout=0.5) is None
     assert len(subscribers) == 3

@@ -15,7 +15,7 @@ from bridge.errors import FrameError
 from bridge.guard import Guard
 from bridge.link import ControllerLink, RobotLink
 from bridge.link.client import WorldClient
-from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages import ActuatorFrame, LedFrame, Notice, SensorFrame, TruthFrame
 from bridge.messages.faults import SensorDead
 from bridge.messages.world import (
     EndFault,
@@ -32,6 +32,7 @@ from bridge.messages.world import (
     Step,
     TiltFloor,
 )
+from bridge.recording.observer import Observer
 from emulator.process import RobotProcess
 from emulator.robot import EmulatedRobot
 from emulator.timing import CycleTimer
@@ -43,7 +44,7 @@ BODY = load_body("nao-v3")
 START = POSTURES["StandInit"]
 
 
-class Ear:
+class Ear(Observer):
     """Keeps what an observer is told."""
 
     def __init__(self) -> None:
@@ -54,10 +55,6 @@ class Ear:
     def sensors(self, frame: SensorFrame, truth: TruthFrame) -> None:
         self.frames.append(frame)
         self.leds.append(truth.leds)
-
-    def command(self, frame: ActuatorFrame) -> None: ...
-
-    def telemetry(self, message: WalkTelemetry) -> None: ...
 
     def notice(self, message: Notice) -> None:
         self.notices.append(message)
@@ -130,9 +127,9 @@ def test_leds_are_in_the_truth_and_move_nothing() -> None:
     with running("real-time") as (_, ear, endpoint), ControllerLink("nao", endpoint) as controller:
         assert controller.wait_robot(lambda: False) is not None
         assert ear.leds[-1] == ()
-        controller.publish_leds(chest)
+        controller.publish(LedFrame(leds=chest))
         until(lambda: ear.leds[-1] == chest, "the red light")
-        controller.publish_leds((0,) * 89)
+        controller.publish(LedFrame(leds=(0,) * 89))
         until(lambda: ear.leds[-1] == (), "darkness")
 
 

@@ -244,7 +244,7 @@ class LolaBridge:
         """The controller's answer to a frame; None, and the frame is sent again, while there is none."""
         command = host.link.wait_command(_RESEND)
         if command is None:
-            host.link.publish_sensors(frame)
+            host.link.publish(frame)
         elif command.reply_to >= frame.seq:  # an older one answers a frame that was sent again
             accepted = host.admit([command], frame.seq)
             if accepted is not None:

@@ -33,7 +33,7 @@ from bridge.adapters.lola.codec import CYCLE, Map
 from bridge.adapters.lola.packets import HeatStatus, Identity, sensor_packet
 from bridge.adapters.lola.robot_listener import Arrival, RobotListener
 from bridge.link import ControllerLink
-from bridge.messages import ActuatorFrame, Info, SensorFrame
+from bridge.messages import ActuatorFrame, Info, LedFrame, SensorFrame
 from bridge.realtime import quiet_process
 
 _NS: Final = 1_000_000_000
@@ -312,7 +312,7 @@ class LolaServer:
             before = tuple(self._client.leds)
             self._client.update(maps, frame)
             if (leds := tuple(self._client.leds)) != before:
-                self._link.publish_leds(leds)
+                self._link.publish(LedFrame(leds=leds))
             robot.lease_wanted = self._client.setpoints is not None
 
     def _command(self, answered: int) -> bool:

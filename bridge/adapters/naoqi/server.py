@@ -14,11 +14,11 @@ from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.qi_library import require_free
 from bridge.adapters.naoqi.qi_server import QiServer
 from bridge.adapters.naoqi.services import Services
-from bridge.body import Body, load_body
+from bridge.body import Body, body_of
 from bridge.errors import FrameError, LeaseRefused, NaoqiRefused, RobotSilent
 from bridge.link import ControllerLink
 from bridge.link.client import WalkClient
-from bridge.messages import Info, SensorFrame
+from bridge.messages import Info, LedFrame, SensorFrame
 from bridge.messages.frames import N_LEDS
 from bridge.realtime import quiet_process
 from bridge.recording.observer import NoticeHandler, log_notice
@@ -82,7 +82,7 @@ class NaoqiServer:
             LinkError: qi could not listen.
         """
         logger.info("waiting for robot `%s` at %s", self._link.robot, self._link.endpoint)
-        log, handler = logging.getLogger(__package__), NoticeHandler(self._link.publish_notice)
+        log, handler = logging.getLogger(__package__), NoticeHandler(self._link.publish)
         log.addHandler(handler)
         try:
             while not self._stop():
@@ -111,7 +111,7 @@ class NaoqiServer:
             return
         priority = self._priority if info.mode == "real-time" else None
         eyes = self._eyes(info)
-        services, handover = self._begin(load_body(info.body), frame, eyes)
+        services, handover = self._begin(body_of(info.body, info.sheet), frame, eyes)
         if info.mode == "real-time":
             quiet_process(priority)
         self._send(services)
@@ -195,12 +195,12 @@ class NaoqiServer:
             leds = services.joints.dcm.leds or (0,) * N_LEDS
             if leds != self._leds:
                 self._leds = leds
-                self._link.publish_leds(leds)
+                self._link.publish(LedFrame(leds=leds))
             if self._commanding:
                 self._link.send(services.joints.answer())
             elif services.handover.has_robot:
                 walks = services.handover.active
-                self._link.publish_upper_body(services.upper_body.order(walks=walks))
+                self._link.publish(services.upper_body.order(walks=walks))
 
     def _answer_again(self) -> None:
         """A call came after the newest frame was answered: the robot takes the newest answer."""

@@ -16,7 +16,7 @@ from bridge.adapters.naoqi.core.cameras import DrawnEyes
 from bridge.adapters.ros.messages import CAMERA_INFO, DESCRIPTION, IMAGE, TYPES, RosMessages
 from bridge.adapters.ros.orders import Orders, RosCounts
 from bridge.adapters.ros.wire import Listening, Publisher, RosNode
-from bridge.body import Body, load_body
+from bridge.body import Body, body_of
 from bridge.errors import FrameError
 from bridge.link import keys
 from bridge.link.mailbox import Mailbox
@@ -96,15 +96,15 @@ class RosBridge:
         return None
 
     def _serve(self, session: zenoh.Session, info: Info) -> None:
-        body = load_body(info.body)
+        body = body_of(info.body, info.sheet)
         messages = RosMessages(body, self._node.store)
         for topic, type_name in TYPES.items():
             if topic not in self._publishers:
                 self._publishers[topic] = self._node.publisher(topic, type_name, latched=topic == DESCRIPTION)
         self._publish(*messages.description(self._describe(body)))
         subscribers = [
-            subscribe(session, keys.key(self._robot, suffix), partial(self._keep, sensors))
-            for suffix, sensors in ((keys.SENSORS, True), (keys.TELEMETRY, False))
+            subscribe(session, keys.topic_key(self._robot, kind), partial(self._keep, kind is SensorFrame))
+            for kind in (SensorFrame, WalkTelemetry)
         ]
         orders = Orders(self._robot, self._endpoint, session, self._node, self.counts)
         pictures = threading.Thread(target=self._send_pictures, args=(messages, info), name="pictures")
@@ -157,7 +157,7 @@ class RosBridge:
             text = f"ROS 2: {one.node} {verb} to /{one.topic}."
             logger.info("%s", text)
             notice = Notice(seq=seq, level="info", code="ros", text=text)
-            session.put(keys.key(self._robot, keys.NOTICES), encode(notice))
+            session.put(keys.topic_key(self._robot, Notice), encode(notice))
         self._told = now
 
     def _send_pictures(self, messages: RosMessages, info: Info) -> None:

@@ -63,7 +63,7 @@ class Orders:
     ) -> None:
         self._counts = counts
         self._walker = WalkClient(robot, connect)
-        self._upper = session.declare_publisher(keys.key(robot, keys.UPPER_BODY))
+        self._upper = session.declare_publisher(keys.topic_key(robot, UpperBody))
         self._voice = Voice()
         self._ended = threading.Event()
         self._velocity: Vec3 | None = None

@@ -13,8 +13,8 @@ import numpy as np
 from bridge.body import Body
 from bridge.body.kinematics import FloatingBase, RobotPose, homogeneous
 from bridge.messages import ActuatorFrame, Notice, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.topics import Message
 from bridge.polygon import SupportPolygon, convex_hull
-from bridge.recording.canonical import Recordable
 from bridge.recording.playback import Recorded
 from bridge.rotations import heading, matrix
 from bridge.types import SIDES, Array, Pose, Side
@@ -48,7 +48,7 @@ class MomentBuilder:
         self._notices: list[Notice] = []
         self._asked: ActuatorFrame | None = None
 
-    def add(self, message: Recordable) -> Moment | None:
+    def add(self, message: Message) -> Moment | None:
         """Take in a message; the moment that it completes, if it is a sensor frame."""
         complete = None
         if isinstance(message, SensorFrame):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,9 +103,7 @@ def load(path: Path, body: Body, begin: float = 0.0, end: float = math.inf) -> T
     Raises:
         ConfigurationError: as `bridge.recording.playback.read_recording`.
     """
-    kinds: dict[type[Any], list[Any]] = {
-        kind: [] for kind in (SensorFrame, TruthFrame, WalkTelemetry, ActuatorFrame, Notice)
-    }
+    kinds: dict[type[Any], list[Any]] = defaultdict(list)
     for _, when, message in read_recording(path):
         if begin <= when <= end:
             kinds[type(message)].append((when, message) if isinstance(message, Notice) else message)

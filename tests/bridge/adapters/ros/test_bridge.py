@@ -49,10 +49,10 @@ class Bridged:
         self._kept = [
             serve_query(self.raw, keys.key("nao", WALK_COMMAND), self._command),
             subscribe(
-                self.raw, keys.key("nao", keys.UPPER_BODY), lambda b: self.upper.append(decode(b, UpperBody))
+                self.raw, keys.topic_key("nao", UpperBody), lambda b: self.upper.append(decode(b, UpperBody))
             ),
             subscribe(
-                self.raw, keys.key("nao", keys.NOTICES), lambda b: self.notices.append(decode(b, Notice).text)
+                self.raw, keys.topic_key("nao", Notice), lambda b: self.notices.append(decode(b, Notice).text)
             ),
         ]
         self._stop = threading.Event()
