@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -419,6 +421,22 @@ def test_every_answer_of_the_page_has_a_content_security_policy_and_its_script_i
             connection.request("GET", path)
             policy = connection.getresponse().headers["Content-Security-Policy"]
             assert source in policy and "frame-ancestors 'none'" in policy and "unsafe-eval" not in policy
+            connection.close()
+    finally:
+        server.close()
+
+
+@pytest.mark.parametrize("seed", sorted(Path("tests/fuzz/corpus/page").iterdir()), ids=lambda file: file.name)
+def test_whatever_a_stranger_sends_the_next_one_gets_the_page(seed: Path) -> None:
+    port = free_port()
+    server = PageServer("127.0.0.1", port, Access())
+    server.show(*page("policy"))
+    try:
+        with socket.create_connection(("127.0.0.1", port), 10.0) as stranger:
+            stranger.sendall(seed.read_bytes())
+            connection = HTTPConnection("127.0.0.1", port, timeout=10.0)
+            connection.request("GET", "/")
+            assert connection.getresponse().status == 200
             connection.close()
     finally:
         server.close()
