@@ -54,6 +54,8 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     frames_sha256: str
     diagnosis: str | None
     """First event of the fall, in a sentence; None for a robot that did not fall, or of an unknown body."""
+    fall_cause: str
+    """Why its walker took the robot for falling, the last time; empty: never."""
 
 
 class _Sum:
@@ -67,6 +69,7 @@ class _Sum:
         self._watch = FallWatch()
         self.tilt = self.fused = 0.0
         self.steps = self._step = 0
+        self.fall_cause = ""
 
     def take(self, topic: str, message: Any) -> None:
         """Take in the next message, which came on a topic of `bridge.recording.canonical.RECORDED`."""
@@ -87,6 +90,7 @@ class _Sum:
                 return  # of the robot before it restarted
             self.steps += message.step - self._step if message.step > self._step else 0
             self._step = message.step
+            self.fall_cause = message.fall_cause or self.fall_cause
             self._watch.telemetry(message)
         elif isinstance(message, Notice):
             self.notices[message.code] += 1
@@ -123,6 +127,7 @@ def inspect(path: Path) -> Contents:
         torso_max=found.tilt if found.truth else found.fused,
         frames_sha256=found.hash.hexdigest(),
         diagnosis=_diagnosis(path) if found.fell or (not found.truth and found.fused > FALLEN_TILT) else None,
+        fall_cause=found.fall_cause,
     )
 
 

@@ -159,6 +159,8 @@ def _rows(c: Any) -> list[tuple[str, str]]:
         rows += [("distance", f"{c.distance:.3f} m"), ("fell", "yes" if c.fell else "no")]
     if c.diagnosis is not None:
         rows.append(("what went wrong", c.diagnosis))
+    if c.fall_cause:
+        rows.append(("the walker's reason", c.fall_cause))
     return [*rows, ("sha256 of the frames", c.frames_sha256)]
 
 

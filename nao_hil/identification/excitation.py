@@ -249,7 +249,7 @@ def excite_emulated(
             if command is None or command.position != wanted.position:
                 clipped += 1
             for notice in guard.take_notices():
-                recorder.notice(notice)
+                recorder.message(notice)
             if command is not None:
                 recorder.command(command)
             robot.advance(command)

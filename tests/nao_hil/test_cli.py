@@ -220,7 +220,7 @@ def test_info_names_no_gait_of_a_controller_that_is_none_of_ours(
         ):
             recorder.sensors(robot.frame, robot.truth())
             if ours:
-                recorder.telemetry(telemetry)
+                recorder.message(telemetry)
         assert ("static" in shown(capsys, "info", str(tmp_path / name))) is ours
 
 

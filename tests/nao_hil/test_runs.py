@@ -207,7 +207,7 @@ def test_what_was_said_before_a_reset_is_not_counted_after_it(tmp_path: Path) ->
         gait = make_gait("dynamic", gait_parameters("dynamic"), BODY)
         old = replace(Controller(BODY, gait, ORDER, BODY.cycle).telemetry, seq=700, step=9)
         recorder.sensors(robot.frame, robot.truth())
-        recorder.telemetry(old)  # on its way when the robot began anew
+        recorder.message(old)  # on its way when the robot began anew
         walk(robot, recorder, RunStatistics(5, "pybullet"), 2000)
     assert inspect(tmp_path / "frames.mcap").steps == 2
 

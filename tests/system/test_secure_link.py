@@ -15,7 +15,7 @@ from bridge.errors import ConfigurationError, LinkError, RobotSilent
 from bridge.link import ControllerLink, RobotLink, keys
 from bridge.link.certificates import ROLES, with_keys
 from bridge.link.session import open_client, subscribe, try_client
-from bridge.messages import ActuatorFrame, LeaseRequest, Notice, encode
+from bridge.messages import ActuatorFrame, LeaseRequest, Notice, TruthFrame, encode
 from nao_hil.certificates import Keys
 from tests.frames import info_of_robot, standing_frame
 from tests.loops import TIMEOUT, until
@@ -107,7 +107,7 @@ def test_a_controller_sees_no_truth_and_does_not_touch_the_world(
     ]
     until(lambda: robot.publish(SENSORS) or heard, "a sensor frame")
     heard.clear()
-    robot._truth.put(b"truth")
+    robot._publishers[TruthFrame].put(b"truth")
     until(lambda: robot.publish(SENSORS) or heard, "a sensor frame behind the truth")
     assert b"truth" not in heard
     assert ask(controller, "world/command", timeout=0.5) is None

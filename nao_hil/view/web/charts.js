@@ -99,12 +99,13 @@ class Charts {
   draw(now, colours) {
     if (!$("charts").offsetParent) return;
     this.window(now);
+    const { software } = this.player.scene;
     for (const chart of this.list) {
-      const words = this.paint(fit(chart.canvas, chart.height), chart, chart.canvas.clientWidth, chart.height, colours);
+      const words = this.paint(fit(chart.canvas, chart.height, software), chart, chart.canvas.clientWidth, chart.height, colours);
       words.forEach((word, i) => (chart.words[i].textContent = word));
     }
     const height = PHASE * this.player.runs.length + SECONDS;
-    this.phaseWord.textContent = this.paintPhases(fit(this.phaseCanvas, height), this.phaseCanvas.clientWidth, colours) ?? "";
+    this.phaseWord.textContent = this.paintPhases(fit(this.phaseCanvas, height, software), this.phaseCanvas.clientWidth, colours) ?? "";
   }
 
   // One chart at the origin of a canvas; returns its values at the moment that is read.
@@ -226,12 +227,13 @@ function isFirst(event, fall) {
   return Boolean(fall) && event.time === fall.first && event.kind !== "world";
 }
 
-// The context of a canvas as sharp as the screen, `height` pixels high.
-function fit(canvas, height) {
+// The context of a canvas as sharp as the screen, `height` pixels high. Without a graphics card `software` keeps the
+// canvas out of WebGL's emulation, in which a chart takes as long as the robot.
+function fit(canvas, height, software) {
   const scale = devicePixelRatio, [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(height * scale)];
   canvas.style.height = `${height}px`;
   if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
-  const c = canvas.getContext("2d");
+  const c = canvas.getContext("2d", { willReadFrequently: software });
   c.setTransform(scale, 0, 0, scale, 0, 0);
   c.clearRect(0, 0, canvas.clientWidth, height);
   return c;

@@ -97,7 +97,10 @@ void main() {
 }`;
 const SUN = unit([0.38, -0.42, 0.82]);
 const CREASE = 0.6; // cosine of the angle over which an edge is drawn sharp
-const SHADOW = 256; // pixels of the picture of the shadow
+const CORNER = 10; // numbers of a corner: position, normal, colour, link
+const COARSE = 0.012; // m
+const SHADOW = { software: 128, card: 256 }; // pixels of the picture of the shadow
+const BLUR = 0.0047; // of that picture, between two samples of its blur
 const RIBBON = 0.003, BAR = 0.006; // m: breadth of a line on the ground, half the breadth of a load's bar
 const ARROW = 0.18; // m/(N s)
 
@@ -143,9 +146,9 @@ function frameMatrix(out, at, [x0, y0, z0], [w, x, y, z], [a, b, c] = [1, 1, 1])
   ], 16 * at);
 }
 
-// Triangles with normals: smooth, but sharp over an edge.
+// Corners with normals, smooth but sharp over an edge, and the three indices of each triangle.
 function triangles({ vertices, faces }, pieces) {
-  const out = [];
+  const out = [], indices = [];
   let v0 = 0, f0 = 0;
   for (const piece of pieces) {
     const sums = Array.from({ length: piece.vertices }, () => [0, 0, 0]), flats = [];
@@ -156,16 +159,31 @@ function triangles({ vertices, faces }, pieces) {
       flats.push([three, unit(normal)]);
       for (const i of three) sums[i] = sums[i].map((x, k) => x + normal[k]);
     }
-    const smooth = sums.map(unit), colour = piece.colour.map((x) => x / 255);
+    const smooth = sums.map(unit), colour = piece.colour.map((x) => x / 255), shared = {};
+    const add = (i, normal) => out.push(...corner(i), ...normal, ...colour, piece.link) / CORNER - 1;
     for (const [three, flat] of flats)
       for (const i of three) {
         const along = smooth[i].reduce((sum, x, k) => sum + x * flat[k], 0);
-        out.push(...corner(i), ...(along > CREASE ? smooth[i] : flat), ...colour, piece.link);
+        indices.push(along > CREASE ? (shared[i] ??= add(i, smooth[i])) : add(i, flat));
       }
     v0 += piece.vertices;
     f0 += piece.faces;
   }
-  return new Float32Array(out);
+  return [new Float32Array(out), new Uint32Array(indices)];
+}
+
+// The triangles with corners in one cube of edge `COARSE` joined: the shadow needs no more of them.
+function coarse(numbers, indices) {
+  const first = new Map(), out = [];
+  const joined = (i) => {
+    const at = CORNER * i, cube = [0, 1, 2].map((k) => Math.round(numbers[at + k] / COARSE)).join() + "," + numbers[at + 9];
+    return first.get(cube) ?? (first.set(cube, i), i);
+  };
+  for (let i = 0; i < indices.length; i += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => joined(indices[i + k]));
+    if (a !== b && b !== c && c !== a) out.push(a, b, c);
+  }
+  return new Uint32Array(out);
 }
 
 // A ball of radius 1, or a cube of edge 1, as triangles in the frame 0.
@@ -201,7 +219,7 @@ class Scene {
     const software = /swiftshader|llvmpipe|software/i.test(renderer());
     const gl = (this.gl = canvas.getContext("webgl2", { alpha: false, antialias: !software, stencil: true }));
     if (!gl) throw new Error("this browser draws no 3-D pictures (WebGL 2)");
-    Object.assign(this, { software, sharpest: software ? 1 : 2, sharpness: software ? 1 : 2 });
+    Object.assign(this, { software, sharpest: software ? 1 : 2, sharpness: software ? 1 : 2, shadow: SHADOW[software ? "software" : "card"] });
     this.flat = this.program(FLAT_VERTEX, FLAT_FRAGMENT);
     this.floor = this.program(FLOOR_VERTEX, FLOOR_FRAGMENT);
     this.blur = this.program(BLUR_VERTEX, BLUR_FRAGMENT);
@@ -232,7 +250,7 @@ class Scene {
     return { program, at: (name) => (places[name] ??= gl.getUniformLocation(program, name)) };
   }
 
-  buffer({ program }, fields, numbers) {
+  buffer({ program }, fields, numbers, indices = null) {
     const gl = this.gl, array = gl.createVertexArray(), buffer = gl.createBuffer();
     const width = Object.values(fields).reduce((a, b) => a + b, 0);
     gl.bindVertexArray(array);
@@ -245,13 +263,17 @@ class Scene {
       gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * width, 4 * offset);
       offset += size;
     }
-    return { array, buffer, width, count: numbers.length / width };
+    if (indices) {
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
+    }
+    return { array, buffer, width, count: numbers.length / width, indices: indices?.length ?? 0 };
   }
 
   target() {
     const gl = this.gl, texture = gl.createTexture(), frame = gl.createFramebuffer();
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, SHADOW, SHADOW, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, this.shadow, this.shadow, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
     for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.LINEAR);
     for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -270,7 +292,9 @@ class Scene {
   // Shapes of a robot and of the ground under it.
   load(run) {
     if (run.buffer) return;
-    run.buffer = this.buffer(this.mesh, this.solid, triangles(run.shapes, run.header.pieces));
+    const [numbers, indices] = triangles(run.shapes, run.header.pieces);
+    run.buffer = this.buffer(this.mesh, this.solid, numbers, indices);
+    run.caster = this.buffer(this.mesh, this.solid, numbers, coarse(numbers, indices));
   }
 
   // actors: [{run, moment, shift}], options: {colours, camera, overlays, push}
@@ -285,6 +309,7 @@ class Scene {
     gl.depthMask(true);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.CULL_FACE);
     this.begin(camera, colours);
     for (const actor of actors) {
       this.place(actor);
@@ -292,6 +317,7 @@ class Scene {
     }
     for (const actor of actors) this.lights(actor);
     this.objects();
+    gl.disable(gl.CULL_FACE);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -324,7 +350,7 @@ class Scene {
   shadows(actors) {
     const { gl, targets } = this;
     gl.disable(gl.DEPTH_TEST);
-    gl.viewport(0, 0, SHADOW, SHADOW);
+    gl.viewport(0, 0, this.shadow, this.shadow);
     gl.bindFramebuffer(gl.FRAMEBUFFER, targets[0].frame);
     gl.clearColor(0, 0, 0, 1);
     gl.clear(gl.COLOR_BUFFER_BIT);
@@ -335,13 +361,13 @@ class Scene {
     this.light(this.mesh);
     for (const actor of actors) {
       this.place(actor);
-      for (const pass of [1, 2]) this.solids(actor.run.buffer, [0, 0, 0, 1], pass);
+      for (const pass of [1, 2]) this.solids(actor.run.caster, [0, 0, 0, 1], pass);
     }
     gl.blendEquation(gl.FUNC_ADD);
     gl.disable(gl.BLEND);
     gl.useProgram(this.blur.program);
     gl.bindVertexArray(this.square.array);
-    [[1.2 / SHADOW, 0], [0, 1.2 / SHADOW]].forEach((way, i) => {
+    [[BLUR, 0], [0, BLUR]].forEach((way, i) => {
       gl.bindFramebuffer(gl.FRAMEBUFFER, targets[1 - i].frame);
       gl.bindTexture(gl.TEXTURE_2D, targets[i].texture);
       gl.uniform2fv(this.blur.at("way"), way);
@@ -366,7 +392,8 @@ class Scene {
     gl.uniform1i(this.mesh.at("pass"), pass);
     gl.uniform1f(this.mesh.at("grow"), grow);
     gl.bindVertexArray(shapes.array);
-    gl.drawArrays(gl.TRIANGLES, 0, shapes.count);
+    if (shapes.indices) gl.drawElements(gl.TRIANGLES, shapes.indices, gl.UNSIGNED_INT, 0);
+    else gl.drawArrays(gl.TRIANGLES, 0, shapes.count);
   }
 
   single(shapes, at, attitude, size, tint) {
