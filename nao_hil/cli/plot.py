@@ -59,9 +59,9 @@ def plot(
         from nao_hil.analysis.plots.tables import load
     except ModuleNotFoundError as error:
         raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[analysis]'.") from None
+    from bridge.recording.playback import recorded_body
     from nao_hil.analysis.run_title import run_title
     from nao_hil.runs.folder import RECORDING
-    from nao_hil.runs.replay import recorded_body
 
     console = open_console()
     written: list[Path] = []
