@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Final
 
@@ -22,6 +23,39 @@ MAX_TELEMETRY_AGE: Final = 10
 """Cycles since the frame of the newest telemetry, beyond which its walker is taken to be gone."""
 
 
+class Subscription:
+    """Messages of some topics of a robot, from its appearance on.
+
+    Args:
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+        suffixes: Of the topics.
+        receive: Takes the suffix and the payload of each message, on a thread of the link.
+    """
+
+    def __init__(
+        self, robot: str, connect: str, suffixes: Iterable[str], receive: Callable[[str, bytes], None]
+    ) -> None:
+        self._robot, self._endpoint = robot, connect
+        self._suffixes, self._receive = tuple(suffixes), receive
+        self._session: zenoh.Session | None = None
+
+    def connect(self) -> bool:
+        """Try to connect, unless that is done; False while no robot is there."""
+        if self._session is None and (session := try_client(self._endpoint)) is not None:
+            self._session = session
+            self._subscribers = [
+                subscribe(session, keys.key(self._robot, suffix), partial(self._receive, suffix))
+                for suffix in self._suffixes
+            ]
+        return self._session is not None
+
+    def close(self) -> None:
+        """Leave the network."""
+        if self._session is not None:
+            self._session.close()
+
+
 class Monitor:
     """Open ear on `nao/<robot>`; close it, or use it as a context manager.
 
@@ -31,26 +65,20 @@ class Monitor:
     """
 
     def __init__(self, robot: str, connect: str) -> None:
-        self._robot, self._endpoint = robot, connect
         self._newest: dict[str, bytes] = {}
         self._notices: deque[bytes] = deque(maxlen=_NOTICES)
-        self._session: zenoh.Session | None = None
+        suffixes = (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.GUARD, keys.NOTICES)
+        self._subscription = Subscription(robot, connect, suffixes, self._keep)
 
     def connect(self) -> bool:
-        """Try to connect, unless that was done; False while no robot is there."""
-        if self._session is None:
-            self._session = try_client(self._endpoint)
-            if self._session is not None:
-                self._subscribers = [
-                    subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
-                    for suffix in (keys.SENSORS, keys.TRUTH, keys.TELEMETRY, keys.GUARD)
-                ]
-                notices = keys.key(self._robot, keys.NOTICES)
-                self._subscribers.append(subscribe(self._session, notices, self._notices.append))
-        return self._session is not None
+        """Try to connect, unless that is done; False while no robot is there."""
+        return self._subscription.connect()
 
     def _keep(self, suffix: str, payload: bytes) -> None:
-        self._newest[suffix] = payload
+        if suffix == keys.NOTICES:
+            self._notices.append(payload)
+        else:
+            self._newest[suffix] = payload
 
     def _get(self, suffix: str, kind: type[M]) -> M | None:
         payload = self._newest.get(suffix)
@@ -88,8 +116,7 @@ class Monitor:
 
     def close(self) -> None:
         """Leave the network."""
-        if self._session is not None:
-            self._session.close()
+        self._subscription.close()
 
     def __enter__(self) -> Monitor:
         return self

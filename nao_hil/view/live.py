@@ -5,22 +5,19 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Any, Final, Protocol, TypeVar
-
-import zenoh
 
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import keys
 from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
-from bridge.link.session import subscribe, try_client
 from bridge.messages import ActuatorFrame, Info, Notice, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.guard import GuardStatus
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldReply
 from bridge.recording.canonical import Recordable
+from nao_hil.runs.monitor import Subscription
 
 Published = Recordable | GuardStatus
 KINDS: Final[dict[str, Any]] = {
@@ -49,10 +46,8 @@ class Subscriber:
     """
 
     def __init__(self, robot: str, connect: str) -> None:
-        self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
-        self._session: zenoh.Session | None = None
-        self._subscribers: list[Any] = []
         self._mailbox: Mailbox[tuple[str, bytes]] = Mailbox(MAX_MESSAGES)
+        self._subscription = Subscription(keys.check_name("Robot id", robot), connect, KINDS, self._keep)
 
     def take(self) -> Iterator[Published]:
         """Messages since the last call; tries to connect until that is done.
@@ -60,14 +55,8 @@ class Subscriber:
         Raises:
             ConfigurationError: not an endpoint.
         """
-        if self._session is None:
-            self._session = try_client(self._endpoint)
-            if self._session is None:
-                return
-            self._subscribers = [
-                subscribe(self._session, keys.key(self._robot, suffix), partial(self._keep, suffix))
-                for suffix in KINDS
-            ]
+        if not self._subscription.connect():
+            return
         waiting = self._mailbox.drain()
         for i, (suffix, payload) in enumerate(waiting):
             # Not decoded all at once: a frame takes several times the memory of its message.
@@ -80,8 +69,7 @@ class Subscriber:
 
     def close(self) -> None:
         """Leave the network."""
-        if self._session is not None:
-            self._session.close()
+        self._subscription.close()
 
 
 class _Client(Protocol):
