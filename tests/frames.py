@@ -9,6 +9,7 @@ import msgspec
 from bridge.body.joints import N_JOINTS
 from bridge.body.postures import POSTURES
 from bridge.messages import Contact, Info, SensorFrame, TruthFrame, WalkTelemetry
+from bridge.messages.walk import WalkStatus
 from bridge.messages.world_state import WorldReply
 
 STANDING: Final = SensorFrame(
@@ -35,16 +36,23 @@ def standing_frame(seq: int = 0, **changes: Any) -> SensorFrame:
 
 
 def info_of_robot(**changes: Any) -> Info:
-    """What an emulated V3 in real time says of itself, with some fields changed."""
+    """Description of an emulated V3 in real time, with some fields changed."""
     fields: dict[str, Any] = {"robot": "nao", "body": "nao-v3", "side": "emulator", "mode": "real-time"}
     return Info(**(fields | {"cycle": 0.01, "absent": (), "boot": 1, "software": "test"} | changes))
 
 
 def walk_telemetry(seq: int = 0, **changes: Any) -> WalkTelemetry:
-    """What a walker says of a walk whose feet stand side by side, with some fields changed."""
+    """Telemetry of a walk with the feet side by side, with some fields changed."""
     fields: dict[str, Any] = {"state": "walk", "phase": "DSL", "step": 0, "steps": 0}
     feet = {"left": (0.0, 0.05, 0.0, 0.0, 0.0, 0.0), "right": (0.0, -0.05, 0.0, 0.0, 0.0, 0.0)}
     return WalkTelemetry(seq=seq, **(fields | {"zmp": (0.0, 0.0), "com": (0.0, 0.0)} | feet | changes))
+
+
+def walk_status(**changes: Any) -> WalkStatus:
+    """Answer of a walker of the static gait at rest, with some fields changed."""
+    fields: dict[str, Any] = {"text": "", "seq": 0, "state": "stand", "gait": "static", "torso": "none"}
+    fields |= {"admittance": True, "velocity": (0.0, 0.0, 0.0), "steps": 0, "distance": 0.0}
+    return WalkStatus(**(fields | {"position": (0.0, 0.0, 0.0)} | changes))
 
 
 def truth_frame(seq: int = 0, **changes: Any) -> TruthFrame:

@@ -17,6 +17,7 @@ from mcap.records import Channel, McapRecord, Message, Metadata, Statistics
 from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
+from bridge.body import Body, load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.canonical import RECORDED
 from bridge.recording.mcap_file import METADATA
@@ -81,6 +82,19 @@ def recorded_config(path: str | Path) -> Any:
             except (msgspec.MsgspecError, ValueError, RecursionError) as error:
                 raise ConfigurationError(f"{path}: its configuration is no JSON: {error}.") from None
     return None
+
+
+def recorded_body(path: str | Path, named: str | None = None, default: str | None = None) -> Body:
+    """The body that is named, else the recorded one, else the default.
+
+    Raises:
+        ConfigurationError: as `recorded_config`, none of them is given, or one that is not known.
+    """
+    config = recorded_config(path)
+    name = named or (config.get("robot", default) if isinstance(config, dict) else default)
+    if not isinstance(name, str):
+        raise ConfigurationError(f"{path}: does not say which body was recorded; name it with --robot.")
+    return load_body(name)
 
 
 def recording_end(path: str | Path) -> Ending:

@@ -55,10 +55,11 @@ def score_bounds(total: float, n: int, confidence: float = 0.95) -> tuple[float,
 
 
 class Share(msgspec.Struct, frozen=True, kw_only=True):
-    """Runs that survived, out of some, with Wilson's 95 % interval of the share."""
+    """Runs that succeeded, out of some, with Wilson's 95 % interval of the share."""
 
     n: int
     survived: int
+    """Or met the condition that the share is of."""
     interval: tuple[float, float] = (0.0, 1.0)
     """Computed from the two numbers."""
 
@@ -74,6 +75,11 @@ class Share(msgspec.Struct, frozen=True, kw_only=True):
     def words(self) -> str:
         """As text for the report: `18 of 20 (70 to 97 %)`."""
         return f"{self.survived} of {self.n} ({percent(self.interval)})"
+
+
+def share_of(successes: Sequence[bool]) -> Share:
+    """The share of runs that succeeded."""
+    return Share(n=len(successes), survived=sum(successes))
 
 
 class Sprt(msgspec.Struct, frozen=True, kw_only=True):
@@ -168,43 +174,43 @@ def mcnemar(only_first: int, only_second: int) -> float:
     return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0
 
 
-class Estimate(msgspec.Struct, frozen=True, kw_only=True):
-    """A number over some runs with the bounds of its 95 % interval."""
+class Estimate(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A value and its 95 % interval; in JSON a number that is not finite is null."""
 
-    value: float | None = None
-    """None: there is no run to take it from."""
-    low: float | None = None
-    """None: too few runs for an interval."""
-    high: float | None = None
-    n: int
-    """Runs; of a drive on the bench, 1."""
+    value: float
+    """NaN: no run has it."""
+    interval: tuple[float, float]
+    """Infinite: too few runs for one."""
+    n: int | None = None
+    """Runs; of a drive on the bench, 1; None: not estimated from runs."""
 
-    def words(self) -> str:
-        """As text for the report."""
-        if self.value is None:
+    def within(self, low: float, high: float) -> bool:
+        """Whether the whole interval lies between `low` and `high`."""
+        return self.interval[0] >= low and self.interval[1] <= high
+
+    def words(self, scale: float = 1.0, digits: int | None = None) -> str:
+        """As text for the report: multiplied by `scale`, with `digits` after the point or three in all."""
+        if math.isnan(self.value):
             return "none"
-        if self.low is None or self.high is None:
-            return f"{self.value:.3g}"
-        return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+        form = ".3g" if digits is None else f".{digits}f"
+        value, low, high = (format(scale * number, form) for number in (self.value, *self.interval))
+        return f"{value} ({low} to {high})" if math.isfinite(sum(self.interval)) else value
 
 
 def mean_of(values: Sequence[float]) -> Estimate:
-    """Mean and Student's interval."""
+    """Mean and Student's interval, which two values or more have."""
     n = len(values)
-    if not n:
-        return Estimate(n=0)
-    mean = float(np.mean(values))
-    if n == 1:
-        return Estimate(value=mean, n=1)
+    mean = float(np.mean(values)) if n else math.nan
+    if n < 2:
+        return Estimate(value=mean, interval=(-math.inf, math.inf), n=n)
     half = float(student.ppf(0.975, n - 1) * np.std(values, ddof=1) / math.sqrt(n))
-    return Estimate(value=mean, low=mean - half, high=mean + half, n=n)
+    return Estimate(value=mean, interval=(mean - half, mean + half), n=n)
 
 
 def median_of(values: Sequence[float]) -> Estimate:
     """Median and its interval by order statistics, which six values or more have."""
-    n = len(values)
-    if not n:
-        return Estimate(n=0)
+    if not values:
+        return mean_of(values)
     bounds = quantile_test(values, p=0.5).confidence_interval()
-    low, high = (float(bound) if math.isfinite(bound) else None for bound in bounds)
-    return Estimate(value=float(np.median(values)), low=low, high=high, n=n)
+    low, high = np.nan_to_num(bounds[0], nan=-math.inf), np.nan_to_num(bounds[1], nan=math.inf)
+    return Estimate(value=float(np.median(values)), interval=(float(low), float(high)), n=len(values))

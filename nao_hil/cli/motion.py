@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import msgspec
 import typer
@@ -15,12 +15,16 @@ from nao_hil.cli import options
 from nao_hil.cli.console import Answer, chosen_engine, open_console
 from nao_hil.runs.config import run_config
 
+if TYPE_CHECKING:
+    from bridge.motion import GetUp, Motion, MotionPlayer
+    from emulator.robot import EmulatedRobot
+
 _LONGEST: Final = 120.0
-"""s of the clock after which nobody waits any longer for a motion on the link."""
-_LOOK: Final = 0.05
-"""s between two looks."""
+"""s of the clock, longest wait for a motion on the link."""
+_POLL_INTERVAL: Final = 0.05
+"""s between two queries of the state."""
 _BEGINS: Final = 300
-"""Cycles after which a motion that was not seen has been: the robot stood already."""
+"""Cycles after which a motion that was not seen is over: the robot stood already."""
 
 
 def motion(
@@ -45,7 +49,7 @@ def motion(
     ] = None,
     name_on_link: options.Name = DEFAULT_ROBOT,
 ) -> Answer:
-    """Play a key-frame motion on an emulated robot in this process, and tell whether it stands.
+    """Play a key-frame motion on an emulated robot in this process; exit code 1: it does not stand then.
 
     Without --start the robot lies as the motion begins; another way is refused. `get-up` plays the motion for
     how the robot lies, again until it stands. With --connect the walker that serves a robot plays it, after
@@ -63,42 +67,63 @@ def motion(
                     f"{option} is for a robot in this process; the one at {connect} has its own."
                 )
         return _on_link(name, name_on_link, connect)
+    return _emulated(name, tries, robot, wear, engine, start, seed)
+
+
+def _emulated(
+    name: str,
+    tries: int | None,
+    robot: str | None,
+    wear: str | None,
+    engine: str | None,
+    start: str | None,
+    seed: int | None,
+) -> Answer:
+    """Play a motion on a robot in this process; arguments as of `motion`."""
     # imported late: help and completion need neither physics nor SciPy
-    from bridge.motion import GET_UP, GetUp, MotionPlayer, get_up_motions, load_motion, lying
-    from bridge.motion.get_up import TRIES
+    from bridge.motion import GET_UP, load_motion
     from nao_hil.runs.build import build_robot
     from nao_hil.runs.motion import BEGINS, play
 
-    chooses = name == GET_UP
-    if tries is not None and not chooses:
+    if tries is not None and name != GET_UP:
         raise ConfigurationError(f"--tries is for {GET_UP}; the motion {name} is played once.")
-    wanted = None if chooses else load_motion(name, (GET_UP,))
-    lies = start or ("lie-back" if wanted is None else BEGINS[wanted.begins[0]])
+    chosen = None if name == GET_UP else load_motion(name, (GET_UP,))
+    lies = start or ("lie-back" if chosen is None else BEGINS[chosen.begins[0]])
     console = open_console()
     settings = chosen_engine(
         run_config(None, robot=robot, wear=wear, engine=engine, start=lies, seed=seed), console
     )
-    with build_robot(settings) as body:
-        if wanted is None:
-            motions = get_up_motions(body.body)
-            if "back" not in motions:  # where the other ones lead to, or begin
-                raise ConfigurationError(f"{body.body.name} has no motion to get up from its back.")
-            player: GetUp | MotionPlayer = GetUp(motions, body.body, tries or TRIES)
-        else:
-            below = lying(body.frame.angle)
-            if below not in wanted.begins:
-                begins = " or ".join(wanted.begins)
-                raise ConfigurationError(
-                    f"the motion {name} begins with the torso: {begins}; with --start {lies} it is: {below}."
-                )
-            player = MotionPlayer(wanted, body.body)
-            if wanted.bodies and body.body.base not in wanted.bodies:
-                console.print(f"{name} works on {', '.join(wanted.bodies)}; it failed on {body.body.name}")
-        result = play(body, name, player)
+    with build_robot(settings) as emulated:
+        player = _get_up(emulated, tries) if chosen is None else _player(emulated, name, chosen, lies)
+        if chosen is not None and chosen.bodies and emulated.body.base not in chosen.bodies:
+            console.print(f"{name} works on {', '.join(chosen.bodies)}; it failed on {emulated.body.name}")
+        result = play(emulated, name, player)
     word = "stands" if result.stands else f"does not stand (torso: {result.ended})"
-    said = f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}"
+    text = f"{name}: {result.time:.1f} s, begun with the torso: {result.began}; the robot {word}"
     data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}
-    return Answer(data, lambda: console.print(said), code=0 if result.stands else 1)
+    return Answer(data, lambda: console.print(text), code=0 if result.stands else 1)
+
+
+def _get_up(robot: EmulatedRobot, tries: int | None) -> GetUp:
+    from bridge.motion import GetUp, get_up_motions
+    from bridge.motion.get_up import TRIES
+
+    motions = get_up_motions(robot.body)
+    if "back" not in motions:  # where the other ones lead to, or begin
+        raise ConfigurationError(f"{robot.body.name} has no motion to get up from its back.")
+    return GetUp(motions, robot.body, tries or TRIES)
+
+
+def _player(robot: EmulatedRobot, name: str, motion: Motion, start: str) -> MotionPlayer:
+    from bridge.motion import MotionPlayer, lying
+
+    side = lying(robot.frame.angle)
+    if side not in motion.begins:
+        begins = " or ".join(motion.begins)
+        raise ConfigurationError(
+            f"the motion {name} begins with the torso: {begins}; with --start {start} it is: {side}."
+        )
+    return MotionPlayer(motion, robot.body)
 
 
 def _on_link(motion: str, robot: str, connect: str) -> Answer:
@@ -112,8 +137,8 @@ def _on_link(motion: str, robot: str, connect: str) -> Answer:
             state, seen = status.state, seen or status.state == "motion"
             if state in ("stand", "rest", "fallen") and (seen or status.seq > first.seq + _BEGINS):
                 break
-            time.sleep(_LOOK)
-    said = f"{motion}: the robot is in state `{state}`"
+            time.sleep(_POLL_INTERVAL)
+    text = f"{motion}: the robot is in state `{state}`"
     code = 0 if state in ("stand", "rest") else 1
     data = {"motion": motion, "state": state, "stands": state == "stand"}
-    return Answer(data, lambda: open_console().print(said), code)
+    return Answer(data, lambda: open_console().print(text), code)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -45,12 +44,15 @@ def assignments(values: list[str]) -> dict[str, Any]:
     return table
 
 
-def _among(*names: str, of: str = "") -> Callable[[str], list[str]]:
-    """Completes one of some names.
+def _choice(flag: str, help_: str, *names: str, metavar: str = "", of: str = "") -> Any:
+    """Option that takes one of some names, and completes it.
 
     Args:
+        flag: Of the option.
+        help_: Of the option.
         names: To choose from.
-        of: `module:NAMES` that has them; imported when somebody presses the tab key, not before.
+        metavar: Of the option; empty: the names.
+        of: `module:NAMES` that has the names, imported at the first press of the tab key.
     """
 
     def complete(incomplete: str) -> list[str]:
@@ -58,60 +60,55 @@ def _among(*names: str, of: str = "") -> Callable[[str], list[str]]:
         known = getattr(import_module(module), attribute) if of else names
         return [name for name in known if name.startswith(incomplete)]
 
-    return complete
+    return typer.Option(flag, help=help_, metavar=metavar or "|".join(names), autocompletion=complete)
 
 
 Body = Annotated[
     str | None,
-    typer.Option(
+    _choice(
         "--robot",
-        help="Body: a name of `nao-hil robots`, or a data sheet's path.",
+        "Body: a name of `nao-hil robots`, or a data sheet's path.",
         metavar="BODY",
-        autocompletion=_among(of="bridge.body:BODIES"),
+        of="bridge.body:BODIES",
     ),
 ]
 
 
 Wear = Annotated[
     str | None,
-    typer.Option(
+    _choice(
         "--wear",
-        help="Drives and sensors: ideal, nominal, worn, ensemble:K, or a profile's path.",
+        "Drives and sensors: ideal, nominal, worn, ensemble:K, or a profile's path.",
         metavar="WEAR",
-        autocompletion=_among(of="emulator.wear:WEAR"),
+        of="emulator.wear:WEAR",
     ),
 ]
 
 
 Engine = Annotated[
     str | None,
-    typer.Option(
-        "--engine",
-        help="Physics; default: PyBullet where it is installed, else MuJoCo.",
-        metavar="pybullet|mujoco",
-        autocompletion=_among("pybullet", "mujoco"),
-    ),
+    _choice("--engine", "Physics; default: PyBullet where it is installed, else MuJoCo.", "pybullet", "mujoco"),
 ]
 
 
 Scenario = Annotated[
     str | None,
-    typer.Option(
+    _choice(
         "--scenario",
-        help="World: a name of `nao-hil scenarios`, or a path.",
+        "World: a name of `nao-hil scenarios`, or a path.",
         metavar="NAME|FILE",
-        autocompletion=_among(of="emulator.scenarios:SCENARIOS"),
+        of="emulator.scenarios:SCENARIOS",
     ),
 ]
 
 
 Start = Annotated[
     str | None,
-    typer.Option(
+    _choice(
         "--start",
-        help="Pose to begin in: stand, sit, crouch, lie-back, lie-front, lie-side, hang.",
+        "Pose to begin in: stand, sit, crouch, lie-back, lie-front, lie-side, hang.",
         metavar="POSE",
-        autocompletion=_among(of="emulator.scenarios:START_NAMES"),
+        of="emulator.scenarios:START_NAMES",
     ),
 ]
 
@@ -123,35 +120,24 @@ Recover = Annotated[
 
 
 Gait = Annotated[
-    str | None,
-    typer.Option(
-        "--gait",
-        help="Gait: a name of `nao-hil gaits`.",
-        metavar="GAIT",
-        autocompletion=_among(of="walker.gaits:GAITS"),
-    ),
+    str | None, _choice("--gait", "Gait: a name of `nao-hil gaits`.", metavar="GAIT", of="walker.gaits:GAITS")
 ]
 
 
 Stabilizer = Annotated[
     str | None,
-    typer.Option(
+    _choice(
         "--stabilizer",
-        help="Mechanisms that are on: the gait's own, the thesis' alone (admittances, torso control), or none.",
-        metavar="own|thesis|none",
-        autocompletion=_among("own", "thesis", "none"),
+        "Mechanisms that are on: the gait's own, the thesis' alone (admittances, torso control), or none.",
+        "own",
+        "thesis",
+        "none",
     ),
 ]
 
 
 Torso = Annotated[
-    str | None,
-    typer.Option(
-        "--torso",
-        help="Torso control; default: the gait's own choice.",
-        metavar="none|thesis|robust",
-        autocompletion=_among("none", "thesis", "robust"),
-    ),
+    str | None, _choice("--torso", "Torso control; default: the gait's own choice.", "none", "thesis", "robust")
 ]
 
 
@@ -201,12 +187,13 @@ Target = Annotated[
 
 Mode = Annotated[
     str | None,
-    typer.Option(
+    _choice(
         "--mode",
-        help="`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer; "
+        "`real-time`: the wall clock sets the pace; `lockstep`: the robot waits for each answer; "
         "`in-process` (`up` alone): one process, no link.",
-        metavar="real-time|lockstep|in-process",
-        autocompletion=_among("real-time", "lockstep", "in-process"),
+        "real-time",
+        "lockstep",
+        "in-process",
     ),
 ]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -14,6 +14,10 @@ from bridge.validation import unknown_name
 from nao_hil.analysis.plots import PLOTS
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, open_console
+from nao_hil.runs.folder import RECORDING
+
+if TYPE_CHECKING:
+    from nao_hil.analysis.plots.tables import Tables
 
 NAMED: Final = 3
 """Runs that the name of a picture holds."""
@@ -41,11 +45,11 @@ def plot(
         typer.Option("--out", help="Folder for the files; default: the recording's.", metavar="DIR"),
     ] = None,
 ) -> Answer:
-    """Draw plots of a recording, one file each, FILE-NAME.png; of several, later ones dashed over the first.
+    """Draw plots of recordings, one file each, FILE-NAME.png; later recordings are dashed over the first.
 
     Those of several are named after their runs, RUN-and-RUN-NAME.png.
 
-    Three of them, or what --what names. Bands mark single supports (blue on the left foot, red on the right),
+    Three of them, or those of --what. Bands mark single supports (blue on the left foot, red on the right),
     dotted lines what happened in the world, a red line the fall; the axes show the range before the fall.
 
     Example: nao-hil plot runs/20260101T120000Z/frames.mcap --what torso,zmp,fsr
@@ -56,35 +60,40 @@ def plot(
     options.check_stretch(begin, end)
     try:
         from nao_hil.analysis.plots.draw import draw, missing
-        from nao_hil.analysis.plots.tables import load
     except ModuleNotFoundError as error:
         raise ConfigurationError(f"Plots need {error.name}: pip install 'nao-hil[analysis]'.") from None
-    from nao_hil.analysis.run_title import run_title
-    from nao_hil.runs.folder import RECORDING
-    from nao_hil.runs.replay import recorded_body
 
     console = open_console()
     written: list[Path] = []
     with console.status(f"reading {files[0]}") as status:
-        runs, labels = [], []
-        for file in files:
-            tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
-            if not tables.sensors:
-                raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
-            label = file.resolve().parent.name if file.name == RECORDING else file.stem
-            labels.append(label)
-            runs.append((tables, ", ".join(word for word in (run_title(file), label) if word)))
+        runs = [_labelled(file, robot, begin, end) for file in files]
         folder = out if out is not None else files[0].parent
         _make(folder)
         for name in names:
             if what == "all" and any(missing(tables, name) for tables, _ in runs):
                 continue
             status.update(f"drawing {name}")
-            written.append(folder / f"{_stem(files, labels)}-{name}.{form}")
+            written.append(folder / f"{_stem(files)}-{name}.{form}")
             draw(runs, name, written[-1])
     for path in written:
         console.print(f"written to {path}", soft_wrap=True)
     return Answer({"files": [str(path) for path in written]})
+
+
+def _labelled(file: Path, robot: str | None, begin: float, end: float | None) -> tuple[Tables, str]:
+    """Tables of a recording, and its title in the plots.
+
+    Raises:
+        ConfigurationError: it has no sensor frame in that time.
+    """
+    from bridge.recording.playback import recorded_body
+    from nao_hil.analysis.plots.tables import load
+    from nao_hil.analysis.run_title import run_title
+
+    tables = load(file, recorded_body(file, robot), begin, math.inf if end is None else end)
+    if not tables.sensors:
+        raise ConfigurationError(f"{file}: holds no sensor frame {options.stretch(begin, end)}.")
+    return tables, ", ".join(word for word in (run_title(file), _label(file)) if word)
 
 
 def chosen(what: str) -> list[str]:
@@ -105,17 +114,22 @@ def chosen(what: str) -> list[str]:
 
 
 def complete(incomplete: str) -> list[str]:
-    """Names that go on with what was typed after the last comma."""
+    """Names that complete the part after the last comma."""
     before, comma, last = incomplete.rpartition(",")
     return [f"{before}{comma}{name}" for name in [*PLOTS, "all"] if name.startswith(last)]
 
 
-def _stem(files: Sequence[Path], labels: Sequence[str]) -> str:
+def _label(file: Path) -> str:
+    """Name of a run: of its folder, or of a recording with a name of its own."""
+    return file.resolve().parent.name if file.name == RECORDING else file.stem
+
+
+def _stem(files: Sequence[Path]) -> str:
     """Name of a picture without the plot's: of the file, or of the first `NAMED` runs."""
     if len(files) == 1:
         return files[0].stem
-    more = len(labels) - NAMED
-    return "-and-".join([*labels[:NAMED], *([f"{more}-more"] if more > 0 else [])])
+    more = len(files) - NAMED
+    return "-and-".join([*map(_label, files[:NAMED]), *([f"{more}-more"] if more > 0 else [])])
 
 
 def _make(folder: Path) -> None:

@@ -80,7 +80,7 @@ def rosbag(
         from bridge.adapters.ros.wire import check_distro
     except ImportError as error:
         raise ConfigurationError(f"{error}; pip install 'nao-hil[ros]'.") from None
-    from nao_hil.runs.replay import recorded_body
+    from bridge.recording.playback import recorded_body
 
     body = recorded_body(recording)
     counts = write_bag(recording, out, body, describe(body), check_distro(distro))

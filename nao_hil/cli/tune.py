@@ -1,4 +1,4 @@
-"""`nao-hil tune`: parameters of a gait and its controllers, looked for by a study."""
+"""`nao-hil tune`: a study that optimises parameters of a gait and its controllers."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from optuna import Study
     from rich.console import Console
 
+    from nao_hil.campaigns.objective import Ensemble
     from nao_hil.campaigns.study import Range
     from nao_hil.runs.walk import Walk, WalkEnd
 
@@ -52,21 +53,18 @@ def tune(
     cluster: options.Cluster = "local",
     out: options.Out = None,
 ) -> Answer | int:
-    """Look for the parameters that an ensemble of robots, worlds and seeds walks best with.
+    """Optimise parameters of a walk over an ensemble of robots, worlds and seeds.
 
-    The same command with the same --out or --study goes on where it was; several share one study. Ends with
-    tuned.toml, importance.png, and before and after on seeds the study never saw.
+    The same command with the same --out or --study continues it; several share one study. Ends with
+    tuned.toml, importance.png, and before and after on seeds outside of the study.
 
     Example: nao-hil tune controller.damping.roll=0:0.15 controller.damping.pitch=0:0.15 --gait dynamic
     """
     try:
-        from nao_hil.campaigns import study as studies
+        from nao_hil.campaigns.objective import Ensemble
+        from nao_hil.campaigns.tuned import read_space
     except ModuleNotFoundError as error:
         raise ConfigurationError(f"`tune` needs {error.name}; install nao-hil[campaign].") from None
-    from nao_hil.campaigns import tuned
-    from nao_hil.campaigns.objective import Ensemble
-    from nao_hil.campaigns.tuned import read_space
-
     dimensions: dict[str, Range] = read_space(ranges or [], space)
     console = open_console()
     base = chosen_engine(run_config(config, gait=gait, engine=engine), console)
@@ -84,8 +82,25 @@ def tune(
         each.walks({name: r.low for name, r in dimensions.items()})  # a wrong name is an error before all else
     directory = RunDirectory(out)
     directory.write_config(base)
-    storage = study or f"sqlite:///{(directory.path / 'study.db').absolute()}"
-    kept = studies.open_study(storage, dimensions, ensemble)
+    url = study or f"sqlite:///{(directory.path / 'study.db').absolute()}"
+    return _improve(directory, url, dimensions, ensemble, others, trials, cluster, console)
+
+
+def _improve(
+    directory: RunDirectory,
+    url: str,
+    dimensions: dict[str, Range],
+    ensemble: Ensemble,
+    others: Ensemble,
+    trials: int,
+    cluster: str,
+    console: Console,
+) -> Answer | int:
+    """Open the study at a URL, improve it on one ensemble, and compare its best parameters on the other."""
+    from nao_hil.campaigns import study as studies
+    from nao_hil.campaigns import tuned
+
+    kept = studies.open_study(url, dimensions, ensemble)
     if (before := studies.shipped(dimensions, ensemble)) is not None:
         studies.enqueue(kept, before)
     with running_campaign("tune", directory, cluster) as (campaign, _):
@@ -111,7 +126,7 @@ def tune(
 
 
 def _summary(kept: Study, walks_of_a_trial: int) -> dict[str, Any]:
-    """What the study found; `walks_of_a_trial` is the number of those that are not pruned."""
+    """Results of the study; `walks_of_a_trial` is the number in a trial that is not pruned."""
     from nao_hil.campaigns import study as studies
     from nao_hil.campaigns import tuned
 
@@ -128,7 +143,7 @@ def _summary(kept: Study, walks_of_a_trial: int) -> dict[str, Any]:
 
 
 def _show(console: Console, data: dict[str, Any], parameters: Path) -> None:
-    """The comparison on seeds the study never saw, what pruning saved, and where the parameters are."""
+    """Print the comparison on seeds outside of the study, the walks saved by pruning, and the file."""
     for which in ("shipped", "before", "after"):
         robots = data["unseen"][which]
         console.print(

@@ -19,7 +19,7 @@ from bridge.realtime import CONTROLLER_PRIORITY
 from nao_hil.cli import options
 from nao_hil.cli.console import Answer, log_to_stderr
 from nao_hil.cli.signals import loading, on_signals
-from nao_hil.runs.config import run_config
+from nao_hil.runs.config import RunConfig, run_config
 
 if TYPE_CHECKING:
     from walker.process import WalkResult
@@ -51,14 +51,14 @@ def walk(
     realtime_priority: options.RealtimePriority = True,
     config: options.Config = None,
 ) -> Answer:
-    """Walk the robot at the other end of the link, emulated or real; waits for it if it is not there yet.
+    """Walk the robot at the other end of the link, emulated or real, as soon as it appears.
 
     Example: nao-hil walk --gait static --steps 20 --connect tcp/192.168.1.7:7447
 
-    With --serve it stands and waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
+    With --serve it waits for `nao-hil drive`, the live page, or your own program (docs/protocol.md).
     Ctrl-C in a walk closes the feet first; a second one leaves the robot at once.
     """
-    # imported late: the walk stands on SciPy, which help and completion need not wait for
+    # imported late: the walk needs SciPy, which help and completion need not wait for
     with loading():
         from nao_hil.runs.build import clipped_velocity, controller_maker
         from walker.process import WalkerProcess
@@ -82,20 +82,22 @@ def walk(
         logging.getLogger(__name__).warning("%s", clipped)
     body = settings.robot if robot is not None or config is not None else None
     priority = CONTROLLER_PRIORITY if realtime_priority else None
-    # made first, so that a wrong parameter is told before anyone waits
-    service = None
-    if serve:
-        service = WalkService(
-            settings.gait, settings.parameters, settings.controller, recover=settings.recover, standby=standby
-        )
+    # made first: a wrong parameter is an error before the link is opened
+    orders = settings.gait, settings.parameters, settings.controller
+    service = WalkService(*orders, recover=settings.recover, standby=standby) if serve else None
     make = service.make if service is not None else controller_maker(settings)
     with ControllerLink(name, connect, controller) as link:
         if service is not None:
             link.serve(WALK_COMMAND, service.answer)
             sys.setswitchinterval(SWITCH_INTERVAL)
         result = WalkerProcess(link, make, body, _end_on_signals(link), priority, service).run()
-    walked = settings if body else msgspec.structs.replace(settings, robot=result.body)
-    data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(walked)}
+    settings = settings if body else msgspec.structs.replace(settings, robot=result.body)
+    return _answer(result, settings, serve)
+
+
+def _answer(result: WalkResult, settings: RunConfig, serve: bool) -> Answer:
+    """Result, configuration and exit code of a walk."""
+    data = msgspec.to_builtins(result) | {"config": msgspec.to_builtins(settings)}
     late = LinkError("The link is worse than a walk bears; the robot stands. See docs/network.md.")
     worse = late if result.late and not serve and not result.fell else None
     code = 1 if result.fell else 0 if result.done or serve else 130
@@ -103,7 +105,7 @@ def walk(
 
 
 def _end_on_signals(link: ControllerLink) -> Callable[[], bool]:
-    """Whether a signal has asked for the end; the link waits no longer then."""
+    """Whether a signal has asked for the end, which also wakes the link."""
     stop = threading.Event()
 
     def end() -> None:

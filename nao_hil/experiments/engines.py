@@ -14,7 +14,7 @@ from bridge.types import Array
 from emulator.engine.catalogue import ENGINES, require_engine
 from emulator.wear import load_wear
 from nao_hil.analysis.report.render import Claim, Outcome, ReportTable
-from nao_hil.analysis.statistics import Estimate, Share, few_words, mean_of, median_of
+from nao_hil.analysis.statistics import Estimate, Share, few_words, mean_of, median_of, share_of
 from nao_hil.experiments import obstacle, torso_control
 from nao_hil.experiments.context import Context, Plates
 from nao_hil.experiments.get_up import WITHIN, dropped_courses
@@ -73,8 +73,7 @@ def paired_row(
     ratio = mean_of([mujoco[seed] / pybullet[seed] for seed in both])
     agree = None
     if within is not None:
-        low, high = ratio.low, ratio.high
-        agree = low is not None and high is not None and 1.0 - within <= low and high <= 1.0 + within
+        agree = ratio.within(1.0 - within, 1.0 + within)
     return Row(
         figure=figure,
         pybullet=mean_of([pybullet[seed] for seed in both]),
@@ -87,7 +86,7 @@ def paired_row(
 
 def count_row(figure: str, pybullet: Sequence[bool], mujoco: Sequence[bool]) -> Row:
     """Successful runs on each engine; the intervals of both shares are to overlap."""
-    one, other = (Share(n=len(found), survived=sum(found)) for found in (pybullet, mujoco))
+    one, other = share_of(pybullet), share_of(mujoco)
     return Row(
         figure=figure,
         pybullet=one,
@@ -227,7 +226,7 @@ def drive_rows(context: Context) -> list[Row]:
     for quantity, words in DRIVES.items():
         pairs = {pair[0].joint: [float(getattr(row, quantity)) for row in pair] for pair in joints}
         worst = max(pairs, key=lambda joint: abs(pairs[joint][1] - pairs[joint][0]) / (pairs[joint][0] or 1.0))
-        pybullet, mujoco = (Estimate(value=value, n=1) for value in pairs[worst])
+        pybullet, mujoco = (mean_of([value]) for value in pairs[worst])
         rows.append(
             Row(figure=f"leg drives: {words}, of {worst}, which differs most", pybullet=pybullet, mujoco=mujoco)
         )

@@ -11,11 +11,11 @@ import msgspec
 import numpy as np
 
 from nao_hil.analysis.report.render import Outcome, ReportTable
-from nao_hil.analysis.statistics import Paired, few_words
+from nao_hil.analysis.statistics import Estimate, Paired, few_words
 from nao_hil.experiments.conditions import Condition, condition, pairs
 from nao_hil.experiments.context import Context
 from nao_hil.experiments.terrain import TerrainSetup, ground_walks
-from nao_hil.experiments.velocity import MeanInterval, Straight, cell, straight
+from nao_hil.experiments.velocity import Straight, cell, straight
 from nao_hil.runs.build import check_run
 from nao_hil.runs.campaign import Interrupted
 from nao_hil.runs.events import StridePush
@@ -147,9 +147,7 @@ def _words() -> str:
     )
 
 
-def _table(
-    cells: Sequence[FeedbackCell], speed: dict[str, MeanInterval], line: dict[str, Straight]
-) -> ReportTable:
+def _table(cells: Sequence[FeedbackCell], speed: dict[str, Estimate], line: dict[str, Straight]) -> ReportTable:
     """Walks of each condition that stood, and in brackets those that stood with it only and without it only.
 
     Args:
@@ -163,8 +161,8 @@ def _table(
         (
             name,
             *(_stood(by_name[task, name]) for task in tasks),
-            speed[name].words(),
-            line[name].heading_deg.words(1.0, 1),
+            speed[name].words(digits=2),
+            line[name].heading_deg.words(digits=1),
         )
         for name in speed
     )

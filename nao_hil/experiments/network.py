@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import msgspec
 
 from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
-from nao_hil.analysis.statistics import wilson
+from nao_hil.analysis.statistics import Share
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.files import save_figure
@@ -46,10 +46,8 @@ class NetworkCell(msgspec.Struct, frozen=True, kw_only=True):
     delay: float
     jitter: float
     loss: float
-    n: int
-    success: int
-    interval: tuple[float, float]
-    """Of the success ratio, 95 %."""
+    completed: Share
+    """Walks that made all their steps."""
     stopped: int
     """Walks that the walker ended because the link was worse than it bears."""
     fell: int
@@ -61,15 +59,12 @@ class NetworkCell(msgspec.Struct, frozen=True, kw_only=True):
 
 def cell_of(gait: str, conditions: NetworkConditions, walks: list[NetworkWalk]) -> NetworkCell:
     """The walks of one gait and one set of network conditions, summed up."""
-    success = sum(walk.success for walk in walks)
     return NetworkCell(
         gait=gait,
         delay=conditions.delay,
         jitter=conditions.jitter,
         loss=conditions.loss,
-        n=len(walks),
-        success=success,
-        interval=wilson(success, len(walks)),
+        completed=Share(n=len(walks), survived=sum(walk.success for walk in walks)),
         stopped=sum(walk.stopped for walk in walks),
         fell=sum(walk.fell for walk in walks),
         missed=sum(walk.missed / max(1, walk.cycles) for walk in walks) / len(walks),
@@ -89,8 +84,8 @@ def draw(cells: Sequence[NetworkCell], file: Path) -> Path:
         for c in cells:
             if (c.gait, c.loss) == (gait, loss):
                 y, x = jitters.index(c.jitter), delays.index(c.delay)
-                grid[y][x] = c.success / c.n
-                text = f"{c.success}/{c.n}\n{c.stopped} stopped\n{c.fell} fell"
+                grid[y][x] = c.completed.survival_ratio
+                text = f"{c.completed.survived}/{c.completed.n}\n{c.stopped} stopped\n{c.fell} fell"
                 panel.text(x, y, text, ha="center", va="center", size=7)
         panel.imshow(grid, origin="lower", vmin=0.0, vmax=1.0, cmap="RdYlGn", aspect="auto", alpha=0.8)
         panel.set_xticks(range(len(delays)), [f"{1e3 * d:g}" for d in delays])
@@ -152,8 +147,8 @@ def experiment(context: Context) -> Outcome:
             f"{1e3 * c.delay:g}",
             f"{1e3 * c.jitter:g}",
             f"{1e2 * c.loss:g}",
-            f"{c.success} of {c.n}",
-            f"{c.interval[0]:.2f} to {c.interval[1]:.2f}",
+            f"{c.completed.survived} of {c.completed.n}",
+            "{:.2f} to {:.2f}".format(*c.completed.interval),
             str(c.stopped),
             str(c.fell),
             f"{1e2 * c.missed:.1f}",
@@ -170,8 +165,8 @@ def experiment(context: Context) -> Outcome:
         claims=[
             Claim(
                 f"The {c.gait} gait walks over an ideal network",
-                f"{c.success} of {c.n}",
-                c.success == c.n,
+                f"{c.completed.survived} of {c.completed.n}",
+                c.completed.survived == c.completed.n,
             )
             for c in cells
             if c.delay == c.jitter == c.loss == 0.0
@@ -180,7 +175,7 @@ def experiment(context: Context) -> Outcome:
             Picture(picture, "Fraction of walks that made all their steps", "Delay and jitter are one way.")
         ],
         tables=[ReportTable("Network conditions and success", head, rows)],
-        figures={"n": min(c.n for c in cells), "cells": cells},
+        figures={"n": min(c.completed.n for c in cells), "cells": cells},
     )
 
 

@@ -13,9 +13,8 @@ import msgspec
 import numpy as np
 from scipy.stats import norm
 
-from bridge.types import Vec2
 from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable
-from nao_hil.analysis.statistics import few_words
+from nao_hil.analysis.statistics import Estimate, few_words
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.files import save_figure
@@ -26,15 +25,6 @@ LAPSE: Final = 0.02
 """Chance that the strength does not matter in a trial."""
 _SPREADS: Final = np.array([0.05, 0.1, 0.2, 0.4])
 """w, each as likely as the others before the trials."""
-
-
-class Threshold(msgspec.Struct, frozen=True, kw_only=True):
-    """The strength at which half fail."""
-
-    value: float
-    """Median of its distribution."""
-    interval: Vec2
-    """95 %, credible."""
 
 
 class ThresholdSearch:
@@ -65,11 +55,11 @@ class ThresholdSearch:
         self.trials.append((strength, failed))
 
     @property
-    def threshold(self) -> Threshold:
-        """As far as it is known."""
+    def threshold(self) -> Estimate:
+        """Median and 95 % credible interval of its distribution."""
         total = np.cumsum(self._weights.sum(axis=1))
         low, middle, high = np.interp((0.025, 0.5, 0.975), total / total[-1], self._strengths).tolist()
-        return Threshold(value=middle, interval=(low, high))
+        return Estimate(value=middle, interval=(low, high))
 
 
 SPEED: Final = 0.15
@@ -98,7 +88,7 @@ class PushCell(msgspec.Struct, frozen=True, kw_only=True):
     """In which it pushes, rad: 0 forward, pi/2 to the left."""
     phase: float | None
     """Part of the stride since the left foot stands alone; None: of a robot that stands."""
-    impulse: Threshold
+    impulse: Estimate
     """At which half fall, N s."""
     n: int
 

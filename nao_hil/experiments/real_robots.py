@@ -71,14 +71,13 @@ def rows(context: Context, group: str) -> tuple[dict[str, Any], list[dict[str, A
         if not name.startswith(f"{group}.") or not stood or name not in stood[0]:
             continue
         mean = mean_of([each[name] for each in stood])
-        low, high = (mean.value if bound is None else bound for bound in (mean.low, mean.high))
         table[name.partition(".")[2]] = {
             "real": figure.real,
             "measured": mean.value,
-            "interval": (low, high),
+            "interval": mean.interval if mean.n != 1 else (mean.value, mean.value),
             "bounds": (figure.low, figure.high),
             "unit": figure.unit,
-            "holds": figure.holds(mean.value or 0.0),
+            "holds": figure.holds(mean.value),
         }
     return table, stood
 
@@ -130,7 +129,7 @@ def _torso_claims(context: Context) -> list[Claim]:
         Claim(
             f"Torso step: {bound.words}",
             mean.words(),
-            mean.value is not None and bound.holds(mean.value),
+            bound.holds(mean.value),
         )
         for bound, mean in zip(BOUNDS.values(), means.values(), strict=True)
     ]

@@ -12,7 +12,7 @@ from bridge.guard import Guard
 from bridge.guard.status import tilt
 from bridge.motion import GetUp, MotionPlayer, get_up_motions, named_motion
 from nao_hil.analysis.report.render import Claim, Outcome, ReportTable, yes_no
-from nao_hil.analysis.statistics import few_words, wilson
+from nao_hil.analysis.statistics import few_words, share_of, wilson
 from nao_hil.experiments.context import Context
 from nao_hil.runs.build import build_robot, controller_maker
 from nao_hil.runs.config import RunConfig
@@ -83,8 +83,7 @@ def sit(config: RunConfig) -> Sit:
 def experiment(context: Context) -> Outcome:
     """One robot per seed."""
     sits: list[Sit] = context.map("sit", sit, context.configs())
-    survived = sum(each.sat and each.stands for each in sits)
-    low, high = interval = wilson(survived, len(sits))
+    both = share_of([each.sat and each.stands for each in sits])
     rows = tuple(
         (
             str(each.seed),
@@ -105,16 +104,14 @@ def experiment(context: Context) -> Outcome:
         claims=[
             Claim(
                 "100 of 100 sit down and stand up again",
-                f"{survived} of {len(sits)} (95 % interval {low:.0%} to {high:.0%})",
-                low >= LOWEST_BOUND,
+                both.words(),
+                both.interval[0] >= LOWEST_BOUND,
             )
         ],
         tables=[ReportTable("Robots", head, rows)],
         figures={
-            "n": len(sits),
+            **msgspec.structs.asdict(both),  # sat, and stood again
             "sat": sum(each.sat for each in sits),
-            "survived": survived,  # sat, and stood again
-            "interval": interval,
             "sits": sits,
         },
     )

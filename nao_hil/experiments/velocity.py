@@ -12,9 +12,9 @@ import numpy as np
 
 from bridge import rotations
 from bridge.errors import ConfigurationError
-from bridge.types import Vec2, Vec3
+from bridge.types import Vec3
 from nao_hil.analysis.report.render import Claim, Outcome, Picture, ReportTable, yes_no
-from nao_hil.analysis.statistics import Share, few_words, mean_of, wilson
+from nao_hil.analysis.statistics import Estimate, Share, few_words, mean_of, share_of, wilson
 from nao_hil.experiments import axes
 from nao_hil.experiments.context import Context
 from nao_hil.files import save_figure
@@ -27,32 +27,6 @@ LEAST: Final = 1.0
 """s of walk after the settling without which nothing is measured."""
 
 
-class MeanInterval(msgspec.Struct, frozen=True, kw_only=True):
-    """Mean of some walks with its 95 % interval (Student's t); NaN where there are too few."""
-
-    value: float
-    interval: Vec2
-
-    def within(self, low: float, high: float) -> bool:
-        """Whether the whole interval lies between `low` and `high`."""
-        return self.interval[0] >= low and self.interval[1] <= high
-
-    def words(self, scale: float = 1.0, digits: int = 2) -> str:
-        """As text for the report."""
-        low, high = (scale * bound for bound in self.interval)
-        return f"{scale * self.value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
-
-
-def mean(values: Sequence[float]) -> MeanInterval:
-    """Mean and interval of independent values."""
-    found = mean_of(values)
-    low, high = found.low, found.high
-    return MeanInterval(
-        value=math.nan if found.value is None else found.value,
-        interval=(-math.inf if low is None else low, math.inf if high is None else high),
-    )
-
-
 class VelocityCell(Share, frozen=True, kw_only=True):
     """Walks at one velocity."""
 
@@ -60,9 +34,9 @@ class VelocityCell(Share, frozen=True, kw_only=True):
     """m/s, m/s, rad/s"""
     measured: Vec3
     """Medians over the walks, of the torso in its heading from 2 s on, until the end or the fall."""
-    ratio: MeanInterval
-    """Measured over commanded, on the commanded axis on which it is furthest from 1."""
-    coupling: MeanInterval
+    ratio: Estimate
+    """Mean of measured over commanded, on the commanded axis on which it is furthest from 1."""
+    coupling: Estimate
     """Largest motion on an axis that is not commanded, relative to the command; each as a part of its axis'
     full speed."""
 
@@ -94,10 +68,10 @@ def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> VelocityC
     measured = [velocity for track in walked if (velocity := heading_velocity(track)) is not None]
     alive = sum(r.end.survived for r in results)
     named = [axis for axis in range(3) if command[axis]]
-    ratios = [mean([velocity[axis] / command[axis] for velocity in measured]) for axis in named]
+    ratios = [mean_of([velocity[axis] / command[axis] for velocity in measured]) for axis in named]
     size = math.hypot(*(v / f for v, f in zip(command, full, strict=True)))
     others = [
-        mean([abs(velocity[axis]) / full[axis] / size for velocity in measured])
+        mean_of([abs(velocity[axis]) / full[axis] / size for velocity in measured])
         for axis in range(3)
         if axis not in named
     ]
@@ -108,7 +82,7 @@ def cell(command: Vec3, results: Sequence[WalkOutcome], full: Vec3) -> VelocityC
         survived=alive,
         measured=(x, y, turn),
         ratio=max(ratios, key=lambda ratio: abs(ratio.value - 1.0)),
-        coupling=max(others, key=lambda coupling: coupling.value, default=mean([0.0, 0.0])),
+        coupling=max(others, key=lambda coupling: coupling.value, default=mean_of([0.0, 0.0])),
     )
 
 
@@ -117,9 +91,9 @@ class Straight(msgspec.Struct, frozen=True, kw_only=True):
 
     n: int
     survived: int
-    heading_deg: MeanInterval
+    heading_deg: Estimate
     """Absolute change of the heading."""
-    odometry: MeanInterval
+    odometry: Estimate
     """Error of the odometry's position, as a part of the path."""
 
 
@@ -129,8 +103,8 @@ def straight(results: Sequence[WalkOutcome]) -> Straight:
     return Straight(
         n=len(results),
         survived=len(stood),
-        heading_deg=mean([abs(math.degrees(_moved(true_path(track))[2])) for track in stood]),
-        odometry=mean([_odometry_error(track) for track in stood]),
+        heading_deg=mean_of([abs(math.degrees(_moved(true_path(track))[2])) for track in stood]),
+        odometry=mean_of([_odometry_error(track) for track in stood]),
     )
 
 
@@ -231,8 +205,7 @@ def experiment(context: Context) -> Outcome:
     conditions.append(_changing(context.first(CHANGES_SEEDS), gait, full))
     *single, ahead, random = context.run(*conditions)
     cells = [cell(command, found, full) for command, found in zip(commands, single, strict=True)]
-    line, alive = straight(ahead), sum(found.end.survived for found in random)
-    changes = Share(n=len(random), survived=alive)
+    line, changes = straight(ahead), share_of([found.end.survived for found in random])
     return context.outcome(
         "velocity",
         f"Velocity commands, the gait {gait}{few_words(len(context.seeds))}",
@@ -291,7 +264,7 @@ def _claims(
     follows = [
         Claim(
             f"At {_words(each.command)} {low:g} to {high:g} of the command is measured",
-            each.ratio.words(),
+            each.ratio.words(digits=2),
             each.ratio.within(low, high),
         )
         for each in cells
@@ -311,7 +284,7 @@ def _claims(
         *couples,
         Claim(
             f"Straight at {STRAIGHT:g} m/s the heading stays within {HEADING_DEG:g} degrees",
-            f"{line.heading_deg.words(1.0, 1)} deg, mean of {line.survived}",
+            f"{line.heading_deg.words(digits=1)} deg, mean of {line.survived}",
             line.heading_deg.interval[1] <= HEADING_DEG,
         ),
         Claim(
@@ -341,7 +314,7 @@ def _table(cells: Sequence[VelocityCell], fastest: Sequence[Vec3]) -> ReportTabl
             (
                 _words(each.command),
                 "{:.2f}, {:.2f}, {:.2f}".format(*each.measured),
-                each.ratio.words(),
+                each.ratio.words(digits=2),
                 f"{each.coupling.words(100.0, 0)} %",
                 each.words(),
                 yes_no(all((*good, each.coupling.interval[1] < COUPLING))),

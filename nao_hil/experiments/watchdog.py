@@ -18,7 +18,7 @@ from bridge.guard import Guard, GuardSettings
 from emulator.robot import EmulatedRobot
 from emulator.wear import WearProfile, load_wear
 from nao_hil.analysis.report.render import Claim, Outcome, ReportTable
-from nao_hil.analysis.statistics import wilson
+from nao_hil.analysis.statistics import Share, share_of
 from nao_hil.experiments.context import Context
 from nao_hil.runs.config import RunConfig
 from walker.controller import Controller, WalkOrder
@@ -137,15 +137,12 @@ class GaitOutages(msgspec.Struct, frozen=True, kw_only=True):
     passed: bool
     """All robots are at rest, and another controller took all of them over."""
     gait: str
-    n: int
-    at_rest: int
-    stood: int
+    at_rest: Share
+    stood: Share
     """Brought to rest without a fall."""
-    stood_interval: tuple[float, float]
-    """Wilson's 95 % interval of the share."""
-    stood_by_phase: dict[str, tuple[int, int]]
-    """Phase at the cut -> stood, cut."""
-    taken_over: int
+    stood_by_phase: dict[str, Share]
+    """By the phase at the cut."""
+    taken_over: Share
     rest_time: float
     """Mean time from the cut until the joints had let go, s."""
     outages: tuple[Outage, ...]
@@ -169,21 +166,15 @@ def make(task: WatchdogTask) -> Outage:
 
 def judge(outages: Sequence[Outage], gait: str) -> GaitOutages:
     """The verdict on the outages of a gait; nothing passes without any."""
-    at_rest = sum(cut.rest < LONGEST for cut in outages)
-    stood = sum(not cut.fell for cut in outages)
-    taken_over = sum(cut.taken_over for cut in outages)
+    at_rest = share_of([cut.rest < LONGEST for cut in outages])
+    taken_over = share_of([cut.taken_over for cut in outages])
     return GaitOutages(
-        passed=0 < len(outages) == at_rest == taken_over,
+        passed=0 < len(outages) == at_rest.survived == taken_over.survived,
         gait=gait,
-        n=len(outages),
         at_rest=at_rest,
-        stood=stood,
-        stood_interval=wilson(stood, len(outages)),
+        stood=share_of([not cut.fell for cut in outages]),
         stood_by_phase={
-            phase: (
-                sum(not c.fell for c in outages if c.phase == phase),
-                sum(c.phase == phase for c in outages),
-            )
+            phase: share_of([not cut.fell for cut in outages if cut.phase == phase])
             for phase in sorted({cut.phase for cut in outages})
         },
         taken_over=taken_over,
@@ -208,16 +199,17 @@ def experiment(context: Context) -> Outcome:
     gaits = [judge(found, gait) for gait, found in outages.items()]
     claims, rows, findings = [], [], []
     for g in gaits:
-        low, high = g.stood_interval
-        rest, over = f"{g.at_rest} of {g.n}", f"{g.taken_over} of {g.n}"
         claims += [
-            Claim(f"{g.gait} gait: the guard brings every robot to rest.", rest, g.n == g.at_rest > 0),
-            Claim(f"{g.gait} gait: a second controller takes every one over.", over, g.n == g.taken_over > 0),
+            Claim(f"{g.gait} gait: {text}", f"{share.survived} of {share.n}", share.n == share.survived > 0)
+            for text, share in (
+                ("the guard brings every robot to rest.", g.at_rest),
+                ("a second controller takes every one over.", g.taken_over),
+            )
         ]
-        rows += [(g.gait, phase, str(up), str(of)) for phase, (up, of) in g.stood_by_phase.items()]
+        rows += [(g.gait, phase, str(s.survived), str(s.n)) for phase, s in g.stood_by_phase.items()]
         findings.append(
-            f"{g.gait} gait: {g.stood} of {g.n} came to rest and stayed there without a fall (95 % interval "
-            f"{low:.0%} to {high:.0%}), {g.rest_time:.1f} s after the last command on average."
+            f"{g.gait} gait: {g.stood.words()} came to rest and stayed there without a fall, "
+            f"{g.rest_time:.1f} s after the last command on average."
         )
     steps = ", ".join(f"{gait} gait with {n} steps" for gait, n in STEPS.items())
     again = (

@@ -18,6 +18,7 @@ from bridge.errors import ConfigurationError
 from bridge.types import Array
 from emulator.servo.parameters import Backlash, ServoParameters
 from emulator.wear import WearProfile
+from nao_hil.analysis.statistics import Estimate
 from nao_hil.files import write_text
 from nao_hil.identification.fit import CONFIDENCE, Fit, fit, joints_of
 from nao_hil.identification.readings import Signals
@@ -25,13 +26,6 @@ from nao_hil.identification.recorded import RecordedSignals
 
 STEADY: Final = 0.15
 """rad by which the torso may tilt to and fro."""
-
-
-class Identified(msgspec.Struct, frozen=True, kw_only=True):
-    """A value and its interval, in SI units and radians."""
-
-    value: float
-    interval: tuple[float, float]
 
 
 class Identification(msgspec.Struct, frozen=True, kw_only=True):
@@ -47,7 +41,7 @@ class Identification(msgspec.Struct, frozen=True, kw_only=True):
     notes: tuple[str, ...]
     """Conversions and assumptions about the recording."""
     seconds: float
-    parameters: dict[str, Identified]
+    parameters: dict[str, Estimate]
     """`delay`, `full_voltage_error`, `gear_compliance`, `dry_friction`, `backlash.KneePitch`, ..., and what
     follows from them: `stiffness.KneePitch`, ..., N m/rad."""
     assumed: tuple[str, ...]
@@ -87,7 +81,7 @@ def identify(
     return fit(recorded.body, signals, base.servo, progress), signals
 
 
-def parameters(body: Body, found: Fit) -> dict[str, Identified]:
+def parameters(body: Body, found: Fit) -> dict[str, Estimate]:
     """The fitted values, and the stiffness of each group of joints, with intervals."""
     count = len(found.names)
     values = {
@@ -136,8 +130,8 @@ def result(
     )
 
 
-def _identified(found: Fit, value: float, gradient: Array) -> Identified:
-    return Identified(value=value, interval=found.interval(value, gradient))
+def _identified(found: Fit, value: float, gradient: Array) -> Estimate:
+    return Estimate(value=value, interval=found.interval(value, gradient))
 
 
 def _residual(found: Fit, signals: Signals, column: int) -> float | None:

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 
 from bridge.body.joints import INDEX
 from nao_hil.analysis.report.render import Picture, Report, ReportPage, ReportTable, write_report
+from nao_hil.analysis.statistics import Estimate
 from nao_hil.files import save_figure
 from nao_hil.identification.fit import Fit
-from nao_hil.identification.identification import Identification, Identified
+from nao_hil.identification.identification import Identification
 from nao_hil.identification.readings import Signals
 
 _ABOUT: Final = (
@@ -94,7 +95,7 @@ def _values(result: Identification) -> ReportTable:
     return ReportTable("Identified", ("parameter", "value", "interval", "half width"), tuple(rows))
 
 
-def in_words(name: str, each: Identified) -> tuple[str, str]:
+def in_words(name: str, each: Estimate) -> tuple[str, str]:
     """Value and interval of a parameter in the units that people use."""
     kind = name.partition(".")[0]
     scale, unit = {

@@ -14,6 +14,7 @@ from bridge.body import Body, load_body
 from bridge.body.joints import JOINTS
 from bridge.body.quantities import HANDS
 from bridge.errors import ConfigurationError
+from bridge.recording.playback import recorded_body
 from bridge.types import Array
 from nao_hil.identification.bhuman_log import read_bhuman
 from nao_hil.identification.clock import on_one_clock
@@ -21,7 +22,6 @@ from nao_hil.identification.csv_file import MEASURED, read_csv
 from nao_hil.identification.hulks_mcap import is_hulks, read_hulks
 from nao_hil.identification.readings import Readings, Signals, on_grid, timing_notes
 from nao_hil.recording import load
-from nao_hil.runs.replay import recorded_body
 
 _VALUES: Final = 8
 """Different angles that a joint needs: eight random ones seem to be on a grid once in a thousand."""

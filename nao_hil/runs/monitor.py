@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, Final
 
@@ -22,6 +23,43 @@ MAX_TELEMETRY_AGE: Final = 10
 """Cycles since the frame of the newest telemetry, beyond which its walker is taken to be gone."""
 
 
+class Subscription:
+    """Messages of some topics of a robot, from its appearance on.
+
+    Args:
+        robot: Id of the robot.
+        connect: Zenoh endpoint of the robot.
+        kinds: Of the messages.
+        receive: Takes the kind and the payload of each message, on a thread of the link.
+    """
+
+    def __init__(
+        self,
+        robot: str,
+        connect: str,
+        kinds: Iterable[type[Any]],
+        receive: Callable[[type[Any], bytes], None],
+    ) -> None:
+        self._robot, self._endpoint = robot, connect
+        self._kinds, self._receive = tuple(kinds), receive
+        self._session: zenoh.Session | None = None
+
+    def connect(self) -> bool:
+        """Try to connect, unless that is done; False while no robot is there."""
+        if self._session is None and (session := try_client(self._endpoint)) is not None:
+            self._session = session
+            self._subscribers = [
+                subscribe(session, keys.topic_key(self._robot, kind), partial(self._receive, kind))
+                for kind in self._kinds
+            ]
+        return self._session is not None
+
+    def close(self) -> None:
+        """Leave the network."""
+        if self._session is not None:
+            self._session.close()
+
+
 class Monitor:
     """Open ear on `nao/<robot>`; close it, or use it as a context manager.
 
@@ -31,21 +69,14 @@ class Monitor:
     """
 
     def __init__(self, robot: str, connect: str) -> None:
-        self._robot, self._endpoint = robot, connect
         self._newest: dict[type[Any], bytes] = {}
         self._notices: deque[bytes] = deque(maxlen=_NOTICES)
-        self._session: zenoh.Session | None = None
+        kinds = (SensorFrame, TruthFrame, WalkTelemetry, GuardStatus, Notice)
+        self._subscription = Subscription(robot, connect, kinds, self._keep)
 
     def connect(self) -> bool:
-        """Try to connect, unless that was done; False while no robot is there."""
-        if self._session is None:
-            self._session = try_client(self._endpoint)
-            if self._session is not None:
-                self._subscribers = [
-                    subscribe(self._session, keys.topic_key(self._robot, kind), partial(self._keep, kind))
-                    for kind in (SensorFrame, TruthFrame, WalkTelemetry, GuardStatus, Notice)
-                ]
-        return self._session is not None
+        """Try to connect, unless that is done; False while no robot is there."""
+        return self._subscription.connect()
 
     def _keep(self, kind: type[Any], payload: bytes) -> None:
         if kind is Notice:
@@ -89,8 +120,7 @@ class Monitor:
 
     def close(self) -> None:
         """Leave the network."""
-        if self._session is not None:
-            self._session.close()
+        self._subscription.close()
 
     def __enter__(self) -> Monitor:
         return self

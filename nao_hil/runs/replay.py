@@ -10,15 +10,14 @@ from typing import Any, Final
 
 import msgspec
 
-from bridge.body import Body, load_body, sheet_of
+from bridge.body import sheet_of
 from bridge.body.quantities import absent_joints
-from bridge.errors import ConfigurationError
 from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import open_robot
 from bridge.messages import Info, LeaseReply, LeaseRequest, SensorFrame, decode, encode
 from bridge.recording.canonical import RECORDED
-from bridge.recording.playback import read_recording, recorded_config
+from bridge.recording.playback import read_recording, recorded_body
 from nao_hil import __version__
 
 SIDE: Final = "replay"
@@ -119,16 +118,3 @@ class Replay:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def recorded_body(path: Path, body: str | None = None) -> Body:
-    """The body that was recorded, or the one that is named instead.
-
-    Raises:
-        ConfigurationError: the recording names none, or one that is not known.
-    """
-    config = recorded_config(path)
-    name = body or (config.get("robot") if isinstance(config, dict) else None)
-    if not isinstance(name, str):
-        raise ConfigurationError(f"{path}: does not say which body was recorded; name it with --robot.")
-    return load_body(name)

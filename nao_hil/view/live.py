@@ -5,22 +5,19 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Any, Final, Protocol, TypeVar
-
-import zenoh
 
 from bridge.errors import FrameError, NaoHilError
 from bridge.link import keys
 from bridge.link.client import GuardClient, WalkClient, WorldClient
 from bridge.link.mailbox import Mailbox
-from bridge.link.session import subscribe, try_client
 from bridge.messages import ActuatorFrame, Info, SensorFrame, TruthFrame, WalkTelemetry, decode
 from bridge.messages.guard import GuardStatus
 from bridge.messages.topics import TOPICS, Message
 from bridge.messages.walk import WalkCommand, WalkStatus
 from bridge.messages.world import WorldCommand
 from bridge.messages.world_state import WorldReply
+from nao_hil.runs.monitor import Subscription
 
 FRAMES: Final = (SensorFrame, ActuatorFrame, TruthFrame, WalkTelemetry)
 """Kinds that come in each cycle."""
@@ -41,10 +38,8 @@ class Subscriber:
     """
 
     def __init__(self, robot: str, connect: str) -> None:
-        self._robot, self._endpoint = keys.check_name("Robot id", robot), connect
-        self._session: zenoh.Session | None = None
-        self._subscribers: list[Any] = []
         self._mailbox: Mailbox[tuple[type[Any], bytes]] = Mailbox(MAX_MESSAGES)
+        self._subscription = Subscription(keys.check_name("Robot id", robot), connect, TOPICS, self._keep)
 
     def take(self) -> Iterator[Message]:
         """Messages since the last call; tries to connect until that is done.
@@ -52,14 +47,8 @@ class Subscriber:
         Raises:
             ConfigurationError: not an endpoint.
         """
-        if self._session is None:
-            self._session = try_client(self._endpoint)
-            if self._session is None:
-                return
-            self._subscribers = [
-                subscribe(self._session, keys.topic_key(self._robot, kind), partial(self._keep, kind))
-                for kind in TOPICS
-            ]
+        if not self._subscription.connect():
+            return
         waiting = self._mailbox.drain()
         for i, (kind, payload) in enumerate(waiting):
             # Not decoded all at once: a frame takes several times the memory of its message.
@@ -72,8 +61,7 @@ class Subscriber:
 
     def close(self) -> None:
         """Leave the network."""
-        if self._session is not None:
-            self._session.close()
+        self._subscription.close()
 
 
 class _Client(Protocol):

@@ -12,7 +12,7 @@ from rich.progress import track
 from bridge.body import Body
 from bridge.errors import ConfigurationError
 from bridge.messages.world_state import WorldReply
-from bridge.recording.playback import read_recording
+from bridge.recording.playback import read_recording, recorded_body
 from nao_hil.analysis.diagnosis import (
     Balance,
     BalanceEstimator,
@@ -22,7 +22,6 @@ from nao_hil.analysis.diagnosis import (
     Symptoms,
     explain,
     moments,
-    recorded_body,
 )
 from nao_hil.view.surroundings import recorded_world
 
@@ -51,7 +50,7 @@ def read_run(file: Path) -> RecordedRun:
     Raises:
         ConfigurationError: not a recording, or an empty one.
     """
-    body = recorded_body(file)
+    body = recorded_body(file, default="nao-v3")
     run = first_run(list(moments(read_recording(file))))
     if not run:
         raise ConfigurationError(f"{file}: there is no sensor frame in it; record a robot that runs.")

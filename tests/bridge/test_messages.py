@@ -30,7 +30,7 @@ from bridge.messages import (
     encode,
 )
 from bridge.messages.faults import JointWeak, SensorDead
-from bridge.messages.frames import sensor_slots
+from bridge.messages.frames import ELEMENTS, sensor_slots
 from bridge.messages.world import PlateUnderFoot, Push, StartFault, WorldCommand
 from tests.frames import standing_frame
 
@@ -49,17 +49,7 @@ SENSOR_FRAME = st.builds(
     SensorFrame,
     seq=COUNT,
     time=FINITE,
-    position=floats(25),
-    stiffness=floats(25),
-    current=floats(25),
-    temperature=floats(25),
-    fsr=floats(8),
-    accelerometer=floats(3),
-    gyroscope=floats(3),
-    angle=floats(2),
-    touch=floats(14),
-    battery=floats(4),
-    sonar=floats(2),
+    **{name: floats(len(elements)) for name, elements in ELEMENTS.items()},
     command=st.integers(-1, 2**63 - 1),
     missed=COUNT,
     wall=COUNT,

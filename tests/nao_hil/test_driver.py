@@ -10,6 +10,7 @@ from bridge.messages.walk import WalkCommand, WalkStatus
 from nao_hil.drive.driver import HOLD, SPEED_STEPS, Driver, DriveTarget, keys_of, speed_steps
 from nao_hil.drive.inputs import events_of
 from nao_hil.drive.session import Session
+from tests.frames import walk_status
 
 DRIVER = Driver({"static": 0.015, "dynamic": 0.2})
 REST = DriveTarget("static", "robust", admittance=True)
@@ -69,18 +70,7 @@ class Walks:
         self.sent: list[WalkCommand] = []
 
     def status(self) -> WalkStatus:
-        return WalkStatus(
-            text="",
-            seq=1,
-            state="walk",
-            gait="static",
-            torso="none",
-            admittance=True,
-            velocity=(0.0076, 0.0, 0.0),
-            steps=1,
-            distance=0.0,
-            position=(0.0, 0.0, 0.0),
-        )
+        return walk_status(state="walk", velocity=(0.0076, 0.0, 0.0))
 
     def send(self, command: WalkCommand) -> WalkStatus:
         self.sent.append(command)
@@ -121,18 +111,7 @@ def test_a_sign_of_life_is_given_while_walking_only() -> None:
 
 
 def test_whoever_takes_over_begins_at_rest() -> None:
-    status = WalkStatus(
-        text="",
-        seq=1,
-        state="walk",
-        gait="dynamic",
-        torso="none",
-        admittance=False,
-        velocity=(0.1, 0.0, 0.0),
-        steps=3,
-        distance=0.3,
-        position=(0.3, 0.0, 0.0),
-    )
+    status = walk_status(state="walk", gait="dynamic", admittance=False, velocity=(0.1, 0.0, 0.0))
     assert DRIVER.at_rest(status) == DriveTarget("dynamic", "none", admittance=False)
 
 

@@ -45,7 +45,7 @@ from nao_hil.view.server import PageServer
 from nao_hil.view.signals import CHARTS, SIGNALS, Lateness
 from nao_hil.view.state import describe
 from nao_hil.view.surroundings import initial_world, terrain_meshes
-from tests.frames import walk_telemetry
+from tests.frames import walk_status, walk_telemetry
 from tests.loops import until
 from tests.nao_hil.test_export_run import unpacked
 from tests.ports import free_port
@@ -55,18 +55,7 @@ BODY = load_body("nao-v3")
 REPLY = WorldReply(
     text="Done.", seq=0, time=0.0, paused=False, floor=(0.0, 0.0), friction=0.8, objects=(), faults=()
 )
-STATUS = WalkStatus(
-    text="It walks.",
-    seq=0,
-    state="walk",
-    gait="static",
-    torso="none",
-    admittance=True,
-    velocity=(0.05, 0.0, 0.0),
-    steps=0,
-    distance=0.0,
-    position=(0.0, 0.0, 0.0),
-)
+STATUS = walk_status(text="It walks.", state="walk", velocity=(0.05, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")

@@ -20,21 +20,11 @@ from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import open_robot
 from bridge.messages import decode_command, encode
-from bridge.messages.walk import WALK_COMMAND, WalkCommand, WalkStatus
+from bridge.messages.walk import WALK_COMMAND, WalkCommand
+from tests.frames import walk_status
 from tests.loops import until
 
-REST = WalkStatus(
-    text="The robot is in state `stand`.",
-    seq=1,
-    state="stand",
-    gait="static",
-    torso="robust",
-    admittance=True,
-    velocity=(0.0, 0.0, 0.0),
-    steps=0,
-    distance=0.0,
-    position=(0.0, 0.0, 0.0),
-)
+REST = walk_status(text="The robot is in state `stand`.", torso="robust")
 
 
 class Walker:

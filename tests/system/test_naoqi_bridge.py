@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
@@ -30,6 +31,31 @@ def robot(endpoint: str) -> Iterator[ObedientRobot]:
         yield robot
 
 
+@pytest.fixture
+def bridged(
+    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
+) -> Callable[..., tuple[Any, Any]]:
+    """Starts NAOqi's server and a bridge with some options, which finds its robot; both commands."""
+
+    def begin(*options: str) -> tuple[Any, Any]:
+        server = start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
+        bridge = start("bridge", "naoqi", "--url", url, "--listen", far, "--no-realtime-priority", *options)
+        until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
+        return server, bridge
+
+    return begin
+
+
+@contextmanager
+def armed(far: str) -> Iterator[tuple[GuardClient, ControllerLink]]:
+    """A controller with the lease of an armed robot."""
+    with GuardClient("nao", far) as guard, ControllerLink("nao", far, "test") as link:
+        guard.arm("test")
+        link.wait_robot(timeout=TIMEOUT)
+        link.acquire()
+        yield guard, link
+
+
 def words(command: Any) -> str:
     return " ".join(command.stderr.split())
 
@@ -41,11 +67,9 @@ def newest(link: ControllerLink) -> SensorFrame:
 
 
 def test_a_bridged_robot_shows_what_it_measures_and_obeys_when_it_is_armed(
-    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
+    robot: ObedientRobot, bridged: Callable[..., tuple[Any, Any]], far: str
 ) -> None:
-    start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
-    bridge = start("bridge", "naoqi", "--url", url, "--listen", far, "--no-realtime-priority", "--json")
-    until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
+    _, bridge = bridged("--json")
     with ControllerLink("nao", far, "test") as link:
         info = link.wait_robot(timeout=TIMEOUT)
         assert info is not None
@@ -76,17 +100,11 @@ def test_a_bridged_robot_shows_what_it_measures_and_obeys_when_it_is_armed(
 
 
 def test_a_frame_names_the_command_whose_time_had_come(
-    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
+    bridged: Callable[..., tuple[Any, Any]], far: str
 ) -> None:
     """With a look-ahead of five cycles no answer is in force sooner, and the controller sees that."""
-    start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
-    options = ["--look-ahead", "50", "--no-realtime-priority"]
-    bridge = start("bridge", "naoqi", "--url", url, "--listen", far, *options)
-    until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
-    with GuardClient("nao", far) as guard, ControllerLink("nao", far, "test") as link:
-        guard.arm("test")
-        link.wait_robot(timeout=TIMEOUT)
-        link.acquire()
+    bridged("--look-ahead", "50")
+    with armed(far) as (_, link):
         first = newest(link).seq
         late = []
 
@@ -102,16 +120,15 @@ def test_a_frame_names_the_command_whose_time_had_come(
 
 
 def test_a_dry_run_moves_nothing(
-    robot: ObedientRobot, start: Callable[..., Any], endpoint: str, url: str, far: str
+    robot: ObedientRobot,
+    bridged: Callable[..., tuple[Any, Any]],
+    start: Callable[..., Any],
+    endpoint: str,
+    url: str,
+    far: str,
 ) -> None:
-    server = start("serve", "naoqi", "--listen", url, "--connect", endpoint, "--no-realtime-priority")
-    options = ["--dry-run", "--no-realtime-priority", "--json"]
-    bridge = start("bridge", "naoqi", "--url", url, "--listen", far, *options)
-    until(lambda: "not armed" in words(bridge), "the bridge to find its robot")
-    with GuardClient("nao", far) as guard, ControllerLink("nao", far, "test") as link:
-        guard.arm("test")
-        link.wait_robot(timeout=TIMEOUT)
-        link.acquire()
+    server, bridge = bridged("--dry-run", "--json")
+    with armed(far) as (guard, link):
         for _ in range(30):
             link.send(ActuatorFrame(reply_to=newest(link).seq, position=(0.1,) * 25, stiffness=(1.0,) * 25))
         assert guard.status().state != "idle"

@@ -55,7 +55,7 @@ def test_a_walk_over_a_slow_line_is_walked_with_every_answer_late(
     for name, value in {"GAITS": ("dynamic",), "DELAYS": (0.008,), "JITTERS": (0.0,), "LOSSES": (0.0,)}.items():
         monkeypatch.setattr(network, name, value)
     (cell,) = network.experiment(context).figures["cells"]
-    assert (cell.n, cell.success, cell.fell) == (1, 1, 0)
+    assert (cell.completed.n, cell.completed.survived, cell.fell) == (1, 1, 0)
     # 16 ms there and back: while it walks no answer is there within its cycle of 10 ms.
     assert cell.missed > 0.3
 

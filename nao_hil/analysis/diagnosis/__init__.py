@@ -9,7 +9,7 @@ from nao_hil.analysis.diagnosis.balance import (
     Stand,
     moments,
 )
-from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, recorded_body, symptoms_of
+from nao_hil.analysis.diagnosis.diagnose import Diagnosis, diagnose, explain, symptoms_of
 from nao_hil.analysis.diagnosis.symptoms import Symptom, Symptoms
 
 __all__ = [
@@ -25,6 +25,5 @@ __all__ = [
     "diagnose",
     "explain",
     "moments",
-    "recorded_body",
     "symptoms_of",
 ]

@@ -8,8 +8,8 @@ from typing import Final
 
 import msgspec
 
-from bridge.body import Body, load_body
-from bridge.recording.playback import read_recording, recorded_config
+from bridge.body import Body
+from bridge.recording.playback import read_recording, recorded_body
 from nao_hil.analysis.diagnosis.balance import BalanceEstimator, Moment, moments
 from nao_hil.analysis.diagnosis.symptoms import Symptom, Symptoms, first_of
 
@@ -100,14 +100,4 @@ def diagnose(recording: str | Path) -> Diagnosis | None:
     Raises:
         ConfigurationError: not a recording, or of an unknown body.
     """
-    return explain(symptoms_of(moments(read_recording(recording)), recorded_body(recording)))
-
-
-def recorded_body(recording: str | Path) -> Body:
-    """Data sheet of the robot of a recording: the thesis' V3 where it does not say.
-
-    Raises:
-        ConfigurationError: as `diagnose`.
-    """
-    config = recorded_config(recording)
-    return load_body(config.get("robot", "nao-v3") if isinstance(config, dict) else "nao-v3")
+    return explain(symptoms_of(moments(read_recording(recording)), recorded_body(recording, default="nao-v3")))

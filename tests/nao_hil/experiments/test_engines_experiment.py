@@ -127,8 +127,7 @@ def test_the_result_is_one_table_of_figures_on_both_engines(tmp_path: Path) -> N
     )
     assert rows["get-up from the front: median time, s"]["pybullet"] == {
         "value": 6.0,
-        "low": 6.0,
-        "high": 6.0,
+        "interval": [6.0, 6.0],
         "n": 10,
     }
     table = outcome.page.tables[0]

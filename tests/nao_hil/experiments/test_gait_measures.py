@@ -10,10 +10,11 @@ import pytest
 
 from bridge.body import TORSO, load_body
 from bridge.messages.world import Push
+from nao_hil.analysis.statistics import mean_of
 from nao_hil.experiments.push_map import ThresholdSearch
 from nao_hil.experiments.soak import lateness, punctuality
 from nao_hil.experiments.terrain import TerrainSetup, _grounds
-from nao_hil.experiments.velocity import cell, heading_velocity, mean, straight
+from nao_hil.experiments.velocity import cell, heading_velocity, straight
 from nao_hil.runs.config import RunConfig
 from nao_hil.runs.events import StridePush, TorsoLoad, WalkEvents
 from nao_hil.runs.track import CHANNELS, WIDTH, Track
@@ -60,7 +61,7 @@ def test_a_cell_has_the_ratio_and_the_coupling():
 
 
 def test_the_mean_of_one_walk_is_within_no_bounds():
-    assert not mean([1.0]).within(0.9, 1.1)
+    assert not mean_of([1.0]).within(0.9, 1.1)
 
 
 def test_odometry_that_tells_less_of_the_way_is_off_by_as_much():

@@ -17,6 +17,7 @@ from bridge.adapters.naoqi.core.walking import WalkingMethods
 from bridge.adapters.naoqi.declared import declared
 from bridge.errors import LeaseRefused, NaoqiRefused, WalkRefused
 from bridge.messages.walk import WalkStatus
+from tests.frames import walk_status
 from tests.loops import until
 
 PATIENT = 20.0
@@ -61,16 +62,12 @@ class Stage:
 
     def status(self) -> WalkStatus:
         self.seq += 1
-        return WalkStatus(
-            text="",
+        return walk_status(
             seq=self.seq,
             state=self.state,
             gait="dynamic",
-            torso="none",
             admittance=False,
             velocity=(0.15 if self.state == "walk" else 0.0, 0.0, 0.0),
-            steps=0,
-            distance=0.0,
             position=(self.place, 0.0, 0.0),
         )
 

@@ -17,23 +17,11 @@ from bridge.link import keys
 from bridge.link.query import serve_query
 from bridge.link.session import subscribe, try_client
 from bridge.messages import Notice, decode, encode
-from bridge.messages.walk import WALK_COMMAND, UpperBody, WalkCommand, WalkStatus
+from bridge.messages.walk import WALK_COMMAND, UpperBody, WalkCommand
+from tests.frames import walk_status
 from tests.loops import until
 from tests.ports import free_endpoint
 from tests.system.naoqi_robot import ObedientRobot
-
-STATUS = WalkStatus(
-    text="",
-    seq=0,
-    state="stand",
-    gait="omni",
-    torso="none",
-    admittance=False,
-    velocity=(0.0, 0.0, 0.0),
-    steps=0,
-    distance=0.0,
-    position=(0.0, 0.0, 0.0),
-)
 
 
 class Bridged:
@@ -70,7 +58,7 @@ class Bridged:
 
     def _command(self, payload: bytes) -> bytes:
         self.commands.append(decode(payload, WalkCommand))
-        return encode(STATUS)
+        return encode(walk_status(gait="omni"))
 
     def _bridge(self) -> None:
         node = RosNode(self._session(), "nao")
