@@ -173,7 +173,7 @@ class RobotScene:
     """
 
     def __init__(self, body: Body, urdf: str | None) -> None:
-        self._links = LinkTransforms(body)
+        self.body, self._links = body, LinkTransforms(body)
         self._urdf = urdf
         self._sole = (0.0, 0.0, -body.lengths.FootHeight)
         self._outline = {side: sole_outline(body, side) for side in SIDES}

@@ -87,13 +87,13 @@ class McapFile:
 
     Args:
         path: file to write; an existing one is replaced.
-        config: the run's configuration as JSON text.
+        metadata: texts by name: the run's configuration (`config`, JSON), a data sheet (`sheet`, JSON).
 
     Raises:
         ConfigurationError: the file cannot be created, or has no room for its head; then there is none.
     """
 
-    def __init__(self, path: Path, config: str) -> None:
+    def __init__(self, path: Path, metadata: dict[str, str]) -> None:
         self.path = path
         try:
             self._file = path.open("wb")
@@ -106,7 +106,7 @@ class McapFile:
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._channels: dict[type, int] = {}
         try:
-            self._begin(config)
+            self._begin(metadata)
         except OSError as error:
             with contextlib.suppress(OSError):  # closing flushes again
                 self._file.close()
@@ -116,10 +116,10 @@ class McapFile:
                 f"{path}: a recording cannot be begun there ({error.strerror}); give a place with room."
             ) from None
 
-    def _begin(self, config: str) -> None:
+    def _begin(self, metadata: dict[str, str]) -> None:
         # The library's own default would write its version into every file.
         self._writer.start(profile="", library="nao-hil")
-        self._writer.add_metadata(METADATA, {"config": config})
+        self._writer.add_metadata(METADATA, metadata)
         for kind, topic in RECORDED.items():
             self._channels[kind] = self._register(kind, topic, f"nao.{kind.__name__}")
         self._file.flush()

@@ -17,7 +17,7 @@ from mcap.records import Channel, McapRecord, Message, Metadata, Statistics
 from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
-from bridge.body import Body, load_body
+from bridge.body import Body, body_of, load_body
 from bridge.errors import ConfigurationError
 from bridge.recording.canonical import RECORDED
 from bridge.recording.mcap_file import METADATA
@@ -75,13 +75,17 @@ def recorded_config(path: str | Path) -> Any:
     Raises:
         ConfigurationError: as `read_recording`, or it holds one that is no JSON.
     """
+    try:
+        return msgspec.json.decode(_metadata(path).get("config", "null"))
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path}: its configuration is no JSON: {error}.") from None
+
+
+def _metadata(path: str | Path) -> dict[str, str]:
     for record in _records(path):
-        if isinstance(record, Metadata) and record.name == METADATA and "config" in record.metadata:
-            try:
-                return msgspec.json.decode(record.metadata["config"])
-            except (msgspec.MsgspecError, ValueError, RecursionError) as error:
-                raise ConfigurationError(f"{path}: its configuration is no JSON: {error}.") from None
-    return None
+        if isinstance(record, Metadata) and record.name == METADATA:
+            return dict(record.metadata)
+    return {}
 
 
 def recorded_body(path: str | Path, named: str | None = None, default: str | None = None) -> Body:
@@ -94,7 +98,7 @@ def recorded_body(path: str | Path, named: str | None = None, default: str | Non
     name = named or (config.get("robot", default) if isinstance(config, dict) else default)
     if not isinstance(name, str):
         raise ConfigurationError(f"{path}: does not say which body was recorded; name it with --robot.")
-    return load_body(name)
+    return load_body(name) if named else body_of(name, _metadata(path).get("sheet", ""))
 
 
 def recording_end(path: str | Path) -> Ending:

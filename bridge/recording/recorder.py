@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from bridge.body import sheet_of
 from bridge.messages import ActuatorFrame, SensorFrame, TruthFrame
 from bridge.messages.topics import Message
 from bridge.recording.foxglove import SHOWN, RobotScene
@@ -43,7 +44,8 @@ class Recorder(Observer, Closing):
         path: file to write; an existing one is replaced.
         config: configuration of the run with its seed, anything msgspec can turn into JSON. For
             byte-identical recordings it holds nothing that differs between two equal runs, such as paths.
-        scene: makes the objects of Foxglove's 3-D panel, for each file a new one; None: nothing.
+        scene: makes the objects of Foxglove's 3-D panel, for each file a new one; a body that is not shipped
+            is recorded with its data sheet. None: nothing.
 
     Raises:
         ConfigurationError: the file cannot be created.
@@ -59,8 +61,9 @@ class Recorder(Observer, Closing):
         """Files written so far."""
 
     def _open(self, path: Path) -> McapFile:
-        file = McapFile(path, self._config)
         self._scene = self._make_scene() if self._make_scene is not None else None
+        sheet = sheet_of(self._scene.body) if self._scene is not None else ""
+        file = McapFile(path, {"config": self._config} | ({"sheet": sheet} if sheet else {}))
         if self._scene is not None:
             file.show(SHOWN)
         return file

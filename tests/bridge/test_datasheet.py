@@ -12,11 +12,16 @@ import pytest
 
 import bridge.body
 from bridge.adapters.naoqi.core.robot_facts import RobotConfig
-from bridge.body import BODIES, TORSO, Body, joint_tree, load, load_body
+from bridge.body import BODIES, TORSO, Body, body_of, joint_tree, load, load_body
 from bridge.body.cameras import cameras
 from bridge.body.load import check_body, is_possible_inertia, principal_moments
 from bridge.errors import ConfigurationError
+from bridge.host import robot_info
+from bridge.messages import Info, decode, encode
 from bridge.motion import get_up_motions
+from bridge.recording.foxglove import RobotScene
+from bridge.recording.playback import recorded_body
+from bridge.recording.recorder import Recorder
 
 V3X = ("nao-v3", "nao-v3.2", "nao-v3.3")
 DUMMY_LINKS = 1e-4
@@ -384,3 +389,33 @@ def test_a_body_of_ones_own_has_the_cameras_motions_and_facts_of_its_base(tmp_pa
     file.write_text(sheet.replace('base = "nao-v6"', 'base = "nao-v7"', 1))
     with pytest.raises(ConfigurationError, match=r"rucksack\.toml: base: .*nao-v7"):
         load_body(file)
+
+
+def rucksack(tmp_path: Path) -> Body:
+    """A V6 that carries 0.3 kg."""
+    sheet = (Path(load.__file__).parent / "bodies/nao-v6.toml").read_text()
+    file = tmp_path / "rucksack.toml"
+    file.write_text(
+        sheet.replace('name = "nao-v6"', 'name = "rucksack"').replace("mass = 1.04956", "mass = 1.34956")
+    )
+    return load_body(file)
+
+
+def test_clients_and_recordings_have_the_body_of_a_robot_with_a_sheet_of_its_own(tmp_path: Path) -> None:
+    body = rucksack(tmp_path)
+    assert body.links[TORSO].mass == pytest.approx(load_body("nao-v6").links[TORSO].mass + 0.3)
+    info = robot_info(body, robot="nao", side="emulator", mode="real-time", software="test")
+    (tmp_path / "rucksack.toml").unlink()  # the client is on another machine
+    told = decode(encode(info), Info)
+    assert body_of(told.body, told.sheet) == body
+    with Recorder(tmp_path / "run.mcap", {"robot": "rucksack.toml"}, lambda: RobotScene(body, None)):
+        pass
+    assert recorded_body(tmp_path / "run.mcap") == body
+    assert robot_info(load_body("nao-v6"), robot="nao", side="lola", mode="real-time", software="").sheet == ""
+
+
+@pytest.mark.parametrize("sheet", ["{", "[]", '{"name": "x"}', "[" * 100_000])
+def test_a_sheet_that_is_none_is_refused_in_one_sentence(sheet: str) -> None:
+    with pytest.raises(ConfigurationError, match="data sheet of x") as refused:
+        body_of("x", sheet)
+    assert "\n" not in str(refused.value)
