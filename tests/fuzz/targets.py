@@ -188,8 +188,8 @@ def page(data: bytes) -> None:
         for event in protocol.events_received():
             if isinstance(event, Request):
                 answer = door(access, lambda _: Answer(HTTPStatus.OK, b"<html>"))(None, event)
-                # Of websockets, for garbage right behind a request; its server ends that connection alone.
-                with contextlib.suppress(AssertionError):
+                # Raised by websockets itself for such a request; its server ends that connection alone.
+                with contextlib.suppress(AssertionError, UnicodeEncodeError):
                     protocol.send_response(answer or protocol.accept(event))
         protocol.data_to_send()
 
