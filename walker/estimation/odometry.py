@@ -1,6 +1,6 @@
-"""Odometry: pose of the robot in the world by forward kinematics, the fused angle and the foot that stands.
+"""Odometry: pose of the robot in the world by forward kinematics, the fused angle and the stance foot.
 
-No sensor of a NAO measures position. The foot with the larger load is taken to stand still, and the motion of
+No sensor of a NAO measures position. The foot with the larger load is taken as fixed, and the motion of
 the other links follows from it. Slip and bent joints are not seen. A gyroscope with a vertical axis sees a foot
 that spins; without one the foot is taken to keep its heading, too. The gyroscope's bias is found on both feet,
 where no joint but HipYawPitch turns the torso about the vertical; so also while the robot moves into its first
@@ -22,16 +22,16 @@ from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
 from walker.gaits.plan import Foothold
 
-_STILL: Final = 0.1
+_MAX_RESTING_RATE: Final = 0.1
 """Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias (three deviations
 of the largest that the ensemble has), and its noise."""
-_MOVED: Final = 0.004
+_MAX_RESTING_MOTION: Final = 0.004
 """Largest motion of HipYawPitch then, rad: three counts of its encoder."""
-_SHARE: Final = 0.2
+_MIN_LOAD_RATIO: Final = 0.2
 """Least load of the one foot over that of the other, of a robot on both."""
-_REST: Final = 0.2
+_MIN_REST_TIME: Final = 0.2
 """s of rest before the bias is believed."""
-_MEAN: Final = 5.0
+_MEAN_TIME: Final = 5.0
 """s over which the bias is averaged, at most."""
 _HIP_YAW: Final = INDEX["LHipYawPitch"]
 
@@ -72,21 +72,21 @@ class GyroscopeHeading:
 
     def _rest(self, frame: SensorFrame, rate: float, dt: float) -> None:
         hip_yaw, loads = frame.position[_HIP_YAW], (sum(frame.fsr[:4]), sum(frame.fsr[4:]))
-        if abs(hip_yaw - self._hip_yaw) > _MOVED or abs(rate) > _STILL or min(loads) < _SHARE * max(loads):
+        if abs(hip_yaw - self._hip_yaw) > _MAX_RESTING_MOTION or abs(rate) > _MAX_RESTING_RATE or min(loads) < _MIN_LOAD_RATIO * max(loads):
             self._rested, self._hip_yaw = 0.0, hip_yaw
             return
         self._rested += dt
-        if self._rested > _REST:
-            self._averaged = min(self._averaged + dt, _MEAN)
+        if self._rested > _MIN_REST_TIME:
+            self._averaged = min(self._averaged + dt, _MEAN_TIME)
             self._bias += dt / self._averaged * (rate - self._bias)
 
 
-SWITCH: Final = 0.6
-"""Fraction of the weight at which a foot becomes the one that stands; over a half against chatter."""
+STANCE_LOAD: Final = 0.6
+"""Fraction of the weight at which a foot becomes the stance foot; over a half against chatter."""
 
 
 class GroundPlane(NamedTuple):
-    """A tilted plane through a point under which the world's origin lies."""
+    """A tilted plane through a point below the world's origin."""
 
     roll: float = 0.0
     """rad; the orientation is Ry(pitch) Rx(roll)."""
@@ -120,7 +120,7 @@ class Odometry:
     Args:
         robot: Kinematics of the body.
         start: Where the middle of the soles is at the first frame.
-        gyroscope: Tells the torso's heading; None: the standing foot does.
+        gyroscope: Gives the torso's heading; None: the stance foot does.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class Odometry:
         self._robot, self._gyroscope = robot, gyroscope
         self._start: Foothold | None = start
         self.stance: Side = "L"
-        """The foot that is taken to stand."""
+        """Foot that is taken as fixed."""
         self._at = Foothold()
         self._initial_heading = 0.0
         """The torso's heading at the first frame, rad."""
@@ -155,13 +155,13 @@ class Odometry:
             self._initial_heading = self._at.yaw - sole.yaw
         if self._gyroscope is not None:
             self._at = self._at._replace(yaw=sole.yaw + self._initial_heading + self._gyroscope.update(frame))
-        # The standing sole keeps its place, and its heading unless the gyroscope says otherwise.
+        # The stance sole keeps its place, and its heading where there is no gyroscope.
         torso = _carried(sole, self._at) @ tilt
         torso[2, 3] += self._over_ground(torso @ foot, ground)
         pose = self._robot.place(in_torso, torso)
         left, right = sum(frame.fsr[:4]), sum(frame.fsr[4:])
         heavier: Side = "L" if left > right else "R"
-        if heavier != self.stance and max(left, right) > SWITCH * (left + right):
+        if heavier != self.stance and max(left, right) > STANCE_LOAD * (left + right):
             self.stance = heavier
             self._at = self._of_sole(pose.feet[self.stance])
         return pose

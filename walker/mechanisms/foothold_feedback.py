@@ -6,7 +6,7 @@ Gives: `Feedback.deviation` and `Feedback.foothold_bias` for the gait.
 The encoders and the torso's lean place the centre of mass and the swing foot over the standing sole, where
 the plan of a latency before wanted them to be over that foothold. The joints' deflection and backlash put the
 centre of mass off the plan in each step alike. That is no disturbance: the slow mean of each stance foot, part
-by part of the step, is subtracted. The same deflection puts the feet down beside their footholds: it is learnt.
+by part of the step, is subtracted. The same deflection shifts the landings off their footholds: it is learnt.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
 
 _PARTS: Final = 8
 """Of a step, each with a mean of its own."""
-_STEPS: Final = 6
+_LEARNING_STEPS: Final = 6
 """After so many steps the mean is there, and the whole deviation counts."""
 _FIRST_STEPS: Final = 2
-"""After so many steps counts what is beyond `_UNLEARNT`: a worn robot is thrown back in its third step."""
+"""Number of steps after which deviations beyond `_UNLEARNT` count: a worn robot tips back in its third."""
 _UNLEARNT: Final = 0.015
 """m of the capture point's deviation that may be the joints' deflection and backlash, without their mean."""
-_CHANGE: Final = (0.1, 0.1, 1.0)
+_VELOCITY_CHANGE: Final = (0.1, 0.1, 1.0)
 """Change of the velocity, m/s, m/s, rad/s, after which the mean is as good as not there."""
 _LARGEST_MISS: Final = 0.02
 """m of a miss that counts in one step."""
@@ -44,11 +44,11 @@ class DeviationParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     latency: NotNegative = 0.04
     """From a command to the motion that the encoders report, s; the deviation is predicted over it."""
     position_gain: Fraction = 0.5
-    """Share of a cycle's innovation that goes to the deviation."""
+    """Share of a cycle's innovation that is added to the deviation."""
     velocity_gain: Fraction = 0.12
-    """Share of the innovation over the cycle that goes to its rate."""
+    """Share of the innovation over the cycle that is added to its rate."""
     mean_gain: Fraction = 0.05
-    """Share of a deviation that goes to the mean."""
+    """Share of a deviation that is added to the mean."""
     first_mean_gain: tuple[Fraction, Fraction] = (0.3, 0.1)
     """The same in the first steps and after a change of the velocity, along and across the stance foot."""
     max_innovation: Positive = 0.015
@@ -78,7 +78,7 @@ class DeviationEstimator:
         base: kinematics of the body.
         cycle: of the robot, s.
         deviation: estimate the capture point's deviation.
-        placement: learn where the feet come down.
+        placement: learn the shift of the landings.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class DeviationEstimator:
         self._placement = 0.0
         """In force, m."""
         self._velocity: Array = np.zeros(3)
-        """At which the mean was learnt."""
+        """Mean velocity while learning."""
 
     def update(self, position: Sequence[float], lean: Vec2, plan: Plan, dt: float) -> Feedback:
         """One cycle.
@@ -148,8 +148,8 @@ class DeviationEstimator:
         p, omega = self._p, then.pendulum.omega
         steps = then.step - self._first
         change = np.subtract(then.pendulum.velocity, self._velocity)
-        self._velocity += change * (p.mean_gain / _PARTS if steps >= _STEPS else 1.0)
-        unlearnt = min(float(np.max(np.abs(change) / _CHANGE)), 1.0) if steps >= _STEPS else 1.0
+        self._velocity += change * (p.mean_gain / _PARTS if steps >= _LEARNING_STEPS else 1.0)
+        unlearnt = min(float(np.max(np.abs(change) / _VELOCITY_CHANGE)), 1.0) if steps >= _LEARNING_STEPS else 1.0
         mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
         off = np.array([self._at, self._rate / omega]) - mean
         if then.progress < 1.0:  # a step that is prolonged is no usual one

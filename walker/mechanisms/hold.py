@@ -49,7 +49,7 @@ class HeadingError:
         return math.remainder(heading - self._planned[0] - self._began, math.tau)
 
 
-_STRIDE: Final = 2
+_STEPS_PER_STRIDE: Final = 2
 """Steps over which a velocity is measured: sideways and in a turn both feet differ."""
 
 
@@ -59,7 +59,7 @@ class VelocityHoldParameters(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     gain: NotNegative = 0.2
     """Share of a stride's error that is learnt at each step."""
     max_correction: NotNegative = 0.03
-    """Bound of what is learnt, m/s, on each axis."""
+    """Bound of the learnt correction, m/s, on each axis."""
 
 
 class VelocityHold:
@@ -80,7 +80,7 @@ class VelocityHold:
         """Commanded in this step, m/s."""
         self._before: Array = np.zeros(2)
         """The same of the step before."""
-        self._errors: deque[Array] = deque(maxlen=_STRIDE)
+        self._errors: deque[Array] = deque(maxlen=_STEPS_PER_STRIDE)
         """Commanded less measured velocity in the latest steps, m/s."""
         self._correction: Array = np.zeros(2)
 
@@ -114,7 +114,7 @@ class VelocityHold:
         middle = there._replace(yaw=there.yaw + 0.5 * math.remainder(here.yaw - there.yaw, math.tau))
         walked = np.array(middle.local(here.x, here.y)) / self._elapsed
         self._errors.append(self._velocity - walked)
-        if len(self._errors) == _STRIDE:
+        if len(self._errors) == _STEPS_PER_STRIDE:
             bound = self._p.max_correction
             learnt = self._correction + self._p.gain * np.mean(self._errors, axis=0)
             self._correction = np.clip(learnt, -bound, bound)

@@ -56,7 +56,7 @@ class StaticState:
     """Where the gait is, in the walk frame, m and s."""
 
     left: SolePose
-    """Where the left sole stands, or stood before the swing under way."""
+    """Of the left sole, or its last one before the swing under way."""
     right: SolePose
     swing: Side
     """The foot of the swing under way, or of the next one."""
@@ -145,7 +145,7 @@ class StaticGait:
         )
 
     def _landing(self, state: StaticState, command: GaitCommand) -> SolePose:
-        """Where the swing foot comes down: one step length ahead of the stance foot, or beside it to stop."""
+        """Landing of the swing foot: one step length ahead of the stance foot, or next to it to stop."""
         stance, length = state.foot(OTHER_SIDE[state.swing]), 0.0
         if command.walk:
             step = self._p.periodic_step
@@ -179,7 +179,7 @@ class StaticGait:
 
         Args:
             start: where it lifted.
-            landing: where it comes down.
+            landing: pose at touch-down.
             t: since it lifted, s.
         """
         p = self._p
