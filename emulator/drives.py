@@ -1,7 +1,7 @@
 """The drives' part in a physics step: the equations of `emulator.servo.servo`, joint by joint, as machine code.
 
-Every constant of a drive is in its record beside its state, so that one array is all that a step takes: of one
-robot, or of many in one go.
+One record holds constants and state of a drive, so that a step takes one array: of one robot, or of many at
+once.
 """
 
 from __future__ import annotations

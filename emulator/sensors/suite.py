@@ -107,7 +107,7 @@ class Battery:
 class Encoders:
     """Readings of the encoders of all joints.
 
-    Captured V6 packets lie on a grid of 2 pi / 4096 that is off whole counts by the same amount on every joint,
+    Captured V6 packets are on a grid of 2 pi / 4096 that is off whole counts by the same amount on every joint,
     with a sign that is the joint's own: the grid is shifted, the reading stays true to half a step.
 
     Args:

@@ -18,7 +18,7 @@ from emulator.wear.ensemble import ENSEMBLE, WearProfile, ensemble_member, read_
 __all__ = ["WEAR", "WearProfile", "load_wear", "wear_of_seed"]
 
 WEAR: Final = ("ideal", "nominal", "worn")
-"""The profiles that come with the package, beside the members of ensembles."""
+"""The profiles of the package, without the members of ensembles."""
 
 
 def load_wear(name_or_path: str, body: Body | None = None) -> WearProfile:

@@ -22,10 +22,10 @@ from bridge.rotations import R_yaw, heading, rotation
 from bridge.types import SIDES, Array, Side
 from walker.gaits.plan import Foothold
 
-_MAX_RESTING_RATE: Final = 0.1
+_MAX_REST_RATE: Final = 0.1
 """Largest rate about the vertical of a torso that does not turn, rad/s: the gyroscope's bias (three deviations
 of the largest that the ensemble has), and its noise."""
-_MAX_RESTING_MOTION: Final = 0.004
+_MAX_REST_TURN: Final = 0.004
 """Largest motion of HipYawPitch then, rad: three counts of its encoder."""
 _MIN_LOAD_RATIO: Final = 0.2
 """Least load of the one foot over that of the other, of a robot on both."""
@@ -72,7 +72,11 @@ class GyroscopeHeading:
 
     def _rest(self, frame: SensorFrame, rate: float, dt: float) -> None:
         hip_yaw, loads = frame.position[_HIP_YAW], (sum(frame.fsr[:4]), sum(frame.fsr[4:]))
-        if abs(hip_yaw - self._hip_yaw) > _MAX_RESTING_MOTION or abs(rate) > _MAX_RESTING_RATE or min(loads) < _MIN_LOAD_RATIO * max(loads):
+        if (
+            abs(hip_yaw - self._hip_yaw) > _MAX_REST_TURN
+            or abs(rate) > _MAX_REST_RATE
+            or min(loads) < _MIN_LOAD_RATIO * max(loads)
+        ):
             self._rested, self._hip_yaw = 0.0, hip_yaw
             return
         self._rested += dt

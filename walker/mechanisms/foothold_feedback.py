@@ -26,7 +26,7 @@ from walker.gaits.plan import NO_FEEDBACK, OTHER_SIDE, Feedback, Foothold, Plan
 
 _PARTS: Final = 8
 """Of a step, each with a mean of its own."""
-_LEARNING_STEPS: Final = 6
+_LEARN_STEPS: Final = 6
 """After so many steps the mean is there, and the whole deviation counts."""
 _FIRST_STEPS: Final = 2
 """Number of steps after which deviations beyond `_UNLEARNT` count: a worn robot tips back in its third."""
@@ -148,8 +148,8 @@ class DeviationEstimator:
         p, omega = self._p, then.pendulum.omega
         steps = then.step - self._first
         change = np.subtract(then.pendulum.velocity, self._velocity)
-        self._velocity += change * (p.mean_gain / _PARTS if steps >= _LEARNING_STEPS else 1.0)
-        unlearnt = min(float(np.max(np.abs(change) / _VELOCITY_CHANGE)), 1.0) if steps >= _LEARNING_STEPS else 1.0
+        self._velocity += change * (p.mean_gain / _PARTS if steps >= _LEARN_STEPS else 1.0)
+        unlearnt = min(float(np.max(np.abs(change) / _VELOCITY_CHANGE)), 1.0) if steps >= _LEARN_STEPS else 1.0
         mean = self._mean[then.support][min(int(then.progress * _PARTS), _PARTS - 1)]
         off = np.array([self._at, self._rate / omega]) - mean
         if then.progress < 1.0:  # a step that is prolonged is no usual one

@@ -47,6 +47,6 @@ def connect() -> int:
 
 
 def disconnect(client: int) -> None:
-    """Free a client; harmless when it is gone already."""
+    """Free a client; no effect on one that is freed already."""
     if bullet.isConnected(client):
         bullet.disconnect(client)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from bridge.errors import ConfigurationError
 from walker.gaits import gait_parameters
 from walker.gaits.omni.footholds import rate_limited_velocity
-from walker.gaits.order import ARRIVAL_DISTANCE, ARRIVAL_ANGLE, Steering, WalkOrder, target_order
+from walker.gaits.order import ARRIVAL_ANGLE, ARRIVAL_DISTANCE, Steering, WalkOrder, target_order
 from walker.gaits.plan import Foothold
 
 P = gait_parameters("omni")

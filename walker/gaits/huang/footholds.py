@@ -16,7 +16,7 @@ _EDGE_CLEARANCE: Final = 0.015
 """Kept free between a sole and an edge, m: the way in which a toe rises by the step's height."""
 _EDGE_RANGE: Final = 0.2
 """m; further behind an edge nothing of a foot is left."""
-_HORIZON_STEPS: Final = 6
+_HORIZON: Final = 6
 """Steps looked ahead: a long step over an edge takes a short one before it."""
 
 
@@ -69,7 +69,9 @@ class Footholds:
             ConfigurationError: no step up to D_max gets over an edge.
         """
         p = self._p
-        if not any(stance - _EDGE_RANGE < edge < stance + _HORIZON_STEPS * p.D_max + _EDGE_RANGE for edge in p.ground.edges()):
+        if not any(
+            stance - _EDGE_RANGE < edge < stance + _HORIZON * p.D_max + _EDGE_RANGE for edge in p.ground.edges()
+        ):
             return self.place(stance + p.D_s, y)
         return self.place(stance + self._way(stance, y), y)
 
@@ -81,8 +83,8 @@ class Footholds:
         costs = shifts.astype(np.float64) ** 2
         sides = {1: self._forbidden(y), 0: self._forbidden(-y)}
         options: Array = np.zeros((1, len(shifts)))
-        ahead: Array = np.zeros(_HORIZON_STEPS * len(shifts))
-        for n in range(_HORIZON_STEPS, 0, -1):
+        ahead: Array = np.zeros(_HORIZON * len(shifts))
+        for n in range(_HORIZON, 0, -1):
             # All places after n steps, as multiples of the raster off even steps.
             raster = np.arange(-n * shorter, n * longer + 1)
             value = ahead[: len(raster)].copy()

@@ -91,13 +91,13 @@ class OmniState(NamedTuple):
         return x, y, turn
 
 
-_HORIZON_STEPS: Final = 6
+_HORIZON: Final = 6
 """Footholds beyond the next one; later ones weigh q^6 = 1e-4."""
 _EPSILON: Final = 1e-9
 """s; phases end on cycle boundaries in spite of rounding."""
 _STOP_DURATION_FACTOR: Final = 3.0
 """Duration of `stop` over that of the capture point's way to the middle."""
-_FIXED_FOOTHOLD_TIME: Final = 0.03
+_FREEZE_TIME: Final = 0.03
 """s before touch-down in which feedback moves the foothold no more."""
 _CLOSED_TOLERANCE: Final = 0.005
 """m; feet farther off their places side by side are closed."""
@@ -177,7 +177,7 @@ class OmniGait:
         if state.single and not state.closing and state.t >= self._p.T_DSP - _EPSILON:
             target = self._target(state)
             by = state.adjustment
-            if state.t < self._p.T - _FIXED_FOOTHOLD_TIME:
+            if state.t < self._p.T - _FREEZE_TIME:
                 by = self._adjustment(state, target, feedback)
             adjusted = Foothold(target.x + by[0], target.y + by[1], target.yaw)
             state = state._replace(target=adjusted, adjustment=by)
@@ -203,7 +203,7 @@ class OmniGait:
         com_offset = c_x + state.com_offset[0] - x, c_y + state.com_offset[1] - y
         zmp = self._edge(state, measured.xi)
         state = state._replace(com=measured.com, xi=measured.xi, zmp=zmp, com_offset=com_offset, t=state.t + dt)
-        if state.t < self._duration(state) - _FIXED_FOOTHOLD_TIME:
+        if state.t < self._duration(state) - _FREEZE_TIME:
             target = self._target(state)
             if state.backward:
                 inwards = -SIGN[state.swing] * p.backward_capture_inset
@@ -234,7 +234,7 @@ class OmniGait:
     def _steady_zmps(self, foot: Foothold, side: Side, velocity: Vec3) -> Iterator[Vec2]:
         """ZMPs of a steady walk at a velocity: of a foothold (of the foot `side`) and those after it."""
         yield zmp_under(self._p, side, foot)
-        for _ in range(_HORIZON_STEPS):
+        for _ in range(_HORIZON):
             side = OTHER_SIDE[side]
             foot = nominal_foothold(self._p, foot, side, velocity)
             yield zmp_under(self._p, side, foot)
@@ -437,7 +437,7 @@ class OmniGait:
     def _stop_poses(self, state: OmniState) -> tuple[Foothold, ...]:
         """See `Plan.stop_poses`. Feedback counts as moving the next foothold as far as the one under way."""
         left = self._duration(state) - state.t
-        if left > _FIXED_FOOTHOLD_TIME or state.closing or state.capture_step or state.phase in ("stop", "stand"):
+        if left > _FREEZE_TIME or state.closing or state.capture_step or state.phase in ("stop", "stand"):
             return ()
         now = self._side_by_side(state.target, state.swing)
         if not state.single:
